@@ -1,0 +1,101 @@
+"""Every way in which tendon stops on purpose, one kind per exit code.
+
+Anything that a user or the machine got wrong is raised as a `TendonError` and printed once, by `cli`. Any other
+exception that reaches `cli` is a bug in tendon (exit 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+EXIT_OK = 0
+EXIT_BUG = 1
+EXIT_NO_EQUILIBRIUM = 4
+
+
+class TendonError(Exception):
+    """A fault with its place and a way out of it; `exit` and `kind` say of which sort it is."""
+
+    exit: ClassVar[int] = EXIT_BUG
+    kind: ClassVar[str] = "bug"
+
+    def __init__(self, message: str, *, where: str | None = None, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.where = where
+        self.hint = hint
+
+
+class UsageError(TendonError):
+    """The command line asks for something that does not exist or does not fit together."""
+
+    exit = 2
+    kind = "usage"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing wrong in a study file: its key, what is wrong, what helps, and its line where that is known."""
+
+    key: str
+    problem: str
+    hint: str | None = None
+    line: int | None = None
+
+    def __str__(self) -> str:
+        place = f"line {self.line}: " if self.line is not None else ""
+        advice = f" ({self.hint})" if self.hint else ""
+        return f"{place}{self.key}: {self.problem}{advice}" if self.key else f"{place}{self.problem}{advice}"
+
+
+class StudyError(TendonError):
+    """A study file that cannot be used; carries every fault found in it, not only the first."""
+
+    exit = 2
+    kind = "study"
+
+    def __init__(self, faults: list[Fault], *, where: str | None = None) -> None:
+        self.faults = faults
+        count = "1 fault" if len(faults) == 1 else f"{len(faults)} faults"
+        lines = "\n".join(f"  {fault}" for fault in faults)
+        super().__init__(
+            f"the study has {count}:\n{lines}",
+            where=where,
+            hint="`tendon schema` lists every key with its unit; `tendon init` writes a commented example",
+        )
+
+
+class SizeError(TendonError):
+    """A study too large to exist: too many states, too long an axis, or more bytes than the disk has free."""
+
+    exit = 2
+    kind = "size"
+
+
+class InputError(TendonError):
+    """Input data that cannot be trusted: a CSV, a route, a damaged or foreign table."""
+
+    exit = 3
+    kind = "input"
+
+
+class OutputError(TendonError):
+    """Something could not be written: full disk, missing permission, closed standard output."""
+
+    exit = 5
+    kind = "output"
+
+
+class WorkersLostError(TendonError):
+    """Parts of the sweep failed or their workers died; what was finished is kept."""
+
+    exit = 6
+    kind = "workers"
+
+
+class FolderError(TendonError):
+    """The run folder is in use, unfinished, or belongs to something else."""
+
+    exit = 7
+    kind = "folder"

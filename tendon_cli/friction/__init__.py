@@ -1,0 +1,1 @@
+"""A friction coefficient from the readings of two load cells."""

@@ -1,0 +1,1 @@
+"""The physics: pure functions on arrays that broadcast, without files, units or column names."""

@@ -1,0 +1,101 @@
+"""Every quantity once: its name, symbol, unit and meaning.
+
+Study fields, table columns, axis labels and the printed page of `tendon state` all take them from here, so that a
+name, a unit or a symbol is written down in exactly one place. Symbols and equation numbers are those of Yadav et al.,
+"Modeling and parametric optimization of 3D tendon-sheath actuator system for upper limb soft exosuit".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """What a number is. `unit` is the SI unit it is computed and stored in, `shown_in` the one people read it in."""
+
+    name: str
+    symbol: str
+    dimension: str
+    unit: str
+    shown_in: str
+    long_name: str
+
+
+_SI_AND_SHOWN = {
+    "length": ("m", "mm"),
+    "force": ("N", "N"),
+    "stiffness": ("N/m", "kN/m"),
+    "pressure": ("Pa", "GPa"),
+    "mass": ("kg", "kg"),
+    "angle": ("rad", "deg"),
+    "torque": ("N m", "N m"),
+    "rotational stiffness": ("N m/rad", "N m/rad"),
+    "number": ("1", "1"),
+}
+
+
+def _quantity(name: str, symbol: str, dimension: str, long_name: str, *, shown_in: str | None = None) -> Quantity:
+    unit, shown = _SI_AND_SHOWN[dimension]
+    return Quantity(name, symbol, dimension, unit, shown_in or shown, long_name)
+
+
+_ALL = (
+    # The arm (Figs. 1 and 2).
+    _quantity("a1", "a₁", "length", "distance of the proximal flexor anchor r in front of the upper arm's line"),
+    _quantity("b1", "b₁", "length", "distance of the proximal flexor anchor r from the elbow, along the upper arm"),
+    _quantity("a2", "a₂", "length", "distance of the distal flexor anchor q in front of the forearm's line"),
+    _quantity("b2", "b₂", "length", "distance of the distal flexor anchor q from the elbow, along the forearm"),
+    _quantity("elbow_radius", "R_elb", "length", "radius of the virtual pulley that the extensor tendon wraps"),
+    _quantity("forearm_mass", "m_f", "mass", "mass of forearm and hand"),
+    _quantity("forearm_com", "d_com", "length", "distance of the centre of mass of forearm and hand from the elbow"),
+    _quantity("load_distance", "d_load", "length", "distance of the load from the elbow"),
+    _quantity("upper_arm_angle", "ψ", "angle", "inclination of the upper arm, forward positive, 0 = hanging"),
+    # Sheath, tendon, spring, spool, load.
+    _quantity("friction", "μ", "number", "Coulomb friction coefficient between tendon and sheath"),
+    _quantity("bend_angle", "φ", "angle", "total curvature of the sheath, ∫κ ds"),
+    _quantity("path_smoothing", "σ_path", "length", "standard deviation of the digitisation noise of a route"),
+    _quantity("tendon_length", "L", "length", "length of the tendon inside the sheath", shown_in="m"),
+    _quantity("tendon_diameter", "d", "length", "diameter of the tendon"),
+    _quantity("youngs_modulus", "E", "pressure", "Young's modulus of the tendon"),
+    _quantity("pretension", "F₀", "force", "distal tension of both tendons before motion"),
+    _quantity("spring_stiffness", "K", "stiffness", "stiffness of the series spring"),
+    _quantity("flexor_radius", "R_f", "length", "radius of the flexor part of the spool"),
+    _quantity("spool_ratio", "η", "number", "extensor over flexor radius of the spool, R_e / R_f"),
+    _quantity("load_mass", "m", "mass", "mass of the load in the hand"),
+    _quantity("elbow_angle", "θ", "angle", "elbow flexion, 0 = straight arm"),
+    # One state.
+    _quantity("flexor_tension_proximal", "F_I^f", "force", "flexor tension at the motor"),
+    _quantity("flexor_tension_distal", "F_o^f", "force", "flexor tension at the elbow"),
+    _quantity("extensor_tension_proximal", "F_I^e", "force", "extensor tension at the motor"),
+    _quantity("extensor_tension_distal", "F_o^e", "force", "extensor tension at the elbow"),
+    _quantity("flexor_tendon_stretch", "ΔL_Ten^f", "length", "flexor tendon stretch from the pretensioned state"),
+    _quantity("extensor_tendon_stretch", "ΔL_Ten^e", "length", "extensor tendon stretch from the pretensioned state"),
+    _quantity("flexor_spring_stretch", "ΔL_SE^f", "length", "flexor spring stretch from the pretensioned state"),
+    _quantity("extensor_spring_stretch", "ΔL_SE^e", "length", "extensor spring stretch from the pretensioned state"),
+    _quantity("flexor_slack", "s_f", "length", "slack length of the flexor tendon"),
+    _quantity("extensor_slack", "s_e", "length", "slack length of the extensor tendon"),
+    _quantity("elbow_torque", "τ_a", "torque", "torque asked for at the elbow"),
+    _quantity("motor_torque", "τ_m", "torque", "torque of the motor"),
+    _quantity("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state"),
+    _quantity("elbow_stiffness", "k", "rotational stiffness", "stiffness of the elbow with the motor held"),
+    _quantity("flexor_moment_arm", "J", "length", "moment arm of the flexor tendon about the elbow"),
+    _quantity("flexor_travel", "H_f", "length", "shortening of the flexor tendon's path"),
+    _quantity("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path"),
+    # One design, over all its states.
+    _quantity("min_flexor_tension", "min F^f", "force", "smallest flexor tension, of both ends, over all states"),
+    _quantity("min_extensor_tension", "min F^e", "force", "smallest extensor tension, of both ends, over all states"),
+    _quantity("max_tension", "max F", "force", "largest tension of either tendon, of both ends, over all states"),
+    _quantity("max_spring_extension", "max x_SE", "length", "largest extension of a spring from its free length"),
+    _quantity("peak_elbow_torque", "peak τ_a", "torque", "elbow torque of largest magnitude, with its sign"),
+    _quantity("peak_motor_torque", "peak τ_m", "torque", "motor torque of largest magnitude, with its sign"),
+    _quantity("min_elbow_stiffness", "min k", "rotational stiffness", "smallest elbow stiffness over all states"),
+    _quantity("max_slack", "max s", "length", "longest slack length of either tendon"),
+    _quantity("slack_fraction", "slack share", "number", "share of states that are slack or without equilibrium"),
+    _quantity("unstable_fraction", "unstable share", "number", "share of states with negative elbow stiffness"),
+    _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon"),
+    _quantity("required_pretension", "F₀*", "force", "smallest pretension of both tendons that leaves no slack"),
+    _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
+)
+
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}

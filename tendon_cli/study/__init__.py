@@ -1,0 +1,1 @@
+"""What is asked: study files, validated. Every human mistake ends here."""

@@ -1,0 +1,154 @@
+"""Units: a strict grammar of one number and one unit, converted to SI exactly.
+
+"9 mm" is 0.009 and not 0.009000000000000001, because the text is read as a rational number and rounded to a float64
+only once, at the end. Anything else that looks like a quantity ("1,5 mm", "3 kn/m", "2 * 4 m") is refused: a unit that
+is guessed is a number that nobody can trust.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+# 50 digits of pi, so that degrees are rounded once, from a value far more precise than a float64.
+_PI = Fraction("3.14159265358979323846264338327950288419716939937511")
+
+# Mantissas and exponents are bounded, so that reading "1e999999999 m" costs no memory.
+_NUMBER = r"[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?"
+_QUANTITY = re.compile(rf"({_NUMBER})(?:[ \t]*([^\s\d].*))?")
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit of `dimension`, worth `factor` of its SI unit."""
+
+    symbol: str
+    dimension: str
+    factor: Fraction
+
+
+def _units(dimension: str, factors: dict[str, str | int | Fraction]) -> dict[str, Unit]:
+    return {symbol: Unit(symbol, dimension, Fraction(factor)) for symbol, factor in factors.items()}
+
+
+UNITS: dict[str, Unit] = (
+    _units("number", {"1": 1, "%": "0.01"})
+    | _units("length", {"m": 1, "cm": "0.01", "mm": "0.001", "um": "0.000001", "km": 1000, "in": "0.0254"})
+    | _units("force", {"N": 1, "mN": "0.001", "kN": 1000, "kgf": "9.80665", "lbf": "4.4482216152605"})
+    | _units("stiffness", {"N/m": 1, "kN/m": 1000, "N/mm": 1000, "N/cm": 100})
+    | _units("pressure", {"Pa": 1, "kPa": 10**3, "MPa": 10**6, "GPa": 10**9})
+    | _units("mass", {"kg": 1, "g": "0.001", "t": 1000, "lb": "0.45359237"})
+    | _units("angle", {"rad": 1, "mrad": "0.001", "deg": _PI / 180, "°": _PI / 180, "rev": 2 * _PI})
+    | _units("torque", {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000})
+    | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
+    | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
+)
+
+SI_UNIT = {
+    "number": "1",
+    "length": "m",
+    "force": "N",
+    "stiffness": "N/m",
+    "pressure": "Pa",
+    "mass": "kg",
+    "angle": "rad",
+    "torque": "N m",
+    "rotational stiffness": "N m/rad",
+    "time": "s",
+}
+
+
+EXAMPLES = {
+    "number": "0.07",
+    "length": '"40 mm"',
+    "force": '"100 N"',
+    "stiffness": '"3 kN/m"',
+    "pressure": '"145 GPa"',
+    "mass": '"5 kg"',
+    "angle": '"90 deg"',
+    "torque": '"2 N m"',
+    "rotational stiffness": '"2 N m/rad"',
+    "time": '"1 s"',
+}
+"""How a value of each dimension is written in a study."""
+
+
+class UnitError(ValueError):
+    """Text that is not one number and one unit of the dimension asked for; `hint` says what would be."""
+
+    def __init__(self, problem: str, hint: str | None = None) -> None:
+        super().__init__(problem)
+        self.problem = problem
+        self.hint = hint
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """One number as written and its unit, not yet rounded: `number` times `unit.factor` is the SI value."""
+
+    number: Fraction
+    unit: Unit
+
+    @property
+    def si(self) -> float:
+        """The SI value, rounded once."""
+        return to_float(self.number * self.unit.factor)
+
+
+def to_float(value: Fraction) -> float:
+    """The float64 nearest to a rational number, or infinity where it is too large for one."""
+    try:
+        return value.numerator / value.denominator
+    except OverflowError:
+        return math.copysign(math.inf, value.numerator)
+
+
+def known_units(dimension: str) -> list[str]:
+    """The symbols that may follow a number of this dimension, the common ones first."""
+    return [unit.symbol for unit in UNITS.values() if unit.dimension == dimension]
+
+
+def parse_measure(text: str, dimension: str) -> Measure:
+    """Read one number and one unit of `dimension`; raises UnitError saying what was expected."""
+    expected = EXAMPLES[dimension]
+    match = _QUANTITY.fullmatch(text.strip()) if len(text) <= 200 else None
+    if match is None:
+        hint = "the decimal sign is a point" if re.fullmatch(r"\s*[+-]?\d+,\d+.*", text) else None
+        raise UnitError(f"{shorten(text)} is not one number and one unit, expected such as {expected}", hint)
+    number, symbol = match.group(1), (match.group(2) or "").strip()
+    if not symbol:
+        if dimension == "number":
+            return Measure(Fraction(number), UNITS["1"])
+        hint = f'write "{number} {known_units(dimension)[0]}", or without quotes for {SI_UNIT[dimension]}'
+        raise UnitError(f'"{number}" has no unit, expected such as {expected}', hint)
+    return Measure(Fraction(number), _find_unit(symbol, dimension, expected))
+
+
+def measure_of_number(value: float, dimension: str) -> Measure:
+    """A bare number, which is in SI; its shortest decimal text counts, so that 0.1 means one tenth."""
+    return Measure(Fraction(repr(value)), UNITS[SI_UNIT[dimension]])
+
+
+def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
+    unit = UNITS.get(symbol)
+    if unit is None:
+        same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
+        near = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
+        hint = f'did you mean "{near[0]}"?' if near else f"known units: {', '.join(known_units(dimension))}"
+        raise UnitError(f'unknown unit "{shorten(symbol)}", expected such as {expected}', hint)
+    if unit.dimension != dimension:
+        article = "an" if unit.dimension[0] in "aeiou" else "a"
+        raise UnitError(
+            f'"{symbol}" is {article} {unit.dimension}, expected a {dimension} such as {expected}',
+            f"units of {dimension}: {', '.join(known_units(dimension))}",
+        )
+    return unit
+
+
+def shorten(text: str, width: int = 60) -> str:
+    """Hostile or long text made fit for one line of an error message."""
+    clean = "".join(sign if sign.isprintable() else "?" for sign in text)
+    return clean if len(clean) <= width else f"{clean[: width - 1]}…"
