@@ -87,15 +87,24 @@ class UnitError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """One number as written and its unit, not yet rounded: `number` times `unit.factor` is the SI value."""
+    """One number as written, and its unit. It is a rational number until `si` rounds it."""
 
-    number: Fraction
+    text: str
     unit: Unit
+
+    @property
+    def exact(self) -> Fraction:
+        """The SI value as a rational number."""
+        return Fraction(self.text) * self.unit.factor
 
     @property
     def si(self) -> float:
         """The SI value, rounded once."""
-        return to_float(self.number * self.unit.factor)
+        return to_float(self.exact)
+
+    def document(self) -> float | str:
+        """How a study file says exactly this measure."""
+        return float(self.text) if self.unit.symbol == "1" else f"{self.text} {self.unit.symbol}"
 
 
 def to_float(value: Fraction) -> float:
@@ -116,20 +125,21 @@ def parse_measure(text: str, dimension: str) -> Measure:
     expected = EXAMPLES[dimension]
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= 200 else None
     if match is None:
-        hint = "the decimal sign is a point" if re.fullmatch(r"\s*[+-]?\d+,\d+.*", text) else None
-        raise UnitError(f"{shorten(text)} is not one number and one unit, expected such as {expected}", hint)
+        raise UnitError(f'"{shorten(text)}" is not one number and one unit, expected such as {expected}')
     number, symbol = match.group(1), (match.group(2) or "").strip()
+    if symbol.startswith(","):
+        raise UnitError(f'"{shorten(text)}" is not one number and one unit', "the decimal sign is a point")
     if not symbol:
         if dimension == "number":
-            return Measure(Fraction(number), UNITS["1"])
+            return Measure(number, UNITS["1"])
         hint = f'write "{number} {known_units(dimension)[0]}", or without quotes for {SI_UNIT[dimension]}'
         raise UnitError(f'"{number}" has no unit, expected such as {expected}', hint)
-    return Measure(Fraction(number), _find_unit(symbol, dimension, expected))
+    return Measure(number, _find_unit(symbol, dimension, expected))
 
 
 def measure_of_number(value: float, dimension: str) -> Measure:
     """A bare number, which is in SI; its shortest decimal text counts, so that 0.1 means one tenth."""
-    return Measure(Fraction(repr(value)), UNITS[SI_UNIT[dimension]])
+    return Measure(repr(value), UNITS[SI_UNIT[dimension]])
 
 
 def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:

@@ -1,0 +1,99 @@
+"""Files that a study names instead of a number: the route of a sheath, and a fitted friction coefficient."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.errors import Fault, InputError, StudyError
+from tendon_cli.study.parts import Part
+from tendon_cli.study.reading import MAX_BYTES
+from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
+from tendon_cli.study.route import measure_route
+from tendon_cli.study.study import SIDES, Study
+from tendon_cli.study.values import Values
+from tendon_cli.units import shorten
+
+
+@dataclass
+class Attachments:
+    """Reads the files of one study, once each, and remembers what they gave."""
+
+    folder: Path
+    sources: dict[str, dict[str, Any]] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+
+    def resolve(self, study: Study) -> Study:
+        """The study with numbers in the place of files; raises StudyError or InputError."""
+        update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
+        if study.cases:
+            update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
+        if self.faults:
+            raise StudyError(self.faults)
+        return study.model_copy(update=update) if self.sources else study
+
+    def _case(self, case: Any, key: str) -> Any:
+        if case.sheath is None:
+            return case
+        return case.model_copy(update={"sheath": self._sheath(case.sheath, f"{key}.sheath")})
+
+    def _sheath(self, sheath: Any, key: str) -> Any:
+        """A sheath table and its sides with their files read."""
+        update = self._numbers(sheath, key)
+        for side in SIDES:
+            inner: Part | None = getattr(sheath, side, None)
+            if inner is not None:
+                update[side] = inner.model_copy(update=self._numbers(inner, f"{key}.{side}"))
+        return sheath.model_copy(update=update)
+
+    def _numbers(self, sheath: Any, key: str) -> dict[str, Any]:
+        update: dict[str, Any] = {}
+        if sheath.path is not None:
+            smoothing = sheath.path_smoothing.single if sheath.path_smoothing is not None else 0.0
+            bend_angle = self._bend_angle(sheath.path, smoothing, f"{key}.path")
+            update |= {"bend_angle": bend_angle, "path": None, "path_smoothing": None}
+        if sheath.friction_from is not None:
+            update |= {"friction": self._friction(sheath.friction_from, f"{key}.friction_from"), "friction_from": None}
+        return update
+
+    def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
+        content = self._read(name, key, MAX_ROUTE_BYTES)
+        if content is None:
+            return None
+        curvature, warnings = measure_route(content, name, smoothing)
+        self._note(key, name, content, bend_angle=curvature.bend_angle, path_smoothing=smoothing, warnings=warnings)
+        return Values.of(curvature.bend_angle)
+
+    def _friction(self, name: str, key: str) -> Values | None:
+        content = self._read(name, key, MAX_BYTES)
+        if content is None:
+            return None
+        try:
+            fit = tomllib.loads(content.decode("utf-8-sig"))["friction"]
+            coefficient, error = float(fit["coefficient"]), float(fit["standard_error"])
+        except (ValueError, KeyError, TypeError, RecursionError):
+            hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
+            raise InputError("not a friction fragment", where=name, hint=hint) from None
+        if not (0.0 <= coefficient <= 10.0 and error >= 0.0):
+            raise InputError(f"the coefficient {coefficient} is not between 0 and 10", where=name)
+        self._note(key, name, content, friction=coefficient, standard_error=error, fitted_from=fit.get("source"))
+        return Values.of(coefficient)
+
+    def _read(self, name: str, key: str, most: int) -> bytes | None:
+        """A regular file next to the study; what cannot be read is a fault of the key that names it."""
+        path = self.folder / name
+        try:
+            if not path.is_file():
+                self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
+                return None
+            with path.open("rb") as file:
+                return file.read(most + 1)
+        except (OSError, ValueError) as error:
+            self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {error}'))
+            return None
+
+    def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:
+        self.sources[key] = {"file": Path(name).name, "sha256": hashlib.sha256(content).hexdigest(), **facts}

@@ -1,0 +1,116 @@
+"""What no single key can know: keys that contradict each other, and combinations that cannot be."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from tendon_cli.errors import Fault
+from tendon_cli.study.parts import Part
+from tendon_cli.study.study import SIDES, Study, numbers_in, split_side
+
+MAX_FRICTION_EXPONENT = 100.0
+"""Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
+
+_MOST_ARMS_TO_CHECK = 100_000
+
+
+def contradictions(study: Study) -> list[Fault]:
+    """Every fault between keys of a study whose single keys are right."""
+    faults = [*_two_sources(study), *_case_faults(study)]
+    return faults or [*_friction_faults(study), *_anchor_faults(study)]
+
+
+def _two_sources(study: Study) -> Iterator[Fault]:
+    """A number that is given twice: as itself and by a file."""
+    for key, sheath in _sheaths(study):
+        for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
+            if number in sheath.model_fields_set and getattr(sheath, file) is not None:
+                yield Fault(f"{key}.{number}", f"stands beside {file}, which gives it too", "leave one of them out")
+        if sheath.path_smoothing is not None and sheath.path is None:
+            yield Fault(f"{key}.path_smoothing", "smooths a route, but there is no path")
+
+
+def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
+    tables: list[tuple[str, Any]] = [("sheath", study.sheath)]
+    tables += [(f"cases.{at}.sheath", getattr(case, "sheath", None)) for at, case in enumerate(study.cases)]
+    for key, sheath in tables:
+        if sheath is not None:
+            yield key, sheath
+            yield from ((f"{key}.{side}", inner) for side in SIDES if (inner := getattr(sheath, side)) is not None)
+
+
+def _case_faults(study: Study) -> Iterator[Fault]:
+    seen: set[str] = set()
+    axes = {key for key, values in study.numbers.items() if values.is_axis}
+    for at, case in enumerate(study.cases):
+        name = str(getattr(case, "name", ""))
+        if name in seen:
+            yield Fault(f"cases.{at}.name", f'"{name}" names two cases, expected each name once')
+        seen.add(name)
+        for key in case_numbers(case):
+            if key in axes:
+                yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")
+
+
+def case_numbers(case: Part) -> dict[str, float]:
+    """The numbers that a case overrides, by dotted key, in SI."""
+    parts = [(name, getattr(case, name)) for name in type(case).model_fields]
+    return {
+        key: values.single for name, part in parts if isinstance(part, Part) for key, values in numbers_in(part, name)
+    }
+
+
+def _friction_faults(study: Study) -> Iterator[Fault]:
+    """A product of friction and bend angle beyond any sheath."""
+    highest = {"sheath.friction": 0.0, "sheath.bend_angle": 0.0}
+    numbers = list(study.numbers.items())
+    numbers += [
+        item
+        for case in study.cases
+        for part in [getattr(case, "sheath", None)]
+        if part
+        for item in numbers_in(part, "sheath")
+    ]
+    for key, values in numbers:
+        common = split_side(key)[0]
+        if common in highest:
+            highest[common] = max(highest[common], values.extremes[1])
+    exponent = highest["sheath.friction"] * highest["sheath.bend_angle"]
+    if exponent > MAX_FRICTION_EXPONENT:
+        yield Fault(
+            "sheath.friction",
+            f"friction x bend_angle reaches {exponent:.4g}, expected {MAX_FRICTION_EXPONENT:g} at most",
+        )
+
+
+def _anchor_faults(study: Study) -> Iterator[Fault]:
+    """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
+    arms = [study.numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2")]
+    overrides: list[dict[str, float]] = [case_numbers(case) for case in study.cases] or [{}]
+    count = len(overrides)
+    for values in arms:
+        count *= len(values)
+    if count > _MOST_ARMS_TO_CHECK:
+        return  # such states are found one by one when the study runs, as states without equilibrium
+    angles = study.motion.elbow_angle
+    low, high = angles.extremes
+    for override in overrides:
+        choices = [
+            [override[key]] if (key := f"arm.{name}") in override else values.array.tolist()
+            for name, values in zip(("a1", "b1", "a2", "b2"), arms, strict=True)
+        ]
+        for a1, b1, a2, b2 in itertools.product(*choices):
+            if abs(np.hypot(a1, b1) - np.hypot(a2, b2)) > 1e-12 * b1:
+                continue
+            meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
+            if low <= meeting <= high and np.min(np.abs(angles.array - meeting)) < 1e-9:
+                yield Fault(
+                    "arm",
+                    f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting):.6g} deg",
+                    "make a1, b1 and a2, b2 differ, or leave this angle out",
+                )
+                return

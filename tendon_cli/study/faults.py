@@ -1,0 +1,89 @@
+"""What pydantic found, in the words of a study file: key, what was found, what was expected, the nearest name."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any
+
+from pydantic import ValidationError
+
+from tendon_cli.errors import Fault
+from tendon_cli.study.study import Study, keys
+from tendon_cli.study.toml_scan import KeyPlaces
+from tendon_cli.units import shorten
+
+RESERVED = ("limits", "population")
+
+
+def faults_of(error: ValidationError, places: KeyPlaces) -> list[Fault]:
+    """Every fault of a study, in the order of the document, each with its line where the file has one."""
+    found = [_fault(detail, places) for detail in error.errors(include_url=False)]
+    return sorted(found, key=lambda fault: fault.line if fault.line is not None else 10**9)
+
+
+def _fault(detail: Any, places: KeyPlaces) -> Fault:
+    path = [str(part) for part in detail["loc"]]
+    problem, hint = _words(detail, path)
+    return Fault(shorten(".".join(path), 120), problem, hint, places.line_of(".".join(path)))
+
+
+def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
+    """The problem and a hint, for what pydantic reports."""
+    given, context = shorten(str(detail.get("input"))), detail.get("ctx") or {}
+    if detail["type"] == "tendon":
+        return context["problem"], context["hint"]
+    if detail["type"] == "extra_forbidden":
+        return _unknown(path)
+    if detail["type"] == "literal_error":
+        expected = context["expected"]
+        return f"{given} is not possible, expected {expected}", _near(given, expected)
+    problems = {
+        "missing": "is missing",
+        "model_type": f"{given} is a single value, expected a table of keys",
+        "string_pattern_mismatch": f'"{given}" is not a name, expected letters, digits, . _ - (64 at most)',
+        "string_type": f"{given} is not text, expected text in quotes",
+        "tuple_type": f"{given} is not a list, expected a list",
+    }
+    return problems.get(detail["type"], detail["msg"][:1].lower() + detail["msg"][1:]), None
+
+
+def _unknown(path: list[str]) -> tuple[str, str | None]:
+    """An unknown key: the nearest one beside it, or the table where a key of this name belongs."""
+    name = path[-1]
+    if len(path) == 1 and name in RESERVED:
+        return "is reserved for a later version", "leave it out"
+    beside = _valid_names(path[:-1])
+    elsewhere = [
+        key for key in keys() if key.rpartition(".")[2] == name and not key.startswith(".".join(path[:-1]) + ".")
+    ]
+    near = difflib.get_close_matches(name, beside, n=1, cutoff=0.6)
+    if near:
+        return "unknown key", f'did you mean "{near[0]}"?'
+    if elsewhere:
+        return "unknown key", f'did you mean "{elsewhere[0]}"?'
+    far = difflib.get_close_matches(name, [key.rpartition(".")[2] for key in keys()], n=1, cutoff=0.75)
+    if far:
+        return "unknown key", f'did you mean "{next(key for key in keys() if key.endswith("." + far[0]))}"?'
+    return "unknown key", f"known here: {', '.join(beside)}"
+
+
+def _valid_names(table: list[str]) -> list[str]:
+    """The keys that may stand in a table of the study."""
+    schema: dict[str, Any] = Study.model_json_schema()
+    definitions, here = schema["$defs"], schema
+    for part in table:
+        if part.isdigit():
+            continue
+        inner = here.get("properties", {}).get(part, {})
+        choices = [inner, inner.get("items", {}), *inner.get("anyOf", []), *inner.get("allOf", [])]
+        reference = next((choice["$ref"] for choice in choices if "$ref" in choice), None)
+        if reference is None:
+            return []
+        here = definitions[reference.rpartition("/")[2]]
+    return list(here.get("properties", {}))
+
+
+def _near(given: str, expected: str) -> str | None:
+    choices = [word.strip(" '") for word in expected.replace(" or ", ",").split(",")]
+    near = difflib.get_close_matches(given, choices, n=1, cutoff=0.5)
+    return f'did you mean "{near[0]}"?' if near else None

@@ -1,0 +1,170 @@
+"""The kinds of field that a study has: a number with a unit, which may be an axis, and nothing else that is clever.
+
+Each number field has one validator, which turns whatever the file says into `Values` or into one fault.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from tendon_cli.errors import SizeError
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.study.values import MAX_AXIS_LENGTH, Grid, Values
+from tendon_cli.units import EXAMPLES, Measure, UnitError, known_units, measure_of_number, parse_measure, shorten
+
+_GRID_KEYS = ("from", "to", "num", "spacing")
+
+
+def fault(problem: str, hint: str | None = None) -> PydanticCustomError:
+    """A fault of one field, in our words; `study.load` gives it its place."""
+    return PydanticCustomError("tendon", "{problem}", {"problem": problem, "hint": hint})
+
+
+@dataclass(frozen=True)
+class Number:
+    """Marks a field as a number of the quantity `name`, within [low, high]; without `axis` it takes one value only."""
+
+    name: str
+    low: float
+    high: float
+    axis: bool = True
+
+    @property
+    def quantity(self) -> Quantity:
+        """The quantity that this number is one of."""
+        return QUANTITIES[self.name]
+
+    def single_valued(self) -> Number:
+        """The same number where no list and no grid may stand."""
+        return replace(self, axis=False)
+
+    def read(self, value: object) -> Values | None:
+        """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
+        if value is None or isinstance(value, Values):
+            return value
+        if isinstance(value, (list, tuple, dict)) and not self.axis:
+            raise fault("a list or grid cannot stand here, expected one value", f"such as {self._example}")
+        if isinstance(value, dict):
+            return Values(self._grid(value), is_axis=True)
+        if isinstance(value, (list, tuple)):
+            return Values(self._list(value), is_axis=True)
+        return Values.of(self._bounded(self._measure(value)))
+
+    @property
+    def _example(self) -> str:
+        return EXAMPLES[self.quantity.dimension]
+
+    def _measure(self, value: object) -> Measure:
+        dimension = self.quantity.dimension
+        if isinstance(value, str):
+            try:
+                return parse_measure(value, dimension)
+            except UnitError as error:
+                raise fault(error.problem, error.hint) from None
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise fault(f"{_kind(value)} is not a number, expected such as {self._example}")
+        try:
+            number = float(value)
+        except OverflowError:
+            number = math.inf
+        if not math.isfinite(number):
+            raise fault(f"{number} is not a finite number, expected such as {self._example}")
+        return measure_of_number(number, dimension)
+
+    def _bounded(self, measure: Measure) -> float:
+        value = measure.si
+        if self.low <= value <= self.high:
+            return value
+        unit = "" if self.quantity.unit == "1" else f" {self.quantity.unit}"
+        given = f"{value:.6g}{unit}"
+        if value < self.low == 0.0:
+            raise fault(f"{given} is negative, expected 0{unit} or more")
+        if value <= 0.0 < self.low:
+            raise fault(f"{given} is impossible, expected a value above 0{unit}")
+        raise fault(f"{given} is out of range, expected {self.low:.6g} to {self.high:.6g}{unit}")
+
+    def _list(self, items: list[Any] | tuple[Any, ...]) -> tuple[float, ...]:
+        if not items:
+            raise fault("an empty list, expected at least one value")
+        if any(isinstance(item, (list, tuple, dict)) for item in items):
+            raise fault("a list inside a list, expected a list of single values")
+        numbers = tuple(self._bounded(self._measure(item)) for item in items)
+        seen: set[float] = set()
+        for item, number in zip(items, numbers, strict=True):
+            if number in seen:
+                raise fault(f"{shorten(str(item))} stands in the list twice, expected each value once")
+            seen.add(number)
+        return numbers
+
+    def _grid(self, table: dict[Any, Any]) -> Grid:
+        unknown = [str(key) for key in table if key not in _GRID_KEYS]
+        missing = [key for key in _GRID_KEYS[:3] if key not in table]
+        if unknown or missing:
+            found = f'unknown "{shorten(unknown[0])}"' if unknown else f'"{missing[0]}" is missing'
+            raise fault(f"{found} in a grid, expected from, to, num and optionally spacing")
+        num, spacing = table["num"], table.get("spacing", "linear")
+        if isinstance(num, bool) or not isinstance(num, int) or num < 1:
+            raise fault(f"num = {shorten(str(num))} is not a count, expected a whole number of at least 1")
+        if num > MAX_AXIS_LENGTH:
+            raise SizeError(f"an axis of {num:.6g} values, at most {MAX_AXIS_LENGTH:.0e} are possible")
+        if spacing not in ("linear", "log"):
+            raise fault(f'spacing = {shorten(repr(spacing))}, expected "linear" or "log"')
+        grid = Grid(self._measure(table["from"]), self._measure(table["to"]), num, log=spacing == "log")
+        start, stop = self._bounded(grid.start), self._bounded(grid.stop)
+        if grid.log and min(start, stop) <= 0.0:
+            raise fault("a grid with log spacing starts and ends above zero")
+        if num > 1 and start == stop:
+            raise fault("a grid of several values whose from and to are equal")
+        return grid
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """One plain validator: one fault gives one error."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """What an editor may complete and check."""
+        one = self._json_scalar()
+        grid = {
+            "type": "object",
+            "properties": {
+                "from": one,
+                "to": one,
+                "num": {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_LENGTH},
+                "spacing": {"enum": ["linear", "log"], "default": "linear"},
+            },
+            "required": ["from", "to", "num"],
+            "additionalProperties": False,
+        }
+        several = {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}
+        quantity = self.quantity
+        unit = "" if quantity.unit == "1" else f" A bare number is in {quantity.unit}."
+        return {
+            "description": f"{quantity.symbol}: {quantity.long_name}.{unit}",
+            "x-unit": quantity.unit,
+            "anyOf": [one, several, grid] if self.axis else [one],
+        }
+
+    def _json_scalar(self) -> dict[str, Any]:
+        units = "|".join(re.escape(unit) for unit in known_units(self.quantity.dimension))
+        optional = "?" if self.quantity.dimension == "number" else ""
+        pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
+        number = {"type": "number", "minimum": self.low, "maximum": self.high}
+        return {"anyOf": [number, {"type": "string", "pattern": pattern}]}
+
+
+def _kind(value: object) -> str:
+    """A value of the wrong type, named as its author would."""
+    names: list[tuple[Callable[[object], bool], str]] = [
+        (lambda v: isinstance(v, bool), f"the truth value {str(value).lower()}"),
+        (lambda v: isinstance(v, (list, tuple)), "a list"),
+        (lambda v: isinstance(v, dict), "a table"),
+        (lambda v: v is None, "nothing"),
+    ]
+    return next((name for test, name in names if test(value)), shorten(str(value)))

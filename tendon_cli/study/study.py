@@ -1,0 +1,209 @@
+"""A whole study, and its keys: what each number is called in a file, in a table and in the model."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cache, cached_property
+from types import UnionType
+from typing import Annotated, Any, get_args
+
+from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints, create_model
+from pydantic.fields import FieldInfo
+
+from tendon_cli.study.fields import Number, fault
+from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
+from tendon_cli.study.values import Values
+
+SIDES = ("flexor", "extensor")
+CASE_AXIS = "case"
+
+
+def _not_dots(name: str) -> str:
+    if set(name) == {"."}:
+        raise fault(f'"{name}" names a folder of its own, expected a name such as fig07')
+    return name
+
+
+RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
+CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True)]
+
+_SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
+
+
+def _mark_of(field: FieldInfo) -> Number | None:
+    """The Number that marks a field, alone or as one choice of a union with None."""
+    marks = [*field.metadata, *(mark for choice in get_args(field.annotation) for mark in get_args(choice))]
+    return next((mark for mark in marks if isinstance(mark, Number)), None)
+
+
+def _part_of(field: FieldInfo) -> type[Part] | None:
+    """The table that a field holds, alone or as one choice of a union with None."""
+    choices = (field.annotation, *get_args(field.annotation))
+    return next((choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)), None)
+
+
+def _single_valued(part: type[Part]) -> type[Part]:
+    """The same table where no key has a default and none may be an axis: what a case may override."""
+    fields: dict[str, Any] = {}
+    for name, field in part.model_fields.items():
+        number, nested = _mark_of(field), _part_of(field)
+        if number is not None:
+            kind: Any = Annotated[Values, number.single_valued()]
+        else:
+            kind = _single_valued(nested) if nested else field.annotation
+        fields[name] = (kind if isinstance(kind, UnionType) else kind | None, None)
+    return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
+
+
+class _CaseName(Part):
+    name: CaseName
+
+
+_DESIGN_PARTS: dict[str, type[Part]] = {
+    "arm": Arm,
+    "sheath": Sheath,
+    "tendon": Tendon,
+    "spring": Spring,
+    "spool": Spool,
+    "load": Load,
+    "model": Model,
+}
+
+Case: type[Part] = create_model(
+    "Case",
+    __base__=_CaseName,
+    __doc__="One entry of a linked axis, such as a person: a name, and the keys in which it differs.",
+    **{name: (_single_valued(part) | None, None) for name, part in _DESIGN_PARTS.items()},  # type: ignore[call-overload]
+)
+
+
+class Study(Part):
+    """A parameter study: every combination of its axes, in the order of the document, is one design."""
+
+    name: RunName = Field(description="name of the run folder; default: the stem of the file's name")
+    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = Field(default="", description="for figures")
+    arm: Arm = Arm()
+    sheath: Sheath = Sheath()
+    tendon: Tendon = Tendon()
+    spring: Spring = Spring()
+    spool: Spool = Spool()
+    load: Load = Load()
+    motion: Motion = Motion()
+    model: Model = Model()
+    output: Output = Output()
+    cases: tuple[Case, ...] = Field(  # type: ignore[valid-type]
+        default=(), description="one axis of linked values, such as persons"
+    )
+
+    _axes: tuple[str, ...] | None = PrivateAttr(None)
+    _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
+
+    def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
+        """The same study with its design axes in the document's order, and the files that gave some of its numbers."""
+        study = self.model_copy()
+        object.__setattr__(study, "__pydantic_private__", {"_axes": axes, "_sources": sources})
+        return study
+
+    @cached_property
+    def numbers(self) -> dict[str, Values]:
+        """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
+        return {key: values for part in _DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Keys of the design axes, slowest first; `case` stands for the linked axis."""
+        found = tuple(key for key, values in self.numbers.items() if values.is_axis)
+        ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
+        return (CASE_AXIS, *ordered) if self.cases else ordered
+
+    @property
+    def sources(self) -> dict[str, dict[str, Any]]:
+        """Files that gave numbers of this study, by the key they gave: name, hash, and what was read from them."""
+        return self._sources
+
+    def document(self) -> dict[str, Any]:
+        """The study with every default written out, in SI; reads back as the same study."""
+        return _document(self)
+
+    def record(self) -> dict[str, Any]:
+        """What tables and `run.json` keep of a study."""
+        return {"study": self.document(), "axes": list(self.axes), "sources": self.sources}
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
+        content = {"study": self.document(), "axes": list(self.axes)}
+        return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
+
+
+def numbers_in(part: Part, prefix: str) -> list[tuple[str, Values]]:
+    """The numbers that stand in a part and its sides, with their dotted keys."""
+    found: list[tuple[str, Values]] = []
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if isinstance(value, Values):
+            found.append((f"{prefix}.{name}", value))
+        elif isinstance(value, Part):
+            found += numbers_in(value, f"{prefix}.{name}")
+    return found
+
+
+def _document(part: Part) -> dict[str, Any]:
+    shown: dict[str, Any] = {}
+    for name in type(part).model_fields:
+        value = getattr(part, name)
+        if isinstance(value, Part):
+            shown[name] = _document(value)
+        elif isinstance(value, Values):
+            shown[name] = value.document()
+        elif isinstance(value, tuple):
+            if value:
+                shown[name] = [_document(item) if isinstance(item, Part) else item for item in value]
+        elif value is not None:
+            shown[name] = value
+    return shown
+
+
+@dataclass(frozen=True)
+class Key:
+    """A number's dotted key, such as `tendon.flexor.pretension`."""
+
+    path: str
+    number: Number
+
+    @property
+    def column(self) -> str:
+        """The column that holds it: the key joined with `_`, the side last, three of the common ones shortened."""
+        common, side = split_side(self.path)
+        column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
+        return f"{column}_{side}" if side else column
+
+
+def split_side(path: str) -> tuple[str, str | None]:
+    """`tendon.flexor.length` into `tendon.length` and `flexor`; a common key has no side."""
+    parts = path.split(".")
+    if len(parts) == 3 and parts[1] in SIDES:
+        return f"{parts[0]}.{parts[2]}", parts[1]
+    return path, None
+
+
+@cache
+def keys() -> dict[str, Key]:
+    """Every number that a study can have, by its dotted key, in the order of the schema."""
+    return {path: Key(path, number) for part in (*_DESIGN_PARTS, "motion") for path, number in _keys_of(Study, part)}
+
+
+def _keys_of(owner: type[Part], name: str, prefix: str = "") -> list[tuple[str, Number]]:
+    part = _part_of(owner.model_fields[name])
+    if part is None:
+        return []
+    found: list[tuple[str, Number]] = []
+    for inner, field in part.model_fields.items():
+        number = _mark_of(field)
+        if number is not None:
+            found.append((f"{prefix}{name}.{inner}", number))
+        elif _part_of(field):
+            found += _keys_of(part, inner, f"{prefix}{name}.")
+    return found

@@ -1,0 +1,120 @@
+"""A look at TOML text before it is parsed: its nesting, the length of its keys, and the line each key stands on.
+
+The parser of the standard library needs gigabytes for one long dotted key, and forgets line numbers and the order of
+tables that are opened again. This scan finds all three in one pass over the text; it does not judge the grammar.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from tendon_cli.errors import Fault, StudyError
+
+MAX_DEPTH = 32
+MAX_KEY_PARTS = 16
+
+_MARK = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"""|\Z)'  # strings of several lines
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:\\.|[^"\\\n])*(?:"|$)'  # strings of one line
+    r"|'[^'\n]*(?:'|$)"
+    r"|\#[^\n]*"
+    r"|[\[\]{}=.,\n]",
+    re.DOTALL | re.MULTILINE,
+)
+_KEY_PART = re.compile(r"""\s*("(?:\\.|[^"\\])*"|'[^']*'|[^."'\s]+)\s*(?:\.|$)""")
+
+
+@dataclass
+class KeyPlaces:
+    """Where keys stand: `lines[path]` is the line of a dotted key, in the order of the document."""
+
+    lines: dict[str, int] = field(default_factory=dict)
+
+    def line_of(self, path: str) -> int | None:
+        """The line of a key, or of the nearest table around it."""
+        while path not in self.lines:
+            if "." not in path:
+                return None
+            path = path.rpartition(".")[0]
+        return self.lines[path]
+
+
+def scan(text: str) -> KeyPlaces:
+    """Refuse what is nested or dotted too deeply, and tell where the keys stand; raises StudyError."""
+    scanner = _Scanner(text)
+    for match in _MARK.finditer(text):
+        scanner.take(match.group(), match.start())
+    return scanner.places
+
+
+class _Scanner:
+    """What is known while walking through the marks of a document."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.places = KeyPlaces()
+        self.line = 1
+        self.depth = 0
+        self.dots = 0
+        self.statement = 0  # offset at which the current statement starts
+        self.in_key = True  # before the equals sign of the current statement
+        self.table: list[str] = []
+        self.counts: dict[str, int] = {}
+
+    def take(self, mark: str, start: int) -> None:
+        if mark == "\n":
+            self._end_of_line(start)
+        elif mark == ".":
+            self._dot()
+        elif mark[0] in "[]{},":
+            self._bracket(mark)
+        elif mark == "=" and self.depth == 0 and self.in_key:
+            self._note([*self.table, *_key_parts(self.text[self.statement : start])])
+            self.in_key = False
+        if mark == "=":
+            self.dots = 0
+        self.line += mark.count("\n")
+
+    def _end_of_line(self, start: int) -> None:
+        self.dots = 0
+        if self.in_key:
+            statement = self.text[self.statement : start].strip()
+            if statement.startswith("["):
+                self._header(statement)
+                self.depth = 0
+        if self.depth == 0:
+            self.statement, self.in_key = start + 1, True
+
+    def _header(self, text: str) -> None:
+        self.table = _key_parts(text.partition("#")[0].strip().strip("[]"))
+        path = ".".join(self.table)
+        if text.startswith("[["):
+            self.counts[path] = self.counts.get(path, -1) + 1
+            self.table = [*self.table, str(self.counts[path])]
+        elif self.table and self.table[0] in self.counts:  # a table inside the latest entry, such as [cases.arm]
+            self.table.insert(1, str(self.counts[self.table[0]]))
+        self._note(self.table)
+
+    def _note(self, parts: list[str]) -> None:
+        self.places.lines.setdefault(".".join(parts), self.line)
+
+    def _dot(self) -> None:
+        self.dots += 1
+        if self.dots >= MAX_KEY_PARTS:
+            self._refuse(f"a key of more than {MAX_KEY_PARTS} parts")
+
+    def _bracket(self, mark: str) -> None:
+        self.dots = 0
+        self.depth += {"[": 1, "{": 1, "]": -1, "}": -1, ",": 0}[mark]
+        if self.depth > MAX_DEPTH:
+            self._refuse(f"nested deeper than {MAX_DEPTH} levels")
+
+    def _refuse(self, problem: str) -> None:
+        raise StudyError([Fault("", problem, "a study needs no more than four", self.line)])
+
+
+def _key_parts(text: str) -> list[str]:
+    """The parts of a dotted key, unquoted."""
+    return [part.strip("\"'") for part in _KEY_PART.findall(text)]
