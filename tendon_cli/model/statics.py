@@ -140,3 +140,13 @@ def pretension_shortfall(state: Coupling) -> Array:
     flexor_side = state.ratio * state.flexor_compliance * state.elbow_torque / state.moment_arm
     extensor_side = -state.extensor_compliance * state.elbow_torque / state.elbow_radius
     return np.asarray((np.maximum(flexor_side, extensor_side) - state.mismatch) / state.common_compliance)
+
+
+def pretension_in_hand(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, shortfall: Array) -> Array:
+    """By how much both pretensions could be lowered before a state goes slack, N; negative where it is slack.
+
+    For equal pretensions F0 - max(0, shortfall); where the sides differ, pretension counts by each side's compliance.
+    """
+    flexor_share = state.ratio * state.flexor_compliance / state.common_compliance
+    mean = flexor_share * flexor_pretension + (1.0 - flexor_share) * extensor_pretension
+    return np.asarray(np.minimum(mean - shortfall, np.minimum(flexor_pretension, extensor_pretension)))

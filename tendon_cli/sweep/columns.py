@@ -1,0 +1,165 @@
+"""Which columns a study's tables have, and the values of those that say which design and state a row is."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from tendon_cli.model.statics import STATUS_NAMES
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.study.study import CASE_AXIS, SIDES, keys, split_side
+from tendon_cli.sweep.inputs import Inputs, Source
+from tendon_cli.sweep.plan import Block
+from tendon_cli.tables.schema import Column, schema_of
+from tendon_cli.version import RESULTS_VERSION, __version__
+
+ALWAYS = (
+    "tendon.pretension",
+    "spring.stiffness",
+    "spool.ratio",
+    "load.mass",
+    "sheath.friction",
+    "sheath.bend_angle",
+)
+"""Keys that have a column in every table."""
+
+STATE_RESULTS = (
+    "flexor_tension_proximal",
+    "flexor_tension_distal",
+    "extensor_tension_proximal",
+    "extensor_tension_distal",
+    "flexor_tendon_stretch",
+    "extensor_tendon_stretch",
+    "flexor_spring_stretch",
+    "extensor_spring_stretch",
+    "flexor_slack",
+    "extensor_slack",
+    "elbow_torque",
+    "motor_torque",
+    "spool_angle",
+    "elbow_stiffness",
+    "flexor_moment_arm",
+    "flexor_travel",
+    "extensor_travel",
+)
+
+DESIGN_RESULTS = (
+    "min_flexor_tension",
+    "min_extensor_tension",
+    "max_tension",
+    "max_spring_extension",
+    "peak_elbow_torque",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_slack",
+    "slack_fraction",
+    "unstable_fraction",
+    "first_slack_angle",
+    "required_pretension",
+    "margin",
+)
+
+Values = Callable[[Block], npt.ArrayLike]
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The columns of both tables of a plan, in order, with what fills the leading ones."""
+
+    inputs: Inputs
+
+    @cached_property
+    def leading(self) -> dict[Column, Values]:
+        """`design` and the columns of the axes, each with its values in a block."""
+        columns: dict[Column, Values] = {
+            Column("design", "count", "1", "number of the design, from 0"): _design_numbers
+        }
+        for key in self._keys():
+            columns |= self._columns_of(key)
+        names = [axis.names for axis in self.inputs.plan.axes if axis.key == CASE_AXIS]
+        if names:
+            columns[Column(CASE_AXIS, "text", "1", "name of the case", is_axis=True, choices=names[0])] = _case_numbers
+        return columns
+
+    @cached_property
+    def designs(self) -> tuple[Column, ...]:
+        """Columns of `designs`."""
+        results = [Column.of(QUANTITIES[name]) for name in DESIGN_RESULTS]
+        return (*self.leading, *results, Column("feasible", "truth", "1", "every state is taut"))
+
+    @cached_property
+    def states(self) -> tuple[Column, ...]:
+        """Columns of `states`."""
+        directions = tuple(dict.fromkeys((*self.inputs.plan.directions, "flexion", "extension")))
+        state = (
+            Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions),
+            Column.of(QUANTITIES["elbow_angle"], is_axis=True),
+            Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES),
+        )
+        return (*self.leading, *state, *(Column.of(QUANTITIES[name]) for name in STATE_RESULTS))
+
+    def schema(self, table: str, part: int) -> pa.Schema:
+        """The schema of one part of a table; what it says follows from the study and the versions alone."""
+        study = self.inputs.plan.study
+        facts: dict[str, Any] = {
+            "table": table,
+            "study": study.record(),
+            "study_hash": study.hash,
+            "results_version": RESULTS_VERSION,
+            "versions": versions(),
+            "part": {"index": part, "of": self.inputs.plan.parts},
+        }
+        return schema_of(self.designs if table == "designs" else self.states, facts)
+
+    def _keys(self) -> list[str]:
+        """Common keys that have a column: those of every table, then axes and what differs between the sides."""
+        axes = [split_side(key)[0] for key in self.inputs.plan.study.axes if key != CASE_AXIS]
+        return list(dict.fromkeys((*ALWAYS, *axes, *sorted(self.inputs.overridden))))
+
+    def _columns_of(self, key: str) -> dict[Column, Values]:
+        """The column of a key, or where the sides differ the two of the sides and a null one."""
+        plain, quantity = keys()[key].column, keys()[key].number.quantity
+        if key not in self.inputs.overridden:
+            return {Column.of(quantity, plain, is_axis=True): self.inputs.source(key).within}
+        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
+        for side in SIDES:
+            column = Column.of(quantity, f"{plain}_{side}", is_axis=True)
+            columns[column] = self.inputs.source(key, side).within
+        return columns
+
+
+def state_keys(block: Block, elbow_angles: npt.NDArray[np.float64]) -> dict[str, npt.ArrayLike]:
+    """The columns of `states` that say which state a row is."""
+    directions = np.arange(block.directions.start, block.directions.stop)
+    return {"direction": directions[:, np.newaxis], "elbow_angle": elbow_angles[block.angles]}
+
+
+def versions() -> dict[str, str]:
+    """The versions that the bytes of a table may depend on."""
+    return {
+        "tendon": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "pyarrow": pa.__version__,
+    }
+
+
+def _design_numbers(block: Block) -> npt.ArrayLike:
+    shape = (*block.shape[:-2], 1, 1)
+    return np.arange(block.first_design, block.first_design + block.design_count).reshape(shape)
+
+
+def _case_numbers(block: Block) -> npt.ArrayLike:
+    names = Source(np.arange(block.designs[0].stop, dtype=np.float64), (0,))
+    return names.within(block)
+
+
+def _null(_: Block) -> npt.ArrayLike:
+    return np.nan

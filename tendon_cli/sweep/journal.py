@@ -1,0 +1,93 @@
+"""The journal of an unfinished run: a line per finished part, each with its own checksum.
+
+It may be cut off anywhere. Whole lines count, the rest is dropped, and whoever goes on writing first removes it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.errors import OutputError
+from tendon_cli.sweep.part import PartResult, Totals
+from tendon_cli.tables.write import WrittenFile
+
+NAME = "journal.jsonl"
+
+
+@dataclass
+class Journal:
+    """What is known of an unfinished run: what it is a run of, and the parts that are done."""
+
+    path: Path
+    header: dict[str, Any] = field(default_factory=dict)
+    parts: dict[int, PartResult] = field(default_factory=dict)
+
+    @classmethod
+    def read(cls, path: Path) -> Journal:
+        """All whole lines of a journal; a file that is not there is an empty journal."""
+        journal = cls(path)
+        for entry in _entries(path):
+            if "part" in entry:
+                result = _part(entry)
+                journal.parts[result.index] = result
+            else:
+                journal.header = entry
+        return journal
+
+    def start(self, header: dict[str, Any]) -> None:
+        """Write the journal anew with its header and the parts that count; raises OutputError."""
+        self.header = header
+        lines = [_line(header), *(_line(_entry(result)) for result in self.parts.values())]
+        temporary = self.path.with_name(f".{NAME}.tmp")
+        try:
+            with temporary.open("wb") as file:
+                file.writelines(lines)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(self.path)
+        except OSError as error:
+            raise OutputError(f"cannot be written: {error.strerror or error}", where=str(self.path)) from error
+
+    def add(self, result: PartResult) -> None:
+        """Record a finished part, on the disk before this returns; raises OutputError."""
+        self.parts[result.index] = result
+        try:
+            with self.path.open("ab") as file:
+                file.write(_line(_entry(result)))
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise OutputError(f"cannot be written: {error.strerror or error}", where=str(self.path)) from error
+
+
+def _line(entry: dict[str, Any]) -> bytes:
+    text = json.dumps(entry, sort_keys=True).encode()
+    return b"%08x %s\n" % (zlib.crc32(text), text)
+
+
+def _entries(path: Path) -> list[dict[str, Any]]:
+    try:
+        lines = path.read_bytes().split(b"\n")[:-1]
+    except FileNotFoundError:
+        return []
+    found = []
+    for line in lines:
+        checksum, _, text = line.partition(b" ")
+        if checksum == b"%08x" % zlib.crc32(text):
+            found.append(json.loads(text))
+    return found
+
+
+def _entry(result: PartResult) -> dict[str, Any]:
+    files = {name: asdict(file) for name, file in result.files.items()}
+    return {"part": result.index, "totals": asdict(result.totals), "files": files}
+
+
+def _part(entry: dict[str, Any]) -> PartResult:
+    files = {name: WrittenFile(**file) for name, file in entry["files"].items()}
+    return PartResult(entry["part"], Totals(**entry["totals"]), files)

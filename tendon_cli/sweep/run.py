@@ -1,0 +1,208 @@
+"""Running a sweep: parts in parallel, each recorded when it stands, the run declared finished at the very end."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from tendon_cli.errors import FolderError, OutputError, SizeError, TendonError, WorkersLostError
+from tendon_cli.sweep.columns import versions
+from tendon_cli.sweep.journal import NAME as JOURNAL
+from tendon_cli.sweep.journal import Journal
+from tendon_cli.sweep.part import PartMaker, PartResult, Stopped, Totals
+from tendon_cli.sweep.run_folder import RunFolder
+
+Progress = Callable[[int, int], None]
+"""Called with the number of finished parts and of all parts."""
+
+_LEAST_BYTES_PER_STATE = 20
+_LEAST_BYTES_PER_DESIGN = 10
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A run that stands in its folder: its record, and whether it had stood there before."""
+
+    record: dict[str, Any]
+    up_to_date: bool
+
+
+@dataclass(frozen=True)
+class PartFailure:
+    """A part that could not be computed, and why; the others go on."""
+
+    index: int
+    error: Exception
+
+
+def available_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def run(
+    folder: RunFolder,
+    *,
+    jobs: int,
+    stop: threading.Event,
+    progress: Progress,
+    resume: bool = False,
+    overwrite: bool = False,
+) -> Outcome:
+    """Compute a plan into its locked folder.
+
+    Raises FolderError where something else stands there, SizeError, OutputError, WorkersLostError for parts that
+    failed, Stopped where `stop` was set; whatever was finished until then is kept and can be resumed.
+    """
+    if overwrite:
+        folder.clear()
+    started = time.monotonic()
+    record = folder.finished()
+    journal = Journal.read(folder.path / JOURNAL)
+    if record is not None:
+        folder.check_same(record)
+        damaged = [entry["path"] for entry in record["files"] if not _stands(folder, entry)]
+        if not damaged:
+            return Outcome(record, up_to_date=True)
+        raise FolderError(
+            f"{len(damaged)} of {len(record['files'])} files are missing or damaged, the first is {damaged[0]}",
+            where=str(folder.path),
+            hint="--overwrite computes the run anew",
+        )
+    done = _recorded(folder, journal, resume=resume)
+    _check_disk(folder)
+    journal.parts = done
+    plan = folder.plan
+    journal.start({**folder.identity(), "tables": list(plan.study.output.tables), "parts": plan.parts})
+    resumed = len(done)
+    _compute(folder, journal, jobs, stop, progress)
+    return Outcome(_finish(folder, journal, resumed, time.monotonic() - started), up_to_date=False)
+
+
+def _stands(folder: RunFolder, entry: dict[str, Any]) -> bool:
+    return folder.is_intact(entry["path"], entry["size"], entry["sha256"])
+
+
+def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int, PartResult]:
+    """The parts of an unfinished run that need not be computed again."""
+    if not (folder.path / JOURNAL).exists():
+        folder.check_empty()
+        return {}
+    if journal.header:
+        folder.check_same(journal.header)
+    if not resume:
+        done = f"{len(journal.parts)} of {folder.plan.parts} parts are done"
+        hint = "--resume finishes it, --overwrite starts anew"
+        raise FolderError(f"holds an unfinished run of this study, {done}", where=str(folder.path), hint=hint)
+    return folder.intact(journal.parts) if journal.header else {}
+
+
+def _check_disk(folder: RunFolder) -> None:
+    """Refuse a run that cannot fit, before it fills the disk."""
+    plan = folder.plan
+    needed = plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in plan.study.output.tables else 0
+    if "states" in plan.study.output.tables:
+        needed += plan.states * _LEAST_BYTES_PER_STATE
+    free = shutil.disk_usage(folder.path).free
+    if needed > free:
+        raise SizeError(
+            f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
+            where=str(folder.path),
+            hint='`[output] tables = ["designs"]` leaves the states out; --dry-run tells the size beforehand',
+        )
+
+
+def _compute(folder: RunFolder, journal: Journal, jobs: int, stop: threading.Event, progress: Progress) -> None:
+    plan = folder.plan
+    for table in plan.study.output.tables:
+        folder.prepare(table)
+    maker = PartMaker(plan, folder.path, stop)
+    missing = (index for index in range(plan.parts) if index not in journal.parts)
+    failures: list[PartFailure] = []
+    progress(len(journal.parts), plan.parts)
+    for result in _results(maker, missing, min(jobs, plan.parts)):
+        if isinstance(result, PartFailure):
+            failures.append(result)
+            if isinstance(result.error, OutputError):
+                stop.set()  # the next part would not fit either
+            continue
+        journal.add(result)
+        progress(len(journal.parts), plan.parts)
+    _raise_for(failures, maker)
+
+
+def _results(maker: PartMaker, missing: Iterable[int], jobs: int) -> Iterator[PartResult | PartFailure]:
+    """Parts as they are finished; a task gives its failure back, since joblib would end all at the first exception."""
+
+    def attempt(index: int) -> PartResult | PartFailure:
+        try:
+            return maker.make(index)
+        except Exception as error:  # noqa: BLE001 - reported with its coordinates, while the other parts go on
+            return PartFailure(index, error)
+
+    if jobs == 1:
+        yield from map(attempt, missing)
+        return
+    from joblib import Parallel, delayed  # noqa: PLC0415 - a small study does without its import
+
+    with Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool:
+        yield from pool(delayed(attempt)(index) for index in missing)
+
+
+def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
+    """Raise for the parts that failed: what stopped the writing first, then a stop, then anything else."""
+    faults = [failure for failure in failures if not isinstance(failure.error, Stopped)]
+    for failure in faults:
+        if isinstance(failure.error, TendonError):
+            raise failure.error
+    if faults:
+        first = faults[0]
+        raise WorkersLostError(
+            f"{len(faults)} of {maker.plan.parts} parts failed, the others are kept; first "
+            f"{_place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
+            where=str(maker.folder),
+            hint="--resume tries the failed parts again",
+        ) from first.error
+    if failures:
+        raise failures[0].error
+
+
+def _place(maker: PartMaker, index: int) -> str:
+    """A part by its designs and where on the axes it starts."""
+    plan, designs = maker.plan, maker.plan.part(index)
+    at = [
+        f"{axis.key}={axis.names[position] if axis.values is None else axis.values[position]:.6g}"
+        for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
+    ]
+    return f"part {index} (designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'})"
+
+
+def _finish(folder: RunFolder, journal: Journal, resumed: int, seconds: float) -> dict[str, Any]:
+    plan = folder.plan
+    totals = sum((result.totals for result in journal.parts.values()), Totals())
+    files = [
+        {"path": name, **asdict(file)}
+        for index in sorted(journal.parts)
+        for name, file in journal.parts[index].files.items()
+    ]
+    return {
+        "name": plan.study.name,
+        "title": plan.study.title,
+        **{key: value for key, value in folder.identity().items() if key != "study"},
+        "designs": plan.designs,
+        "states": plan.states,
+        **asdict(totals),
+        "parts": plan.parts,
+        "resumed_parts": resumed,
+        "files": files,
+        "seconds": round(seconds, 3),
+        "versions": versions(),
+        "study": plan.study.document(),
+    }

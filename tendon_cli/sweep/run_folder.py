@@ -1,0 +1,178 @@
+"""The folder of a run: who may write to it, what it holds, and what of that can be trusted."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.errors import FolderError, OutputError
+from tendon_cli.sweep.journal import NAME as JOURNAL
+from tendon_cli.sweep.journal import Journal
+from tendon_cli.sweep.part import PartResult, file_name
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.tables.digest import file_sha256
+from tendon_cli.tables.write import write_bytes
+from tendon_cli.version import RESULTS_VERSION
+
+RECORD = "run.json"
+LOCK = ".lock"
+_OURS = (RECORD, JOURNAL, LOCK)
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A run folder and the plan that is to stand in it."""
+
+    path: Path
+    plan: Plan
+
+    @contextlib.contextmanager
+    def locked(self, *, use_lock: bool = True) -> Iterator[None]:
+        """Make the folder and hold it; raises FolderError where another run does, OutputError where it cannot be made.
+
+        The system gives the lock up when its holder dies, however it dies.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+        except FileExistsError:
+            raise FolderError("is a file, expected a folder for the run", where=str(self.path)) from None
+        except OSError as error:
+            raise OutputError(f"cannot be made: {error.strerror}", where=str(self.path)) from error
+        try:
+            if use_lock:
+                self._lock(handle)
+            yield
+        finally:
+            os.close(handle)
+
+    def _lock(self, handle: int) -> None:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
+                hint = "wait for it, or choose another folder with --out"
+                raise FolderError("another run is writing here", where=str(self.path), hint=hint) from None
+            hint = "--no-lock runs without; make sure yourself that no other run writes here"
+            raise FolderError(
+                f"the file system cannot lock: {error.strerror}", where=str(self.path), hint=hint
+            ) from None
+
+    def identity(self) -> dict[str, Any]:
+        """What makes two runs the same."""
+        study = self.plan.study
+        return {"study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record()}
+
+    def finished(self) -> dict[str, Any] | None:
+        """The record of a finished run, or nothing; raises FolderError for a `run.json` that is not ours."""
+        try:
+            record = json.loads((self.path / RECORD).read_bytes())
+        except FileNotFoundError:
+            return None
+        except (ValueError, RecursionError, OSError):
+            record = None
+        if isinstance(record, dict) and isinstance(record.get("files"), list):
+            return record
+        hint = "choose another folder with --out"
+        raise FolderError("holds a run.json that tendon did not write", where=str(self.path), hint=hint)
+
+    def check_same(self, found: dict[str, Any]) -> None:
+        """Raises FolderError, naming what differs, where the folder holds another study or other results."""
+        ours = self.identity()
+        if found.get("results_version") != ours["results_version"]:
+            differs = f"results version {found.get('results_version')}, this tendon gives {ours['results_version']}"
+        elif found.get("study_hash") != ours["study_hash"]:
+            differs = "; ".join(_differences(found.get("study") or {}, ours["study"])[:4]) or "the order of the axes"
+        else:
+            return
+        hint = "--overwrite replaces it, --out writes elsewhere"
+        raise FolderError(f"holds a run of another study: {differs}", where=str(self.path), hint=hint)
+
+    def check_empty(self) -> None:
+        """Raises FolderError where the folder holds anything that is not a run's."""
+        foreign = sorted(item.name for item in self.path.iterdir() if item.name not in _OURS)
+        if foreign:
+            hint = "choose another folder with --out"
+            raise FolderError(f"is not a run folder, it holds {foreign[0]}", where=str(self.path), hint=hint)
+
+    def intact(self, parts: dict[int, PartResult]) -> dict[int, PartResult]:
+        """Of recorded parts those whose files stand as they were written."""
+        return {
+            index: result
+            for index, result in parts.items()
+            if all(self.is_intact(name, file.size, file.sha256) for name, file in result.files.items())
+        }
+
+    def is_intact(self, name: str, size: int, sha256: str) -> bool:
+        """Whether a file of the run has the bytes that were recorded."""
+        path = self.path / name
+        try:
+            return not path.is_symlink() and path.stat().st_size == size and file_sha256(path) == sha256
+        except OSError:
+            return False
+
+    def prepare(self, table: str) -> None:
+        """Make the folder of a table's parts, where it has several; raises OutputError."""
+        folder = self.path / f"{table}.parquet"
+        if self.plan.parts > 1:
+            try:
+                if folder.is_symlink():
+                    raise OutputError("is a symbolic link, which tendon does not write through", where=str(folder))
+                folder.mkdir(exist_ok=True)
+            except OSError as error:
+                raise OutputError(f"cannot be made: {error.strerror}", where=str(folder)) from error
+
+    def clear(self) -> None:
+        """Delete the files of the run that stands here, finished or not, and nothing else."""
+        record, journal = self.finished(), Journal.read(self.path / JOURNAL)
+        names = [str(entry["path"]) for entry in record["files"]] if record else []
+        names += [name for result in journal.parts.values() for name in result.files]
+        for table in journal.header.get("tables", ()):
+            parts = int(journal.header.get("parts", 0))
+            names += [file_name(table, index, parts) for index in range(parts)]
+        try:
+            (self.path / RECORD).unlink(missing_ok=True)  # first: what is half deleted must not look finished
+            for name in dict.fromkeys(names):
+                self._delete(name)
+            for table in ("designs", "states"):
+                with contextlib.suppress(OSError):
+                    (self.path / f"{table}.parquet").rmdir()
+            (self.path / JOURNAL).unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(f"cannot be cleared: {error.strerror}", where=str(self.path)) from error
+
+    def _delete(self, name: str) -> None:
+        """Delete a file of a run and its temporary twin, if it lies in the run folder."""
+        path = self.path / name
+        inside = not Path(name).is_absolute() and ".." not in Path(name).parts
+        if inside and not path.parent.is_symlink() and path.parent in (self.path, self.path / f"{Path(name).parts[0]}"):
+            path.unlink(missing_ok=True)
+            path.with_name(f".{path.name}.tmp").unlink(missing_ok=True)
+
+    def write_record(self, record: dict[str, Any]) -> None:
+        """Declare the run finished: `run.json` last of all, then the journal goes."""
+        write_bytes(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
+        with contextlib.suppress(OSError):
+            (self.path / JOURNAL).unlink(missing_ok=True)
+
+
+def _differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
+    """Keys in which two resolved studies differ, each with both values."""
+    if isinstance(theirs, dict) and isinstance(ours, dict):
+        names = dict.fromkeys((*theirs, *ours))
+        return [
+            line
+            for name in names
+            for line in _differences(theirs.get(name), ours.get(name), f"{key}.{name}" if key else name)
+        ]
+    if theirs == ours:
+        return []
+    shown = [json.dumps(value)[:60] for value in (theirs, ours)]
+    return [f"{key} was {shown[0]}, now {shown[1]}"]

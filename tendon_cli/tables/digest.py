@@ -1,0 +1,130 @@
+"""One digest over every byte of a table file, kept inside the file.
+
+A Parquet page carries a checksum, but page headers and the footer do not, and there a flipped bit may change a name, a
+unit or a number without anybody noticing. So the footer holds the SHA-256 of the whole file, taken with zeros in the
+place of the digest itself. It lets a table that was moved away from its run folder vouch for itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+from typing import BinaryIO
+
+KEY = "tendon.digest"
+PLACEHOLDER = "sha256:" + "0" * 64
+_ZEROS = b"0" * 64
+_LONGEST_FOOTER = 256 * 1024 * 1024
+_STEP = 1 << 20
+
+
+class StampedSink:
+    """A file that a Parquet writer fills; it hashes what passes, and puts the digest into the footer at the end."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._passed = hashlib.sha256()
+        self._before_footer = hashlib.sha256()
+        self._footer: list[bytes] | None = None
+        self.size = 0
+        self.closed = False
+
+    def write(self, data: bytes) -> int:
+        """Pass bytes on to the file."""
+        self._passed.update(data)
+        if self._footer is not None:
+            self._footer.append(bytes(data))
+        self._file.write(data)
+        self.size += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """How many bytes were written."""
+        return self.size
+
+    def flush(self) -> None:
+        """Nothing is held back here."""
+
+    def close(self) -> None:
+        """The Parquet writer is done; the file stays open until it is stamped."""
+        self.closed = True
+
+    def readable(self) -> bool:
+        """A sink cannot be read."""
+        return False
+
+    def writable(self) -> bool:
+        """It can be written to until it is closed."""
+        return not self.closed
+
+    def seekable(self) -> bool:
+        """It is written from front to back."""
+        return False
+
+    def begin_footer(self) -> None:
+        """All pages are written; what follows is the footer."""
+        self._before_footer = self._passed.copy()
+        self._footer = []
+
+    def stamp(self) -> str:
+        """Put the digest into the finished file; returns the SHA-256 of the file as it then is."""
+        footer = b"".join(self._footer or [])
+        start = _digest_in(footer)
+        if start is None:
+            raise ValueError("the footer has no place for a digest")
+        stamped = footer[:start] + self._passed.hexdigest().encode() + footer[start + 64 :]
+        self._file.seek(self.size - len(footer))
+        self._file.write(stamped)
+        self._before_footer.update(stamped)
+        return self._before_footer.hexdigest()
+
+
+def is_intact(path: Path) -> bool | None:
+    """Whether every byte of a table file is as it was written; None where the file bears no digest of ours."""
+    with path.open("rb") as file:
+        offset, footer = _footer(file)
+        start = _digest_in(footer)
+        if start is None:
+            return None
+        kept = footer[start : start + 64]
+        digest = hashlib.sha256()
+        _update(digest, file, offset)
+        digest.update(footer[:start] + _ZEROS + footer[start + 64 :])
+        return digest.hexdigest().encode() == kept
+
+
+def file_sha256(path: Path) -> str:
+    """SHA-256 of a file as it is."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        _update(digest, file, path.stat().st_size)
+    return digest.hexdigest()
+
+
+def _update(digest: hashlib._Hash, file: BinaryIO, count: int) -> None:
+    """Hash the first `count` bytes of a file."""
+    file.seek(0)
+    while count > 0 and (piece := file.read(min(count, _STEP))):
+        digest.update(piece)
+        count -= len(piece)
+
+
+def _footer(file: BinaryIO) -> tuple[int, bytes]:
+    """Offset of the Parquet footer, and all bytes from there; nothing where there is none."""
+    end = file.seek(0, 2)
+    file.seek(max(0, end - 8))
+    tail = file.read(8)
+    length = int.from_bytes(tail[:4], "little") + 8
+    if tail[4:] != b"PAR1" or length > min(end, _LONGEST_FOOTER):
+        return 0, b""
+    file.seek(end - length)
+    return end - length, file.read(length)
+
+
+def _digest_in(footer: bytes) -> int | None:
+    """Offset in a footer of the 64 hexadecimal digits that follow the digest's key."""
+    key = footer.find(KEY.encode())
+    mark = footer.find(b"sha256:", key) if key >= 0 else -1
+    if mark < 0 or mark - key > len(KEY) + 8 or len(footer) < mark + 7 + 64:
+        return None
+    return mark + 7

@@ -1,0 +1,109 @@
+"""Reading tables back: nothing that is damaged, incomplete or foreign is ever taken for a result."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tendon_cli.errors import InputError
+from tendon_cli.tables.digest import is_intact
+
+
+@dataclass(frozen=True)
+class TableFiles:
+    """A table on the disk: one file, or the parts of a folder, in the order of the rows. All verified."""
+
+    files: tuple[Path, ...]
+
+    @cached_property
+    def schema(self) -> pa.Schema:
+        """Columns with units and meaning."""
+        return pq.read_schema(self.files[0])
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """What the table knows of itself: `table`, `study`, `study_hash`, `versions`, `part`."""
+        return _facts(self.schema)
+
+    @cached_property
+    def rows(self) -> int:
+        """Number of rows of all parts."""
+        return sum(pq.read_metadata(file).num_rows for file in self.files)
+
+    def read(self, columns: Sequence[str] | None = None) -> pa.Table:
+        """The whole table, or some of its columns."""
+        return pa.concat_tables(part for _, part in self.parts(columns))
+
+    def parts(self, columns: Sequence[str] | None = None) -> Iterator[tuple[int, pa.Table]]:
+        """Part by part, each with the number of its first row."""
+        first = 0
+        for file in self.files:
+            try:
+                part = pq.read_table(
+                    pa.memory_map(str(file)),
+                    columns=list(columns) if columns else None,
+                    page_checksum_verification=True,
+                )
+            except (pa.ArrowException, OSError) as error:
+                raise _damaged(file, str(error).splitlines()[0]) from None
+            yield first, part
+            first += part.num_rows
+
+
+def open_table(path: Path) -> TableFiles:
+    """A table of ours, from its file or the folder of its parts, every byte verified; raises InputError."""
+    files = tuple(sorted(path.glob("part-*.parquet"), key=_by_number)) if path.is_dir() else (path,)
+    if not files:
+        raise InputError("holds no parts of a table", where=str(path))
+    for file in files:
+        _verify(file)
+    table = TableFiles(files)
+    of = table.facts["part"]["of"]
+    indices = [_facts(pq.read_schema(file))["part"]["index"] for file in files]
+    if path.is_dir() and indices != list(range(of)):
+        missing = sorted(set(range(of)) - set(indices))
+        raise InputError(f"{len(missing)} of {of} parts are missing, the first is part {missing[0]}", where=str(path))
+    return table
+
+
+def _by_number(part: Path) -> tuple[int, str]:
+    """Parts in the order of their numbers, whatever their digits."""
+    return len(part.name), part.name
+
+
+def _verify(file: Path) -> None:
+    try:
+        intact = is_intact(file)
+        if intact is None:
+            metadata = pq.read_schema(file).metadata or {}
+            known = any(key.startswith(b"tendon.") for key in metadata)
+            if not known:
+                raise InputError("is not a table written by tendon", where=str(file), hint="run `tendon sweep` first")
+        if not intact:
+            raise _damaged(file, "its bytes are not those that were written")
+        pq.read_schema(file)
+    except FileNotFoundError:
+        raise InputError("no such table", where=str(file)) from None
+    except (pa.ArrowException, OSError) as error:
+        raise _damaged(file, str(error).splitlines()[0]) from None
+
+
+def _facts(schema: pa.Schema) -> dict[str, Any]:
+    metadata = schema.metadata or {}
+    prefix = b"tendon."
+    return {
+        key[len(prefix) :].decode(): json.loads(value)
+        for key, value in metadata.items()
+        if key.startswith(prefix) and key != b"tendon.digest"
+    }
+
+
+def _damaged(file: Path, reason: str) -> InputError:
+    return InputError(f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew")

@@ -1,0 +1,59 @@
+"""What a table's columns are: their names, types, units and meaning, as Arrow and pandas understand them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import pyarrow as pa
+
+from tendon_cli.quantities import Quantity
+
+Kind = Literal["number", "text", "count", "truth"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table. A text column holds positions in `choices`; `is_axis` marks what few values repeat in."""
+
+    name: str
+    kind: Kind
+    unit: str
+    long_name: str
+    is_axis: bool = False
+    choices: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False) -> Column:
+        """A column of numbers of a quantity, under its own name or another."""
+        return cls(name or quantity.name, "number", quantity.unit, quantity.long_name, is_axis=is_axis)
+
+    @property
+    def type(self) -> pa.DataType:
+        """The Arrow type; text is a dictionary, which pandas reads as a categorical."""
+        if self.kind == "text":
+            return pa.dictionary(pa.int8() if len(self.choices) < 128 else pa.int32(), pa.string())
+        return {"number": pa.float64(), "count": pa.int64(), "truth": pa.bool_()}[self.kind]
+
+    @property
+    def field(self) -> pa.Field:
+        """The Arrow field with its unit and meaning as metadata."""
+        meaning = {"unit": self.unit, "long_name": self.long_name}
+        return pa.field(self.name, self.type, nullable=self.kind == "number", metadata=meaning)
+
+
+def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:
+    """The Arrow schema of a table; each fact becomes a JSON text under `tendon.<name>` in the file's metadata.
+
+    The key that pandas keeps its attributes under is set too, so that `DataFrame.attrs["units"]` has the units.
+    """
+    attributes = {
+        "units": {column.name: column.unit for column in columns},
+        "long_names": {column.name: column.long_name for column in columns},
+        "study_hash": facts.get("study_hash"),
+    }
+    metadata = {f"tendon.{name}": json.dumps(fact, sort_keys=True) for name, fact in facts.items()}
+    metadata["PANDAS_ATTRS"] = json.dumps(attributes, sort_keys=True)
+    return pa.schema([column.field for column in columns], metadata=metadata)

@@ -1,0 +1,174 @@
+"""Writing a table: rows gathered into row groups of fixed length, a file that appears only when it is whole."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from tendon_cli.errors import OutputError
+from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
+from tendon_cli.tables.schema import Column
+
+_DTYPES: dict[str, Any] = {"number": np.float64, "text": np.int32, "count": np.int64, "truth": np.bool_}
+
+
+@dataclass(frozen=True)
+class WrittenFile:
+    """A table file as it was put in place."""
+
+    rows: int
+    size: int
+    sha256: str
+
+
+class TableWriter:
+    """Gathers columns block by block and writes row groups of exactly `row_group` rows, but the last.
+
+    So the bytes of the file depend on its rows only, not on the blocks they came in. `finish` puts the file in place;
+    leaving the context without it leaves nothing behind. Raises OutputError where the file cannot be written.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int) -> None:
+        self.path = path
+        self.temporary = path.with_name(f".{path.name}.tmp")
+        self._columns, self._schema = columns, schema
+        length = min(row_group, max(rows, 1))
+        self._buffers = {column.name: np.empty(length, _DTYPES[column.kind]) for column in columns}
+        self._capacity, self._filled, self._rows = length, 0, 0
+        with _as_output_error(path):
+            self.temporary.unlink(missing_ok=True)
+            # Exclusive, so that nothing that stands in the way is followed or written through.
+            self._file = self.temporary.open("xb", buffering=1 << 20)
+        self._sink = StampedSink(self._file)
+        self._writer = pq.ParquetWriter(pa.PythonFile(self._sink, mode="w"), schema, **_encoding(columns))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self._file.closed:
+            with contextlib.suppress(OSError, pa.ArrowException):
+                self._file.close()
+            self.temporary.unlink(missing_ok=True)
+
+    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
+        """Add the rows of a block: every column broadcasts to `shape`, whose last axis is the fastest."""
+        count = math.prod(shape)
+        if self._filled + count <= self._capacity:
+            for name, buffer in self._buffers.items():
+                buffer[self._filled : self._filled + count].reshape(shape)[...] = columns[name]
+            self._advance(count)
+            return
+        flat = {name: np.broadcast_to(columns[name], shape).ravel() for name in self._buffers}
+        start = 0
+        while start < count:
+            step = min(count - start, self._capacity - self._filled)
+            for name, buffer in self._buffers.items():
+                buffer[self._filled : self._filled + step] = flat[name][start : start + step]
+            self._advance(step)
+            start += step
+
+    def finish(self) -> WrittenFile:
+        """Write what is left, flush to the disk, check, and put the file in place under its name."""
+        with _as_output_error(self.path):
+            if self._filled:
+                self._write_row_group()
+            self._sink.begin_footer()
+            self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
+            self._writer.close()
+            sha256 = self._sink.stamp()
+            self._file.flush()
+            os.fsync(self._file.fileno())
+            self._file.close()
+            self._check()
+            self.temporary.replace(self.path)
+            sync_folder(self.path.parent)
+        return WrittenFile(self._rows, self._sink.size, sha256)
+
+    def _advance(self, count: int) -> None:
+        self._filled += count
+        if self._filled == self._capacity:
+            with _as_output_error(self.path):
+                self._write_row_group()
+
+    def _write_row_group(self) -> None:
+        arrays = [_array(column, self._buffers[column.name][: self._filled]) for column in self._columns]
+        table = pa.Table.from_arrays(arrays, schema=self._schema)
+        self._writer.write_table(table, row_group_size=self._capacity)
+        self._rows += self._filled
+        self._filled = 0
+
+    def _check(self) -> None:
+        """What stands on the disk has the length that was written, and a footer that says so many rows."""
+        if self.temporary.stat().st_size != self._sink.size or pq.read_metadata(self.temporary).num_rows != self._rows:
+            raise OSError("the file on the disk is not what was written")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a small file whole or not at all: temporary name, flush, rename; raises OutputError."""
+    temporary = path.with_name(f".{path.name}.tmp")
+    with _as_output_error(path):
+        temporary.unlink(missing_ok=True)
+        try:
+            with temporary.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(path)
+        except OSError:
+            temporary.unlink(missing_ok=True)
+            raise
+        sync_folder(path.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a rename in a folder last through a power cut, where the system can."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+@contextlib.contextmanager
+def _as_output_error(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or str(error)
+        hint = "free some space, then start again" if "space" in reason else None
+        raise OutputError(f"cannot be written: {reason}", where=str(path), hint=hint) from error
+
+
+def _encoding(columns: Sequence[Column]) -> dict[str, object]:
+    """How pages are encoded: what few values repeat in as a dictionary, results split into byte streams.
+
+    Measured on states tables: twice to three times as fast as the library's defaults, and a sixth smaller.
+    """
+    results = [column.name for column in columns if column.kind == "number" and not column.is_axis]
+    return {
+        "version": "2.6",
+        "compression": "snappy",
+        "use_dictionary": [column.name for column in columns if column.is_axis or column.kind == "text"],
+        "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT"),
+        "write_statistics": [column.name for column in columns if column.is_axis],
+        "write_page_checksum": True,
+    }
+
+
+def _array(column: Column, values: npt.NDArray[np.generic]) -> pa.Array:
+    """Values as Arrow has them; NaN becomes null, text positions a dictionary."""
+    if column.kind == "text":
+        return pa.DictionaryArray.from_arrays(values.astype(column.type.index_type.to_pandas_dtype()), column.choices)
+    return pa.array(values, type=column.type, from_pandas=column.kind == "number")
