@@ -6,8 +6,8 @@ exception that reaches `cli` is a bug in tendon (exit 1).
 
 from __future__ import annotations
 
+import signal
 from dataclasses import dataclass
-from typing import ClassVar
 
 EXIT_OK = 0
 EXIT_BUG = 1
@@ -17,8 +17,8 @@ EXIT_NO_EQUILIBRIUM = 4
 class TendonError(Exception):
     """A fault with its place and a way out of it; `exit` and `kind` say of which sort it is."""
 
-    exit: ClassVar[int] = EXIT_BUG
-    kind: ClassVar[str] = "bug"
+    exit: int = EXIT_BUG
+    kind: str = "bug"
 
     def __init__(self, message: str, *, where: str | None = None, hint: str | None = None) -> None:
         super().__init__(message)
@@ -92,6 +92,20 @@ class WorkersLostError(TendonError):
 
     exit = 6
     kind = "workers"
+
+
+class InterruptError(TendonError):
+    """A signal asked the run to end, and it did, cleanly; the exit code is the one that shells expect of the signal."""
+
+    kind = "stopped"
+
+    def __init__(self, number: int, *, where: str) -> None:
+        super().__init__(
+            f"stopped by {signal.Signals(number).name}; the parts that were finished are kept",
+            where=where,
+            hint="--resume goes on where it stopped",
+        )
+        self.exit = 128 + number
 
 
 class FolderError(TendonError):

@@ -70,7 +70,8 @@ def kinematics(
     with np.errstate(divide="ignore", invalid="ignore"):
         moment_arm = -(forward * forward_rate + up * up_rate) / path
         # d²(L_c²/2)/dθ² = L_c'² + L_c L_c'', and q moves on a circle: its acceleration is minus its position.
-        slope = (forward * up_rate - up * forward_rate - forward_rate**2 - up_rate**2 + moment_arm**2) / path
+        speed_squared = forward_rate * forward_rate + up_rate * up_rate
+        slope = (forward * up_rate - up * forward_rate - speed_squared + moment_arm * moment_arm) / path
     straight = flexor_path(anchors, 0.0)
     reference = np.where(from_initial, straight, np.add(anchors.b1, anchors.b2))
     return Kinematics(

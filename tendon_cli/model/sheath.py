@@ -1,7 +1,8 @@
 """A tendon in a curved sheath with Coulomb friction (Eqs. 6 and 13, Appendix A).
 
 Along the sheath dF/ds = σ μ κ F, where σ is -1 for a tendon that is pulled toward the motor and +1 for one that is
-dragged toward the elbow. Only the total curvature φ = ∫κ ds matters (Eq. A.17), whatever the route in three dimensions.
+dragged toward the elbow. For the ratio of the tensions only the total curvature φ = ∫κ ds matters (Eq. A.17), whatever
+the route in three dimensions; the elongation (Eq. 13) supposes that the curvature is spread evenly along the sheath.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy.typing as npt
 from tendon_cli.model.kinematics import Array, Real
 
 _FEWEST_TO_EXTRAPOLATE = 7
+_SHORTEST_STEP = 1e-3  # of the median step
 
 TOWARD_MOTOR = -1.0
 TOWARD_ELBOW = 1.0
@@ -73,13 +75,16 @@ def total_curvature(points: npt.ArrayLike) -> RouteCurvature:
 
 
 def _distinct(points: Array) -> Array:
-    """The way-points without immediate repetitions."""
+    """The way-points without repetitions: a step far shorter than the others has a direction, but it is noise."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"way-points have the shape {points.shape}, expected (n, 3)")
-    moved = np.any(np.diff(points, axis=0) != 0.0, axis=1)
-    route: Array = points[np.append(True, moved)]
-    if len(route) < 2:
+    if not np.all(np.isfinite(points)):
+        raise ValueError("way-points are finite")
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1) if len(points) else np.zeros(0)
+    if not np.any(steps > 0.0):
         raise ValueError("a route needs at least two different way-points")
+    moved = steps > _SHORTEST_STEP * np.median(steps[steps > 0.0])
+    route: Array = points[np.append(True, moved)]
     return route
 
 

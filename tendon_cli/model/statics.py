@@ -125,7 +125,7 @@ def elbow_stiffness(
     """
     flexor_pulls = ~(np.isin(balance.status, (FLEXOR_SLACK, BOTH_SLACK)) & np.asarray(unilateral))
     extensor_pulls = ~(np.isin(balance.status, (EXTENSOR_SLACK, BOTH_SLACK)) & np.asarray(unilateral))
-    flexor = state.moment_arm**2 / state.flexor_compliance
+    flexor = np.square(state.moment_arm) / state.flexor_compliance
     extensor = np.square(state.elbow_radius) / state.extensor_compliance
     geometry = elbow_torque_slope - balance.flexor * moment_arm_slope
     return np.asarray(flexor_pulls * flexor + extensor_pulls * extensor + geometry)

@@ -94,8 +94,8 @@ def _toml_hint(text: str, line: int) -> str | None:
 
 
 def _yaml(text: str) -> Document:
-    from ruamel.yaml import YAML  # noqa: PLC0415 - only studies in YAML pay for its import
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError  # noqa: PLC0415
+    from ruamel.yaml import YAML  # only studies in YAML pay for its import
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     reader = YAML(typ="safe", pure=True)
     try:

@@ -47,7 +47,7 @@ def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float
 
     The smoothing spline leaves residuals of the size expected of the noise and no more; it is sampled finely.
     """
-    from scipy.interpolate import make_splprep  # noqa: PLC0415 - only digitised routes pay for its import
+    from scipy.interpolate import make_splprep  # only digitised routes pay for its import
 
     steps = np.linalg.norm(np.diff(route, axis=0), axis=1)
     route = route[np.append(True, steps > 0.0)]

@@ -138,9 +138,9 @@ class Inputs:
         )
 
     def motion(self, block: Block) -> tuple[Real, npt.NDArray[np.bool_]]:
-        """Elbow angles and directions of a block, shaped to broadcast: angles (K,), flexion (D, 1)."""
+        """Elbow angles and directions of a block, shaped to broadcast: angles (1, K), flexion (D, 1)."""
         flexion = np.array([direction == "flexion" for direction in self.plan.directions[block.directions]])
-        return self.plan.elbow_angles[block.angles], flexion[:, np.newaxis]
+        return self.plan.elbow_angles[np.newaxis, block.angles], flexion[:, np.newaxis]
 
 
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")

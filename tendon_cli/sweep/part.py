@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 
 from tendon_cli.sweep.columns import Tables, state_keys
 from tendon_cli.sweep.evaluate import Columns, Evaluated, design_columns, evaluate, extremes, merge, state_columns
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import ROW_GROUP, Block, Plan
-from tendon_cli.tables.write import TableWriter, WrittenFile
+from tendon_cli.tables.schema import Column
+from tendon_cli.tables.write import TableFile, WrittenFile
+
+
+class Rows(Protocol):
+    """Where the rows of a table go."""
+
+    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
+        """Add the rows of a block."""
 
 
 class Stopped(Exception):  # noqa: N818 - not a fault: somebody asked for it
@@ -74,35 +85,38 @@ class PartMaker:
     def make(self, index: int) -> PartResult:
         """Compute a part and put its files in place; raises OutputError, or Stopped."""
         designs = self.plan.part(index)
-        totals, found = Totals(), None
+        names = {str(table): file_name(table, index, self.plan.parts) for table in self.plan.study.output.tables}
         with ExitStack() as stack:
-            writers = {
-                table: stack.enter_context(
-                    self.writer(table, index, self.folder / file_name(table, index, self.plan.parts))
-                )
-                for table in self.plan.study.output.tables
-            }
-            for block in self.plan.blocks(designs):
-                if self.stop.is_set():
-                    raise Stopped
-                evaluated = evaluate(self.inputs, block)
-                if "states" in writers:
-                    writers["states"].append(self._state_rows(block, evaluated), block.shape)
-                here = extremes(evaluated)
-                found = here if found is None else merge(found, here)
-                if self.plan.completes_designs(block):
-                    rows, found = self._design_rows(block, found), None
-                    totals += _totals(rows, block.shape[:-2])
-                    if "designs" in writers:
-                        writers["designs"].append(rows, (*block.shape[:-2], 1, 1))
-            files = {file_name(table, index, self.plan.parts): writer.finish() for table, writer in writers.items()}
-        return PartResult(index, totals, files)
+            files = {table: stack.enter_context(self._file(table, index, name)) for table, name in names.items()}
+            totals = self.fill(files, designs)
+            return PartResult(index, totals, {names[table]: file.finish() for table, file in files.items()})
 
-    def writer(self, table: str, index: int, path: Path) -> TableWriter:
-        """An empty file for one part of a table."""
-        columns = self.tables.designs if table == "designs" else self.tables.states
+    def layout(self, table: str, index: int) -> tuple[tuple[Column, ...], pa.Schema]:
+        """Columns and schema of a part of a table."""
+        return self.tables.designs if table == "designs" else self.tables.states, self.tables.schema(table, index)
+
+    def _file(self, table: str, index: int, name: str) -> TableFile:
+        columns, schema = self.layout(table, index)
         rows = self.plan.rows(table, self.plan.part(index))
-        return TableWriter(path, columns, self.tables.schema(table, index), row_group=ROW_GROUP, rows=rows)
+        return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows)
+
+    def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
+        """Evaluate a range of designs block by block into the tables asked for; raises Stopped."""
+        totals, found = Totals(), None
+        for block in self.plan.blocks(designs):
+            if self.stop.is_set():
+                raise Stopped
+            evaluated = evaluate(self.inputs, block)
+            if "states" in tables:
+                tables["states"].append(self._state_rows(block, evaluated), block.shape)
+            here = extremes(evaluated)
+            found = here if found is None else merge(found, here)
+            if self.plan.completes_designs(block):
+                rows, found = self._design_rows(block, found), None
+                totals += _totals(rows, block.shape[:-2])
+                if "designs" in tables:
+                    tables["designs"].append(rows, (*block.shape[:-2], 1, 1))
+        return totals
 
     def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
         return {column.name: values(block) for column, values in self.tables.leading.items()}

@@ -150,7 +150,7 @@ def _results(maker: PartMaker, missing: Iterable[int], jobs: int) -> Iterator[Pa
     if jobs == 1:
         yield from map(attempt, missing)
         return
-    from joblib import Parallel, delayed  # noqa: PLC0415 - a small study does without its import
+    from joblib import Parallel, delayed  # a small study does without its import
 
     with Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool:
         yield from pool(delayed(attempt)(index) for index in missing)

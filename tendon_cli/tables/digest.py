@@ -8,6 +8,7 @@ place of the digest itself. It lets a table that was moved away from its run fol
 from __future__ import annotations
 
 import hashlib
+from io import RawIOBase
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,7 +22,7 @@ _STEP = 1 << 20
 class StampedSink:
     """A file that a Parquet writer fills; it hashes what passes, and puts the digest into the footer at the end."""
 
-    def __init__(self, file: BinaryIO) -> None:
+    def __init__(self, file: BinaryIO | RawIOBase) -> None:
         self._file = file
         self._passed = hashlib.sha256()
         self._before_footer = hashlib.sha256()

@@ -7,8 +7,9 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from io import RawIOBase
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, BinaryIO, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -31,35 +32,22 @@ class WrittenFile:
     sha256: str
 
 
-class TableWriter:
+class RowGroups:
     """Gathers columns block by block and writes row groups of exactly `row_group` rows, but the last.
 
-    So the bytes of the file depend on its rows only, not on the blocks they came in. `finish` puts the file in place;
-    leaving the context without it leaves nothing behind. Raises OutputError where the file cannot be written.
+    So the bytes depend on the rows only, not on the blocks they came in.
     """
 
-    def __init__(self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int) -> None:
-        self.path = path
-        self.temporary = path.with_name(f".{path.name}.tmp")
+    def __init__(
+        self, file: BinaryIO | RawIOBase, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int
+    ) -> None:
         self._columns, self._schema = columns, schema
-        length = min(row_group, max(rows, 1))
-        self._buffers = {column.name: np.empty(length, _DTYPES[column.kind]) for column in columns}
-        self._capacity, self._filled, self._rows = length, 0, 0
-        with _as_output_error(path):
-            self.temporary.unlink(missing_ok=True)
-            # Exclusive, so that nothing that stands in the way is followed or written through.
-            self._file = self.temporary.open("xb", buffering=1 << 20)
-        self._sink = StampedSink(self._file)
-        self._writer = pq.ParquetWriter(pa.PythonFile(self._sink, mode="w"), schema, **_encoding(columns))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if not self._file.closed:
-            with contextlib.suppress(OSError, pa.ArrowException):
-                self._file.close()
-            self.temporary.unlink(missing_ok=True)
+        self._capacity = min(row_group, max(rows, 1))
+        self._buffers = {column.name: np.empty(self._capacity, _DTYPES[column.kind]) for column in columns}
+        self._filled = 0
+        self.rows = 0
+        self.sink = StampedSink(file)
+        self._writer = pq.ParquetWriter(pa.PythonFile(self.sink, mode="w"), schema, **_encoding(columns))
 
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
         """Add the rows of a block: every column broadcasts to `shape`, whose last axis is the fastest."""
@@ -78,39 +66,71 @@ class TableWriter:
             self._advance(step)
             start += step
 
-    def finish(self) -> WrittenFile:
-        """Write what is left, flush to the disk, check, and put the file in place under its name."""
-        with _as_output_error(self.path):
-            if self._filled:
-                self._write_row_group()
-            self._sink.begin_footer()
-            self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
-            self._writer.close()
-            sha256 = self._sink.stamp()
-            self._file.flush()
-            os.fsync(self._file.fileno())
-            self._file.close()
-            self._check()
-            self.temporary.replace(self.path)
-            sync_folder(self.path.parent)
-        return WrittenFile(self._rows, self._sink.size, sha256)
+    def close(self) -> WrittenFile:
+        """Write what is left and the footer with the file's digest."""
+        if self._filled:
+            self._write()
+        self.sink.begin_footer()
+        self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
+        self._writer.close()
+        return WrittenFile(self.rows, self.sink.size, self.sink.stamp())
 
     def _advance(self, count: int) -> None:
         self._filled += count
         if self._filled == self._capacity:
-            with _as_output_error(self.path):
-                self._write_row_group()
+            self._write()
 
-    def _write_row_group(self) -> None:
+    def _write(self) -> None:
         arrays = [_array(column, self._buffers[column.name][: self._filled]) for column in self._columns]
-        table = pa.Table.from_arrays(arrays, schema=self._schema)
-        self._writer.write_table(table, row_group_size=self._capacity)
-        self._rows += self._filled
+        self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._capacity)
+        self.rows += self._filled
         self._filled = 0
 
-    def _check(self) -> None:
+
+class TableFile:
+    """A table's file, written under a temporary name until `finish` puts it in place.
+
+    Leaving the context without `finish` leaves nothing behind. Raises OutputError where it cannot be written.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int) -> None:
+        self.path = path
+        self.temporary = path.with_name(f".{path.name}.tmp")
+        with _as_output_error(path):
+            self.temporary.unlink(missing_ok=True)
+            # Exclusive, so that nothing that stands in the way is followed or written through.
+            self._file = self.temporary.open("xb", buffering=1 << 20)
+            self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self._file.closed:
+            with contextlib.suppress(OSError):
+                self._file.close()
+            self.temporary.unlink(missing_ok=True)
+
+    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
+        """Add the rows of a block, as `RowGroups` does."""
+        with _as_output_error(self.path):
+            self._groups.append(columns, shape)
+
+    def finish(self) -> WrittenFile:
+        """Write what is left, flush to the disk, check, and put the file in place under its name."""
+        with _as_output_error(self.path):
+            written = self._groups.close()
+            self._file.flush()
+            os.fsync(self._file.fileno())
+            self._file.close()
+            self._check(written)
+            self.temporary.replace(self.path)
+            sync_folder(self.path.parent)
+        return written
+
+    def _check(self, written: WrittenFile) -> None:
         """What stands on the disk has the length that was written, and a footer that says so many rows."""
-        if self.temporary.stat().st_size != self._sink.size or pq.read_metadata(self.temporary).num_rows != self._rows:
+        if self.temporary.stat().st_size != written.size or pq.read_metadata(self.temporary).num_rows != written.rows:
             raise OSError("the file on the disk is not what was written")
 
 

@@ -1,0 +1,44 @@
+# One entry for people: each target sets up what it needs, from Python and make alone.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: help demo test check format bench torture clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "tendon needs Python 3.11 or later; set PYTHON=..."; exit 1; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+demo: $(READY)  ## run a study of the paper and a first study of your own
+	$(BIN)/tendon sweep configs/paper/fig07.toml --overwrite
+	$(BIN)/tendon sweep configs/quickstart.toml --overwrite
+	@echo "Look at results/quickstart/slack_map.png"
+
+test: $(READY)  ## run all tests
+	$(BIN)/python -m pytest -q -n auto -m "not torture"
+
+check: $(READY)  ## lint and check types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(READY)  ## format the code
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: $(READY)  ## measure ratios against the machine's limit and a plain script
+	$(BIN)/python -m benchmarks.bench
+
+torture: $(READY)  ## the whole of what the tests sample
+	$(BIN)/python -m pytest -q -n auto -m torture
+
+clean:  ## remove the environment and caches, never results
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info

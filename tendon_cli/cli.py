@@ -1,0 +1,183 @@
+"""The commands: parse, call, print. The only place that prints, and the only one that catches a `TendonError`."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from tendon_cli.errors import EXIT_BUG, EXIT_NO_EQUILIBRIUM, TendonError, UsageError
+from tendon_cli.terminal import print_note, print_result, progress
+from tendon_cli.version import __version__
+
+app = typer.Typer(
+    name="tendon",
+    help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
+    epilog="Exit codes: 0 done, 1 bug, 2 study or usage, 3 input data, 4 no equilibrium, 5 output, 6 workers, 7 folder.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="override a key, such as 'arm.b1=160 mm'; repeatable"),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
+
+
+def _print_version(value: bool) -> None:
+    if value:
+        print_result(f"tendon {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="print the version")
+    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error; may stand anywhere")] = False,
+) -> None:
+    """Options of every command."""
+
+
+@app.command()
+def init(
+    file: Annotated[Path, typer.Argument(metavar="[FILE]", help="TOML or YAML, by its ending")] = Path("study.toml"),
+) -> None:
+    """Write a commented starter study."""
+    from tendon_cli.study.starter import write_starter
+
+    write_starter(file)
+    print_result(f"{file} written; next: tendon sweep {file}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of the study file, for editors."""
+    from tendon_cli.study.schema import schema_text
+
+    print_result(schema_text())
+
+
+@app.command()
+def state(
+    study: StudyFile,
+    settings: Settings = None,
+    case: Annotated[str | None, typer.Option(help="which of the study's cases")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Work one state out, with the equations' numbers, for a check by hand."""
+    from tendon_cli.state_page import state_page
+    from tendon_cli.study.load import load_study
+
+    page = state_page(load_study(study, tuple(settings or ())), case)
+    print_result(_json(page.record()) if as_json else page.text())
+
+
+@app.command()
+def sweep(
+    study: StudyFile,
+    out: Annotated[Path | None, typer.Option(metavar="DIR", help="run folder; default results/<name>")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="parts computed at once; default all cores")] = None,
+    settings: Settings = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="show size and cost, write nothing")] = False,
+    resume: Annotated[bool, typer.Option("--resume", help="finish an interrupted run")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the run that stands in the folder")] = False,
+    as_json: AsJson = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")] = False,
+    no_figures: Annotated[bool, typer.Option("--no-figures", help="draw no slack maps")] = False,
+    allow_no_equilibrium: Annotated[
+        bool, typer.Option("--allow-no-equilibrium", help="exit 0 although states have no equilibrium")
+    ] = False,
+    no_lock: Annotated[bool, typer.Option("--no-lock", help="for file systems that cannot lock")] = False,
+) -> None:
+    """Run a study over every combination: Parquet tables and slack maps."""
+    from tendon_cli import sweep_command
+    from tendon_cli.study.load import load_study
+
+    if resume and overwrite:
+        raise UsageError("--resume and --overwrite exclude each other", hint="--resume keeps what is done")
+    loaded = load_study(study, tuple(settings or ()))
+    request = sweep_command.Request(
+        loaded, out, jobs, resume=resume, overwrite=overwrite, figures=not no_figures, lock=not no_lock
+    )
+    if dry_run:
+        _print_unless(quiet, sweep_command.dry_run(request, as_json=as_json))
+        return
+    with progress(loaded.name, quiet=quiet or as_json) as show, sweep_command.stop_on_signals() as stop:
+        done = sweep_command.sweep(request, stop, show)
+    _print_unless(quiet, _json(done.record) if as_json else done.text())
+    if done.record["no_equilibrium"] and not allow_no_equilibrium:
+        raise typer.Exit(EXIT_NO_EQUILIBRIUM)
+
+
+def _print_unless(quiet: bool, text: str) -> None:
+    if not quiet or text.startswith("{"):
+        print_result(text)
+
+
+def _json(content: dict[str, Any]) -> str:
+    return json.dumps(content, indent=2, ensure_ascii=False)
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run a command and leave with its exit code."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    debug = "--debug" in given
+    words = [word for word in given if word != "--debug"]
+    sys.exit(_run(words, debug))
+
+
+def _run(words: list[str], debug: bool) -> int:
+    """The exit code of a command; every error becomes one message here."""
+    wants_json = "--json" in words
+    try:
+        code = app(words, prog_name="tendon", standalone_mode=False)
+    except TendonError as error:
+        if debug:
+            raise
+        _print_error(error.exit, error.kind, error.message, error.where, error.hint, wants_json)
+        return error.exit
+    except typer.Abort:
+        return 130
+    except KeyboardInterrupt:
+        return 130
+    except _USAGE as error:
+        _print_error(
+            UsageError.exit, "usage", error.format_message(), None, "tendon --help lists the commands", wants_json
+        )
+        return UsageError.exit
+    except Exception as error:
+        if debug:
+            raise
+        message = f"{type(error).__name__}: {error}"
+        _print_error(EXIT_BUG, "bug", message, None, "this is a bug in tendon; --debug shows where", wants_json)
+        return EXIT_BUG
+    return code if isinstance(code, int) else 0
+
+
+# Typer's own class of a wrong call, wherever the installed version keeps it.
+_USAGE: Any = typer.BadParameter.__mro__[2]
+
+
+def _print_error(code: int, kind: str, message: str, where: str | None, hint: str | None, as_json: bool) -> None:
+    if as_json:
+        fault = {"exit": code, "kind": kind, "message": message, "where": where, "hint": hint}
+        with contextlib.suppress(TendonError):
+            print_result(_json({"error": fault}))
+        return
+    place = f"{where}: " if where else ""
+    print_note(f"tendon: error: {place}{message}" + (f"\n  hint: {hint}" if hint else ""))
+
+
+if __name__ == "__main__":
+    main()

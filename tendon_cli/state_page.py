@@ -1,0 +1,234 @@
+"""One state worked out line by line, with the equations' numbers, so that it can be checked by hand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import UsageError
+from tendon_cli.model.actuator import Design, State
+from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
+from tendon_cli.study.study import CASE_AXIS, Study
+from tendon_cli.sweep.evaluate import evaluate, state_columns
+from tendon_cli.sweep.inputs import Inputs
+from tendon_cli.sweep.plan import Block, Plan
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the page: a symbol, how it comes about, its values (one, or flexor and extensor), unit and source."""
+
+    symbol: str
+    formula: str
+    values: tuple[float, ...]
+    unit: str
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Lines under a heading."""
+
+    title: str
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class StatePage:
+    """The whole page, and the same numbers by the names of the table columns."""
+
+    title: str
+    notes: tuple[str, ...]
+    status: str
+    sections: tuple[Section, ...]
+    columns: dict[str, float | None]
+
+    def text(self) -> str:
+        """The page for a terminal."""
+        parts = [self.title, *(f"  ({note})" for note in self.notes)]
+        for section in self.sections:
+            parts += ["", section.title, *(_line_text(line) for line in section.lines)]
+        return "\n".join([*parts, "", f"Status: {self.status}"])
+
+    def record(self) -> dict[str, Any]:
+        """The page for a program."""
+        lines = [
+            {"section": section.title, "symbol": line.symbol, "formula": line.formula, "values": list(line.values),
+             "unit": line.unit, "source": line.source}
+            for section in self.sections for line in section.lines
+        ]  # fmt: skip
+        return {
+            "title": self.title,
+            "notes": list(self.notes),
+            "status": self.status,
+            "results": self.columns,
+            "lines": lines,
+        }
+
+
+def state_page(study: Study, case: str | None = None) -> StatePage:
+    """The first state of a study's first design, or of a case's; axes are settled by their first values."""
+    plan = Plan(study)
+    inputs = Inputs(plan)
+    block = _only_state(plan, case)
+    evaluated = evaluate(inputs, block)
+    state, design = evaluated.state, evaluated.design
+    angle = float(np.degrees(plan.elbow_angles[0]))
+    title = f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {_one(design.load_mass):.6g} kg"
+    sections = [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
+    status = STATUS_NAMES[int(state.status.flat[0])]
+    if int(state.status.flat[0]) == NO_EQUILIBRIUM:
+        status += ": the flexor's moment arm J is not positive, so no tension balances the elbow"
+    else:
+        sections += [_balance(state, design), _results(state, design)]
+    columns = {name: _null_if_nan(_one(values)) for name, values in state_columns(evaluated).items()}
+    return StatePage(title, tuple(_notes(plan, block)), status, tuple(sections), columns)
+
+
+def _only_state(plan: Plan, case: str | None) -> Block:
+    first = [slice(0, 1)] * len(plan.axes)
+    if case is not None:
+        names = next((axis.names for axis in plan.axes if axis.key == CASE_AXIS), ())
+        if case not in names:
+            raise UsageError(f'there is no case "{case}"', hint=f"cases: {', '.join(names) or 'none'}")
+        first[0] = slice(names.index(case), names.index(case) + 1)
+    return Block(0, tuple(first), slice(0, 1), slice(0, 1))
+
+
+def _notes(plan: Plan, block: Block) -> list[str]:
+    """Which values were chosen where the study has several."""
+    notes = []
+    for axis, chosen in zip(plan.axes, block.designs, strict=True):
+        if axis.names:
+            notes.append(f"case {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
+        elif len(axis) > 1:
+            notes.append(
+                f"{axis.key} is an axis of {len(axis)} values, this is the first; --set {axis.key}=... chooses"
+            )
+    if plan.states_per_design > 1:
+        notes.append(
+            f"the first of {plan.states_per_design} states; --set 'motion.elbow_angle=75 deg' and "
+            "--set motion.direction=extension choose another"
+        )
+    return notes
+
+
+def _geometry(state: State, design: Design, angle: float) -> Section:
+    motion, anchors = state.motion, design.arm.anchors
+    theta = float(np.radians(angle))
+    reference = "L_c(0) - L_c" if np.any(design.from_initial) else "(b1 + b2) - L_c"
+    return Section(
+        "Geometry",
+        (
+            Line("a1, b1", "proximal anchor of the flexor", (_one(anchors.a1), _one(anchors.b1)), "m", "Fig. 2"),
+            Line("a2, b2", "distal anchor of the flexor", (_one(anchors.a2), _one(anchors.b2)), "m", "Fig. 2"),
+            Line("θ", f"elbow angle, {angle:.6g} deg", (theta,), "rad"),
+            Line("L_c", "distance between the anchors", (_one(motion.flexor_path),), "m", "Eq. 1"),
+            Line("H_f", reference, (_one(motion.flexor_travel),), "m", "Eq. 2"),
+            Line("H_e", "R_elb θ", (_one(motion.extensor_travel),), "m", "Eq. 2"),
+            Line("J", "-dL_c/dθ", (_one(motion.flexor_moment_arm),), "m", "Eq. 5"),
+            Line("R_elb", "moment arm of the extensor", (_one(anchors.elbow_radius),), "m", "Fig. 2"),
+        ),
+    )
+
+
+def _sheath(state: State, design: Design) -> Section:
+    sides = (design.flexor, design.extensor)
+    transmissions = (state.flexor, state.extensor)
+    exponents = tuple(_one(side.friction) * _one(side.bend_angle) for side in sides)
+    return Section(
+        "Sheath, tendon and spring (flexor, extensor)",
+        (
+            Line("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
+            Line(
+                "e^(σμφ)",
+                "distal / proximal tension",
+                tuple(_one(t.capstan) for t in transmissions),
+                "1",
+                "Eq. 6, A.17",
+            ),
+            Line("c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tuple(_one(t.tendon) for t in transmissions), "m/N", "Eq. 13"),
+            Line("1/K_SE", "series spring", tuple(_one(t.spring) for t in transmissions), "m/N", "Eq. 14"),
+            Line("c_f, c_e", "c_Ten + 1/K_SE", tuple(_one(t.compliance) for t in transmissions), "m/N", "Eq. 16"),
+            Line("F0", "pretension", tuple(_one(side.pretension) for side in sides), "N", "Eq. 13"),
+        ),
+    )
+
+
+def _load(state: State, design: Design, angle: float) -> Section:
+    arm = design.arm
+    mass_moment = _one(arm.forearm_mass) * _one(arm.forearm_com) + _one(design.load_mass) * _one(arm.load_distance)
+    inclination = np.radians(angle) + _one(arm.upper_arm_angle)
+    return Section(
+        "Load",
+        (
+            Line("M", "m_f d_com + m d_load", (mass_moment,), "kg m"),
+            Line("θ + ψ", "inclination of the forearm", (float(inclination),), "rad"),
+            Line("τ_a", "M g sin(θ + ψ), g = 9.81", (_one(state.coupling.elbow_torque),), "N m", "Eq. 5"),
+        ),
+    )
+
+
+def _balance(state: State, design: Design) -> Section:
+    tied, ratio = state.coupling, _one(design.ratio)
+    c_f, c_e, moment_arm = _one(tied.flexor_compliance), _one(tied.extensor_compliance), _one(tied.moment_arm)
+    radius, torque = _one(tied.elbow_radius), _one(tied.elbow_torque)
+    preload = (
+        _one(tied.mismatch) + ratio * c_f * _one(design.flexor.pretension) + c_e * _one(design.extensor.pretension)
+    )
+    determinant = ratio * c_f * radius + moment_arm * c_e
+    x_both = (c_e * torque + radius * preload) / determinant
+    y_both = (moment_arm * preload - ratio * c_f * torque) / determinant
+    x, y = _one(state.balance.flexor), _one(state.balance.extensor)
+    rule = "max(y_b, 0, -τ_a/R_elb)" if np.all(design.unilateral) else "y_b (bilateral: may be negative)"
+    return Section(
+        "Balance of elbow and spool",
+        (
+            Line("η", "R_e / R_f", (ratio,), "1", "Eq. 12"),
+            Line("h", "H_e - η H_f", (_one(tied.mismatch),), "m", "Eq. 12"),
+            Line("D", "h + η c_f F0_f + c_e F0_e", (preload,), "m", "Eq. 16"),
+            Line("Δ", "η c_f R_elb + J c_e", (determinant,), "m²/N"),
+            Line("x_b", "(c_e τ_a + R_elb D) / Δ", (x_both,), "N", "Eqs. 5, 16"),
+            Line("y_b", "(J D - η c_f τ_a) / Δ", (y_both,), "N", "Eqs. 5, 16"),
+            Line("y", rule, (y,), "N"),
+            Line("x", "(τ_a + R_elb y) / J", (x,), "N", "Eq. 5"),
+            Line("σ", "η c_f x + c_e y - D, path that is loose", (_one(state.balance.loose),), "m"),
+        ),
+    )  # fmt: skip
+
+
+def _results(state: State, design: Design) -> Section:
+    balance = state.balance
+    distal = (_one(balance.flexor), _one(balance.extensor))
+    proximal = (_one(state.flexor_tension_proximal), _one(state.extensor_tension_proximal))
+    changes = (distal[0] - _one(design.flexor.pretension), distal[1] - _one(design.extensor.pretension))
+    paired = list(zip((state.flexor, state.extensor), changes, strict=True))
+    tendon_stretch = tuple(_one(side.tendon) * change for side, change in paired)
+    spring_stretch = tuple(_one(side.spring) * change for side, change in paired)
+    lines = [
+        Line("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
+        Line("F_I", "F_o / e^(σμφ), at the motor", proximal, "N", "Eq. 6"),
+        Line("ΔL_Ten", "c_Ten (F_o - F0)", tendon_stretch, "m", "Eq. 13"),
+        Line("ΔL_SE", "(F_o - F0) / K_SE", spring_stretch, "m", "Eq. 14"),
+        Line("τ_m", "(F_I^f - η F_I^e) R_f", (_one(state.motor_torque),), "N m", "Eq. 17"),
+        Line("α", "spool angle", (_one(state.spool_angle),), "rad", "Eq. 2"),
+        Line("s", "slack of flexor and extensor", (_one(state.flexor_slack), _one(state.extensor_slack)), "m"),
+        Line("k", "elbow stiffness, motor held", (_one(state.elbow_stiffness),), "N m/rad"),
+    ]  # fmt: skip
+    return Section("Results", tuple(line for line in lines if not all(np.isnan(line.values))))
+
+
+def _line_text(line: Line) -> str:
+    values = "  ".join(f"{value:>13.7g}" if not np.isnan(value) else f"{'-':>13}" for value in line.values)
+    return f"  {line.symbol:<9}{line.formula:<42}{values:<29}{line.unit:<9}{line.source}".rstrip()
+
+
+def _one(values: npt.ArrayLike) -> float:
+    return float(np.asarray(values).reshape(-1)[0])
+
+
+def _null_if_nan(value: float) -> float | None:
+    return None if np.isnan(value) else value

@@ -1,0 +1,30 @@
+"""The commented study that `tendon init` writes."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path
+
+from tendon_cli.errors import OutputError, UsageError
+from tendon_cli.study.reading import YAML_SUFFIXES
+
+
+def starter(path: Path) -> str:
+    """The starter study for a file of this name: YAML by its ending, else TOML."""
+    ending = "yaml" if path.suffix.lower() in YAML_SUFFIXES else "toml"
+    name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
+    return files("tendon_cli.study").joinpath(f"starter.{ending}").read_text("utf-8").replace("@NAME@", name)
+
+
+def write_starter(path: Path) -> None:
+    """Write the starter study; raises UsageError where a file stands there, OutputError where none can be written."""
+    if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
+        raise UsageError(f"{path.name} ends in neither .toml nor .yaml", hint=f"tendon init {path.name}.toml")
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(starter(path))
+    except FileExistsError:
+        raise UsageError("exists already, and is not overwritten", where=str(path), hint="name another file") from None
+    except OSError as error:
+        raise OutputError(f"cannot be written: {error.strerror}", where=str(path)) from error

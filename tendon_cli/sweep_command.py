@@ -1,0 +1,144 @@
+"""`tendon sweep` without its printing: a study into its run folder, tables first, then slack maps, then the record."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from tendon_cli.errors import InterruptError
+from tendon_cli.study.study import Study
+from tendon_cli.summary import estimate_text, run_text, warnings_of
+from tendon_cli.sweep.estimate import estimate
+from tendon_cli.sweep.part import Stopped
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.run import Progress, available_cores, run
+from tendon_cli.sweep.run_folder import RunFolder
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a sweep was asked to do."""
+
+    study: Study
+    out: Path | None
+    jobs: int | None
+    resume: bool = False
+    overwrite: bool = False
+    figures: bool = True
+    lock: bool = True
+
+    @property
+    def folder(self) -> Path:
+        """The run folder."""
+        return self.out if self.out is not None else Path("results") / self.study.name
+
+    @property
+    def workers(self) -> int:
+        """How many parts are computed at once."""
+        return self.jobs or available_cores()
+
+
+@dataclass(frozen=True)
+class Done:
+    """A finished run."""
+
+    record: dict[str, Any]
+    folder: Path
+    up_to_date: bool
+
+    def text(self) -> str:
+        """Its summary."""
+        return run_text(self.record, str(self.folder), up_to_date=self.up_to_date)
+
+
+@dataclass
+class Stop:
+    """Set by the first signal that asks the run to end; `number` is the signal's."""
+
+    event: threading.Event = field(default_factory=threading.Event)
+    number: int = 0
+
+
+@contextlib.contextmanager
+def stop_on_signals() -> Iterator[Stop]:
+    """End cleanly on SIGINT, SIGTERM and SIGHUP: no part is begun any more; a second SIGINT ends at once."""
+    stop = Stop()
+
+    def ask(number: int, _frame: FrameType | None) -> None:
+        if stop.number and number == signal.SIGINT:
+            os._exit(128 + number)
+        stop.number = stop.number or number
+        stop.event.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(number, ask) for number in signals]
+    try:
+        yield stop
+    finally:
+        for number, handler in zip(signals, before, strict=True):
+            signal.signal(number, handler)
+
+
+def dry_run(request: Request, *, as_json: bool) -> str:
+    """The size and cost of a sweep as text; nothing is written."""
+    found = estimate(Plan(request.study), request.workers, figures=request.figures)
+    there = next(
+        folder for folder in (request.folder.absolute(), *request.folder.absolute().parents) if folder.exists()
+    )
+    free = shutil.disk_usage(there).free
+    if as_json:
+        return json.dumps({"name": request.study.name, **found.record(), "free_bytes": free}, indent=2)
+    return estimate_text(found, request.study.name, free)
+
+
+def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
+    """Run a study; raises TendonError, with exit code 130, 143 or 129 where a signal stopped it."""
+    folder = RunFolder(request.folder, Plan(request.study))
+    with folder.locked(use_lock=request.lock):
+        try:
+            outcome = run(
+                folder,
+                jobs=request.workers,
+                stop=stop.event,
+                progress=progress,
+                resume=request.resume,
+                overwrite=request.overwrite,
+            )
+        except Stopped:
+            raise InterruptError(stop.number, where=str(request.folder)) from None
+        if outcome.up_to_date:
+            return Done(outcome.record, request.folder, up_to_date=True)
+        record = outcome.record
+        record["warnings"] = _warnings(request.study, record)
+        record["figures"] = _figures(request, record) if request.figures else []
+        folder.write_record(record)
+    return Done(record, request.folder, up_to_date=False)
+
+
+def _warnings(study: Study, record: dict[str, Any]) -> list[str]:
+    models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
+    bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
+    return warnings_of(record, bilateral=bilateral, sources=study.sources)
+
+
+def _figures(request: Request, record: dict[str, Any]) -> list[str]:
+    """Slack maps in the run folder, where the study has axes for one."""
+    if "designs" not in request.study.output.tables or record["designs"] < 2:
+        return []
+    from tendon_cli.figures.slack_map import draw_slack_maps
+    from tendon_cli.tables.read import open_table
+
+    maps = draw_slack_maps(open_table(request.folder / "designs.parquet"), request.folder)
+    return [file.name for file in maps.files]

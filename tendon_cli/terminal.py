@@ -1,0 +1,78 @@
+"""Everything that is printed: results on stdout, everything else on stderr."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+
+from tendon_cli.errors import OutputError
+
+
+def print_result(text: str) -> None:
+    """Write a result to stdout and see it leave; raises OutputError where nobody can take it."""
+    try:
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
+    except (OSError, ValueError, AttributeError) as error:  # AttributeError: closed before Python started
+        _silence_stdout()
+        reason = getattr(error, "strerror", None) or str(error)
+        raise OutputError(f"standard output cannot be written: {reason}") from error
+
+
+def print_note(text: str) -> None:
+    """Write a line to stderr; where that is impossible nobody is listening, and nothing is lost."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        sys.stderr.write(text + "\n")
+        sys.stderr.flush()
+
+
+@contextlib.contextmanager
+def progress(title: str, *, quiet: bool) -> Iterator[Callable[[int, int], None]]:
+    """A function to call with finished and all parts: a bar on a terminal, else a plain line per 10 %."""
+    if quiet:
+        yield lambda _done, _total: None
+    elif sys.stderr is not None and sys.stderr.isatty() and os.environ.get("TERM") != "dumb":
+        with _bar(title) as update:
+            yield update
+    else:
+        yield _plain(title)
+
+
+@contextlib.contextmanager
+def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    from rich.console import Console  # only a terminal pays for its import
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("parts"),
+               TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _plain(title: str) -> Callable[[int, int], None]:
+    said = 0
+
+    def say(done: int, total: int) -> None:
+        nonlocal said
+        tenth = 10 * done // total
+        if total > 1 and tenth > said:
+            said = tenth
+            print_note(f"{title}: {10 * tenth} % ({done} of {total} parts)")
+
+    return say
+
+
+def _silence_stdout() -> None:
+    """Keep the interpreter from trying, and complaining, once more when it ends."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -1,0 +1,111 @@
+"""Products of many axes give, bit for bit, what one state at a time gives."""
+
+from dataclasses import fields, is_dataclass
+
+import numpy as np
+import pytest
+
+from tendon_cli.model import actuator
+
+from .designs import baseline, design, scattered
+
+
+def leaves(result, prefix=""):
+    """All arrays of a nested result, by name."""
+    for field in fields(result):
+        value = getattr(result, field.name)
+        if is_dataclass(value):
+            yield from leaves(value, f"{prefix}{field.name}.")
+        else:
+            yield prefix + field.name, value
+
+
+def assert_identical(found, expected, name):
+    assert np.array_equal(found, expected, equal_nan=True), f"{name}: {found} is not {expected}"
+
+
+@pytest.fixture(scope="module")
+def axes():
+    """One axis each for load, inclination, pretension, ratio, friction, model, reference, direction and angle."""
+    values = (
+        ("load_mass", (0.0, 3.0, 10.0)), ("pretension", (20.0, 200.0)), ("ratio", (0.7, 1.0, 1.3)),
+        ("friction", (0.0, 0.07)), ("upper_arm_angle", (-1.0, 0.0)), ("unilateral", (True, False)),
+        ("from_initial", (True, False)), ("flexion", (True, False)), ("angle", (-0.5, 0.0, 0.4, 1.2, 2.9)),
+    )  # fmt: skip
+    return [
+        (name, np.reshape(levels, [-1 if i == place else 1 for i in range(len(values))]))
+        for place, (name, levels) in enumerate(values)
+    ]
+
+
+def apart(changes):
+    changes = dict(changes)
+    return changes.pop("angle"), changes.pop("flexion"), design(baseline(**changes))
+
+
+def test_a_product_of_nine_axes_equals_its_states_one_by_one(axes):
+    angle, flexion, many = apart(axes)
+    whole = dict(leaves(actuator.evaluate(many, angle, flexion)))
+    shape = np.broadcast_shapes(*(values.shape for _, values in axes))
+    assert whole["balance.status"].shape == shape
+    assert set(range(5)) <= set(whole["balance.status"].ravel().tolist())
+    rng = np.random.default_rng(5)
+    for flat in rng.choice(np.prod(shape), 250, replace=False):
+        index = np.unravel_index(flat, shape)
+        at, toward, one = apart(
+            [(name, values.ravel()[place].item()) for (name, values), place in zip(axes, index, strict=True)]
+        )
+        for name, expected in leaves(actuator.evaluate(one, at, toward)):
+            assert_identical(np.broadcast_to(whole[name], shape)[index], expected, name)
+
+
+def test_random_designs_side_by_side_equal_each_in_an_array_of_its_own():
+    p, angle, flexion = scattered(400, seed=50)
+    whole = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
+    for i in range(len(angle)):
+        single = design({name: values[i : i + 1] for name, values in p.items()})
+        for name, expected in leaves(actuator.evaluate(single, angle[i : i + 1], flexion[i : i + 1])):
+            assert_identical(np.broadcast_to(whole[name], angle.shape)[i : i + 1], np.broadcast_to(expected, 1), name)
+
+
+def test_random_designs_side_by_side_equal_each_in_plain_numbers():
+    p, angle, flexion = scattered(2500, seed=50)
+    whole = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
+    for i in range(len(angle)):
+        single = design({name: values[i].item() for name, values in p.items()})
+        for name, expected in leaves(actuator.evaluate(single, angle[i].item(), bool(flexion[i]))):
+            assert_identical(np.broadcast_to(whole[name], angle.shape)[i], expected, name)
+
+
+def test_a_result_has_the_shape_of_what_it_depends_on():
+    p = baseline(load_mass=np.arange(3.0)[:, None, None], pretension=np.array([50.0, 100.0])[:, None])
+    state = actuator.evaluate(design(p), np.linspace(0, 1, 4), True)
+    assert state.motion.flexor_path.shape == (4,)
+    assert state.flexor.compliance.shape == ()
+    assert state.coupling.mismatch.shape == (4,)
+    assert state.elbow_torque.shape == (3, 1, 4)
+    assert state.balance.flexor.shape == state.status.shape == state.spool_angle.shape == (3, 2, 4)
+
+
+def test_the_order_of_the_states_does_not_matter():
+    p, angle, flexion = scattered(500, seed=51)
+    order = np.random.default_rng(1).permutation(500)
+    mixed = {name: values[order] for name, values in p.items()}
+    straight = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
+    for name, found in leaves(actuator.evaluate(design(mixed), angle[order], flexion[order])):
+        assert_identical(found, np.broadcast_to(straight[name], (500,))[order], name)
+
+
+def test_inputs_are_left_alone():
+    p, angle, flexion = scattered(100, seed=52)
+    before = {name: values.copy() for name, values in p.items()} | {"angle": angle.copy(), "flexion": flexion.copy()}
+    actuator.evaluate(design(p), angle, flexion)
+    for name, values in (p | {"angle": angle, "flexion": flexion}).items():
+        np.testing.assert_array_equal(values, before[name])
+
+
+def test_whole_numbers_are_as_good_as_any():
+    one = actuator.evaluate(design(baseline(pretension=100, spring_stiffness=3000, load_mass=5, ratio=1)), 1, True)
+    other = actuator.evaluate(design(baseline(pretension=100.0, spring_stiffness=3e3, load_mass=5.0)), 1.0, True)
+    for (name, found), (_, expected) in zip(leaves(one), leaves(other), strict=True):
+        assert_identical(found, expected, name)

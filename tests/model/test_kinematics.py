@@ -1,0 +1,118 @@
+"""The flexor's path, its moment arm and what follows from them (Eqs. 1-3)."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tendon_cli.model import actuator, statics
+from tendon_cli.model.kinematics import Anchors, flexor_path, kinematics, no_slack_radius_ratio
+
+from .designs import baseline, design
+from .rig import derivative
+
+OFFSETS = st.floats(0.005, 0.08)
+ALONG_UPPER_ARM, ALONG_FOREARM = st.floats(0.16, 0.35), st.floats(0.03, 0.12)
+ARMS = st.builds(Anchors, OFFSETS, ALONG_UPPER_ARM, OFFSETS, ALONG_FOREARM, st.floats(0.02, 0.08))
+ANGLES = st.floats(-0.8, 3.1)
+
+
+@given(ARMS, ANGLES)
+def test_the_moment_arm_is_the_rate_at_which_the_path_shortens(arm, angle):
+    motion = kinematics(arm, angle)
+    rate = -derivative(lambda at: float(flexor_path(arm, at)), angle, 2e-3)
+    assert motion.flexor_moment_arm == pytest.approx(rate, abs=1e-10)
+    assert derivative(lambda at: float(kinematics(arm, at).flexor_travel), angle, 2e-3) == pytest.approx(
+        rate, abs=1e-10
+    )
+
+
+@given(ARMS, ANGLES)
+def test_the_slope_of_the_moment_arm_is_its_rate(arm, angle):
+    rate = derivative(lambda at: float(kinematics(arm, at).flexor_moment_arm), angle, 2e-3)
+    assert kinematics(arm, angle).flexor_moment_arm_slope == pytest.approx(rate, abs=1e-9)
+
+
+@given(ARMS, ANGLES)
+def test_the_moment_arm_is_no_longer_than_the_distance_of_either_anchor(arm, angle):
+    reach = min(np.hypot(arm.a1, arm.b1), np.hypot(arm.a2, arm.b2))
+    assert abs(kinematics(arm, angle).flexor_moment_arm) <= reach * (1 + 1e-12)
+
+
+@given(ARMS, ANGLES)
+def test_the_path_keeps_to_the_triangle_of_elbow_and_anchors(arm, angle):
+    upper, fore = np.hypot(arm.a1, arm.b1), np.hypot(arm.a2, arm.b2)
+    path = flexor_path(arm, angle)
+    assert abs(upper - fore) * (1 - 1e-12) <= path <= (upper + fore) * (1 + 1e-12)
+
+
+@given(ARMS, ANGLES)
+def test_exchanging_upper_arm_and_forearm_changes_nothing(arm, angle):
+    mirrored = kinematics(Anchors(arm.a2, arm.b2, arm.a1, arm.b1, arm.elbow_radius), angle)
+    motion = kinematics(arm, angle)
+    assert mirrored.flexor_path == pytest.approx(float(motion.flexor_path), rel=1e-13)
+    assert mirrored.flexor_moment_arm == pytest.approx(float(motion.flexor_moment_arm), abs=1e-13)
+    assert mirrored.flexor_moment_arm_slope == pytest.approx(float(motion.flexor_moment_arm_slope), abs=1e-12)
+
+
+@given(ARMS, ANGLES)
+def test_the_two_references_differ_by_the_same_length_at_every_angle(arm, angle):
+    published, initial = kinematics(arm, angle), kinematics(arm, angle, from_initial=True)
+    offset = float(flexor_path(arm, 0.0)) - (arm.b1 + arm.b2)
+    assert initial.flexor_travel - published.flexor_travel == pytest.approx(offset, abs=1e-15)
+    assert initial.flexor_moment_arm == published.flexor_moment_arm
+    assert kinematics(arm, 0.0, from_initial=True).flexor_travel == 0.0
+
+
+@given(ARMS, ANGLES)
+def test_the_extensor_winds_on_its_pulley(arm, angle):
+    assert kinematics(arm, angle).extensor_travel == arm.elbow_radius * angle
+
+
+def test_anchors_on_the_lines_of_the_arm_have_no_moment_arm_when_it_is_straight():
+    motion = kinematics(Anchors(0.0, 0.15, 0.0, 0.15, 0.045), 0.0)
+    assert motion.flexor_path == 0.3
+    assert motion.flexor_travel == 0.0
+    assert motion.flexor_moment_arm == 0.0
+
+
+def test_anchors_on_the_lines_of_a_right_angle_follow_pythagoras():
+    motion = kinematics(Anchors(0.0, 0.3, 0.0, 0.4, 0.045), np.pi / 2)
+    assert motion.flexor_path == pytest.approx(0.5, rel=1e-15)
+    assert motion.flexor_moment_arm == pytest.approx(0.24, rel=1e-15)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("flexion", [True, False])
+def test_coincident_anchors_have_no_moment_arm_and_no_equilibrium(flexion, unilateral):
+    p = baseline(a1=0.04, b1=0.15, a2=0.04, b2=-0.15, unilateral=unilateral)
+    state = actuator.evaluate(design(p), 0.0, flexion)
+    assert state.motion.flexor_path == 0.0
+    assert np.isnan(state.motion.flexor_moment_arm)
+    assert state.status == statics.NO_EQUILIBRIUM
+
+
+@given(ARMS, st.floats(0.05, 3.0))
+def test_the_radius_ratio_without_slack_is_the_ratio_of_both_travels(arm, angle):
+    motion = kinematics(arm, angle)
+    ratio = no_slack_radius_ratio(motion)
+    assert ratio * motion.extensor_travel == pytest.approx(float(motion.flexor_travel), abs=1e-15)
+
+
+def test_the_radius_ratio_has_no_value_where_neither_path_has_moved():
+    anchors = design(baseline()).arm.anchors
+    assert np.isnan(no_slack_radius_ratio(kinematics(anchors, 0.0, from_initial=True)))
+
+
+@given(st.floats(-1.5, 3.0), st.floats(-1.5, 1.5), st.floats(0.0, 20.0))
+def test_the_weight_is_held_against_gravity_along_the_path_of_the_masses(angle, inclination, load):
+    arm = design(baseline(upper_arm_angle=inclination)).arm
+
+    def energy(at):
+        lever = arm.forearm_mass * arm.forearm_com + load * arm.load_distance
+        return -9.81 * lever * np.cos(at + inclination)
+
+    torque, slope = actuator.gravity_torque(arm, load, angle)
+    assert torque == pytest.approx(derivative(energy, angle, 2e-3), abs=1e-9)
+    rate = derivative(lambda at: float(actuator.gravity_torque(arm, load, at)[0]), angle, 2e-3)
+    assert slope == pytest.approx(rate, abs=1e-9)

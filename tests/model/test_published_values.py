@@ -1,0 +1,177 @@
+"""The paper's arm and actuator in numbers that were obtained twice, to all the digits they are printed with."""
+
+from decimal import Decimal
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from tendon_cli.model import actuator, statics
+from tendon_cli.model.kinematics import kinematics, no_slack_radius_ratio
+
+from .designs import baseline, design
+
+FULL_RANGE = np.radians(np.linspace(0.0, 90.0, 901))
+ANCHORS = design(baseline()).arm.anchors
+
+
+def assert_printed(value, printed: str):
+    """The value rounds to what is printed."""
+    last_digit = 10.0 ** Decimal(printed).as_tuple().exponent
+    assert abs(float(value) - float(printed)) <= 0.5001 * last_digit, f"{float(value)!r} is not {printed}"
+
+
+def least(changes, flexion, values):
+    return np.min(values(actuator.evaluate(design(baseline(**changes)), FULL_RANGE, flexion)))
+
+
+def required_pretension(**changes):
+    both_ways = np.array([[True], [False]])
+    *_, tied = actuator.couple(design(baseline(**changes)), FULL_RANGE, both_ways)
+    return max(0.0, statics.pretension_shortfall(tied).max())
+
+
+# --- Kinematics (Eqs. 1-3, Fig. 4) -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("degrees", "path", "moment_arm"),
+    [
+        (0, "0.300665928", "0.0299336"),
+        (60, "0.230459417", "0.1010709"),
+        (90, "0.170293864", "0.1274268"),
+        (120, "0.098547160", "0.1450346"),
+    ],
+)
+def test_paths_and_moment_arms_of_the_papers_arm(degrees, path, moment_arm):
+    motion = kinematics(ANCHORS, np.radians(degrees))
+    assert_printed(motion.flexor_path, path)
+    assert_printed(motion.flexor_moment_arm, moment_arm)
+
+
+def test_the_published_travel_is_not_zero_at_the_straight_arm():
+    assert_printed(1e3 * kinematics(ANCHORS, 0.0).flexor_travel, "-0.666")
+    assert kinematics(ANCHORS, 0.0, from_initial=True).flexor_travel == 0.0
+
+
+@pytest.mark.parametrize(("degrees", "ratio"), [(1, "-0.168"), (90, "1.835"), (25.7, "1.00")])
+def test_the_radius_ratio_without_slack(degrees, ratio):
+    assert_printed(no_slack_radius_ratio(kinematics(ANCHORS, np.radians(degrees))), ratio)
+
+
+def ratio_at(degrees):
+    return float(no_slack_radius_ratio(kinematics(ANCHORS, np.radians(degrees))))
+
+
+def test_the_radius_ratio_crosses_zero_and_one_where_stated():
+    assert_printed(brentq(ratio_at, 0.5, 5.0), "1.24")
+    assert_printed(brentq(lambda degrees: ratio_at(degrees) - 1.0, 5.0, 90.0), "25.7")
+
+
+def test_the_inverse_of_the_radius_ratio_is_the_spool_ratio_without_slack():
+    assert_printed(1 / ratio_at(90.0), "0.545")
+    p = baseline(ratio=1 / ratio_at(90.0))
+    *_, tied = actuator.couple(design(p), np.pi / 2, True)
+    assert tied.mismatch == pytest.approx(0.0, abs=1e-15)
+
+
+def test_the_radius_ratio_diverges_at_the_straight_arm():
+    assert no_slack_radius_ratio(kinematics(ANCHORS, 0.0)) == -np.inf
+    assert ratio_at(1e-6) < -1e4
+
+
+def test_the_flexor_passes_the_joints_centre_near_157_and_behind_22_degrees():
+    def moment_arm(degrees):
+        return float(kinematics(ANCHORS, np.radians(degrees)).flexor_moment_arm)
+
+    assert_printed(brentq(moment_arm, 120.0, 179.0), "157")
+    assert_printed(brentq(moment_arm, -60.0, 0.0), "-22.5")
+    for degrees, flexes in ((-23, False), (-22, True), (156, True), (158, False)):
+        status = actuator.evaluate(design(baseline()), np.radians(degrees), True).status
+        assert (status != statics.NO_EQUILIBRIUM) == flexes
+
+
+# --- Statics (Eqs. 4-5, 12-20) ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_equal_pretension_is_no_state_of_the_sweep(unilateral):
+    state = actuator.evaluate(design(baseline(unilateral=unilateral)), 0.0, True)
+    assert_printed(state.balance.flexor, "121.2")
+    assert_printed(state.balance.extensor, "80.6")
+    assert_printed(state.balance.extensor / state.balance.flexor, "0.6652")
+    back = actuator.evaluate(design(baseline(unilateral=unilateral)), 0.0, False)
+    assert back.balance.flexor == pytest.approx(float(state.balance.flexor), rel=2e-3)
+
+
+@pytest.mark.parametrize("side", ["flexor", "extensor"])
+def test_the_unstretched_length_differs_between_the_directions(side):
+    flexing, extending = (actuator.couple(design(baseline()), 0.0, flexion) for flexion in (True, False))
+    place = {"flexor": 1, "extensor": 2}[side]
+    difference = 100.0 * (flexing[place].compliance - extending[place].compliance)
+    assert_printed(1e3 * abs(difference), "0.17")
+
+
+CHECKS = [
+    ((0, True, True), "39.9244 45.8149 49.7445 36.7706 0.389217 2.57821", "0"),
+    ((0, True, False), "39.9244 45.8149 49.7445 36.7706 0.389217 2.57821", None),
+    ((5, True, False), "134.407 -49.1461 167.467 -39.4441 6.20732 3.65551", None),
+    ((5, True, True), "153.598 0 191.378 0 5.74135 3.87433", "0.0232911"),
+    ((10, False, False), "229.418 -142.754 184.129 -177.866 10.8598 4.73140", None),
+    ((10, False, True), "285.163 0 228.869 0 6.86607 5.36381", "0.0678031"),
+]
+
+
+@pytest.mark.parametrize(("case", "printed", "slack"), CHECKS)
+def test_states_at_75_degrees(case, printed, slack):
+    load, flexion, unilateral = case
+    state = actuator.evaluate(design(baseline(load_mass=load, unilateral=unilateral)), np.radians(75), flexion)
+    found = (
+        state.balance.flexor, state.balance.extensor, state.flexor_tension_proximal, state.extensor_tension_proximal,
+        state.motor_torque, state.spool_angle,
+    )  # fmt: skip
+    for value, digits in zip(found, printed.split(), strict=True):
+        assert_printed(value, digits)
+    if slack is None:
+        assert np.isnan(state.extensor_slack)
+        assert np.isnan(state.flexor_slack)
+    else:
+        assert_printed(state.extensor_slack, slack)
+        assert state.flexor_slack == 0.0
+
+
+# --- Stiffness and required pretension -------------------------------------------------------------------------------
+
+
+def test_the_least_elbow_stiffness_of_the_unloaded_arm():
+    assert_printed(least({}, True, lambda state: state.elbow_stiffness), "2.09")
+    assert_printed(least({}, False, lambda state: state.elbow_stiffness), "2.06")
+
+
+@pytest.mark.parametrize("flexion", [True, False])
+def test_springs_of_1_kn_per_m_make_the_unloaded_arm_unstable(flexion):
+    assert_printed(least({"spring_stiffness": 1e3}, flexion, lambda state: state.elbow_stiffness), "-3.5")
+
+
+@pytest.mark.parametrize("flexion", [True, False])
+def test_the_papers_case_of_200_n_without_load_is_unstable_below_13_degrees(flexion):
+    state = actuator.evaluate(design(baseline(pretension=200.0)), FULL_RANGE, flexion)
+    unstable = np.degrees(FULL_RANGE[state.elbow_stiffness < 0])
+    assert unstable.min() == 0.0
+    assert_printed(unstable.max(), "13")
+    assert len(unstable) == np.searchsorted(np.degrees(FULL_RANGE), unstable.max(), side="right")
+
+
+@pytest.mark.parametrize(
+    ("changes", "printed"),
+    [
+        ({"load_mass": 0.0}, "96.83"),
+        ({"load_mass": 3.0}, "133.88"),
+        ({"load_mass": 5.0}, "158.57"),
+        ({"load_mass": 10.0}, "220.32"),
+        ({"load_mass": 5.0, "ratio": 0.7}, "94.07"),
+        ({"load_mass": 5.0, "spring_stiffness": 1e3}, "101.24"),
+    ],
+)
+def test_the_least_pretension_without_slack(changes, printed):
+    assert_printed(required_pretension(**changes), printed)

@@ -1,0 +1,130 @@
+"""Capstan friction and elongation of a tendon in its sheath (Eqs. 6 and 13, Appendix A)."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tendon_cli.model.sheath import (
+    TOWARD_ELBOW,
+    TOWARD_MOTOR,
+    capstan_ratio,
+    relative_elongation,
+    tendon_compliance,
+)
+
+from .rig import even, walk_along_sheath
+
+FRICTION, BEND = st.floats(0.0, 0.3), st.floats(0.0, 12.0)
+DIRECTIONS = st.sampled_from([TOWARD_MOTOR, TOWARD_ELBOW])
+WIRE = (1.5e-3, 145e9)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [
+        even,
+        lambda s: 2 * s,
+        lambda s: 3 * (1 - s) ** 2,
+        lambda s: 1 + 0.9 * np.cos(6 * np.pi * s),
+        lambda s: 1 + 0.8 * np.sin(2 * np.pi * s) - 0.1 * np.cos(10 * np.pi * s),
+    ],
+)
+@pytest.mark.parametrize("toward", [TOWARD_MOTOR, TOWARD_ELBOW])
+def test_only_the_total_bend_counts_for_the_ratio_however_it_is_spread(profile, toward):
+    rng = np.random.default_rng(7)
+    friction, bend = rng.uniform(0, 0.3, 50), rng.uniform(0, 12.0, 50)
+    gain, mean = walk_along_sheath(friction, bend, np.full(50, toward == TOWARD_ELBOW), profile=profile)
+    ratio = capstan_ratio(friction, bend, toward)
+    np.testing.assert_allclose(ratio, 1 / gain, rtol=1e-11)
+    ends = np.sort([np.ones(50), gain], axis=0)
+    assert (ends[0] <= mean * (1 + 1e-12)).all()
+    assert (mean <= ends[1] * (1 + 1e-12)).all()
+
+
+@pytest.mark.parametrize("toward", [TOWARD_MOTOR, TOWARD_ELBOW])
+def test_an_even_bend_stretches_the_tendon_as_integrated(toward):
+    rng = np.random.default_rng(8)
+    friction, bend, length = rng.uniform(0, 0.3, 50), rng.uniform(0, 12.0, 50), rng.uniform(0.2, 4.0, 50)
+    _, mean = walk_along_sheath(friction, bend, np.full(50, toward == TOWARD_ELBOW))
+    straight = length / (np.pi * 0.75e-3**2 * 145e9)
+    found = tendon_compliance(length, *WIRE, friction, bend, toward)
+    np.testing.assert_allclose(found, mean * straight, rtol=1e-11)
+
+
+@given(FRICTION, BEND, DIRECTIONS)
+def test_the_two_directions_have_inverse_ratios(friction, bend, toward):
+    assert capstan_ratio(friction, bend, toward) * capstan_ratio(friction, bend, -toward) == pytest.approx(
+        1.0, rel=1e-14
+    )
+
+
+@given(FRICTION, BEND, BEND, DIRECTIONS)
+def test_bends_in_series_multiply_their_ratios(friction, first, second, toward):
+    parts = capstan_ratio(friction, first, toward) * capstan_ratio(friction, second, toward)
+    assert capstan_ratio(friction, first + second, toward) == pytest.approx(float(parts), rel=1e-13)
+
+
+@given(FRICTION, BEND)
+def test_a_tendon_pulled_toward_the_motor_is_slacker_at_the_elbow(friction, bend):
+    assert capstan_ratio(friction, bend, TOWARD_MOTOR) <= 1.0 <= capstan_ratio(friction, bend, TOWARD_ELBOW)
+
+
+@given(DIRECTIONS, st.floats(0.0, 5.0))
+def test_without_friction_or_bend_the_tension_is_the_same_everywhere(toward, any_value):
+    assert capstan_ratio(0.0, any_value, toward) == 1.0
+    assert capstan_ratio(any_value, 0.0, toward) == 1.0
+    straight = 2.0 / (np.pi * WIRE[0] ** 2 / 4 * WIRE[1])
+    assert tendon_compliance(2.0, *WIRE, 0.0, any_value, toward) == pytest.approx(straight, rel=1e-15)
+    assert tendon_compliance(2.0, *WIRE, any_value, 0.0, toward) == pytest.approx(straight, rel=1e-15)
+
+
+@pytest.mark.parametrize("exponent", [0.0, -0.0, 5e-324, -5e-324, 1e-300, 1e-17, -1e-17])
+def test_without_an_exponent_the_relative_elongation_is_exactly_1(exponent):
+    assert relative_elongation(exponent) == 1.0
+
+
+@given(st.floats(-1e-3, 1e-3))
+def test_for_small_exponents_the_relative_elongation_follows_its_series(z):
+    series = 1 + z / 2 * (1 + z / 3 * (1 + z / 4 * (1 + z / 5)))
+    assert relative_elongation(z) == pytest.approx(series, rel=5e-16)
+
+
+@given(st.floats(-8.0, 8.0))
+def test_the_relative_elongation_is_the_mean_of_the_exponential(z):
+    nodes, weights = np.polynomial.legendre.leggauss(30)
+    mean = float(weights @ np.exp(z * (nodes + 1) / 2)) / 2
+    assert relative_elongation(z) == pytest.approx(mean, rel=1e-13)
+
+
+@given(st.floats(-8.0, 8.0))
+def test_reading_the_elongation_from_the_other_end_scales_it_by_the_ratio(z):
+    assert relative_elongation(-z) == pytest.approx(float(np.exp(-z) * relative_elongation(z)), rel=1e-14)
+
+
+def test_the_relative_elongation_of_an_array_has_no_trouble_with_a_zero_in_it():
+    np.testing.assert_allclose(relative_elongation(np.array([-1.0, 0.0, 1.0])), [1 - np.exp(-1), 1.0, np.e - 1])
+
+
+@given(FRICTION, BEND, DIRECTIONS, st.floats(0.05, 0.95), st.floats(0.1, 4.0))
+def test_a_sheath_cut_in_two_stretches_like_the_whole(friction, bend, toward, share, length):
+    """The part at the motor feels the tension at the cut, which friction has changed."""
+    near = tendon_compliance(share * length, *WIRE, friction, share * bend, toward)
+    far = tendon_compliance((1 - share) * length, *WIRE, friction, (1 - share) * bend, toward)
+    at_cut = 1 / capstan_ratio(friction, share * bend, toward)
+    whole = tendon_compliance(length, *WIRE, friction, bend, toward)
+    assert whole == pytest.approx(float(near + at_cut * far), rel=1e-13)
+
+
+@given(FRICTION, BEND)
+def test_per_newton_at_the_elbow_a_pulled_tendon_stretches_more_than_a_dragged_one(friction, bend):
+    pulled = tendon_compliance(2.0, *WIRE, friction, bend, TOWARD_MOTOR)
+    dragged = tendon_compliance(2.0, *WIRE, friction, bend, TOWARD_ELBOW)
+    straight = tendon_compliance(2.0, *WIRE, 0.0, bend, TOWARD_MOTOR)
+    assert dragged <= straight <= pulled
+
+
+def test_four_thin_tendons_of_half_the_diameter_are_as_stiff_as_one():
+    one = tendon_compliance(2.0, 2e-3, 145e9, 0.07, np.pi, TOWARD_MOTOR)
+    thin = tendon_compliance(2.0, 1e-3, 145e9, 0.07, np.pi, TOWARD_MOTOR)
+    assert thin / 4 == pytest.approx(float(one), rel=1e-15)

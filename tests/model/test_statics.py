@@ -1,0 +1,518 @@
+"""Balance, slack, required pretension and stiffness over random designs (Eqs. 4, 5 and 12-20)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from tendon_cli.model import actuator, statics
+from tendon_cli.model.statics import (
+    BOTH_SLACK,
+    EXTENSOR_SLACK,
+    FLEXOR_SLACK,
+    NO_EQUILIBRIUM,
+    STATUS_NAMES,
+    TAUT,
+    Coupling,
+)
+
+from . import rig
+from .designs import baseline, design, scattered
+
+COUNT = 3000
+SLACK_SIDES = ("flexor", "extensor")
+
+
+def drawn(seed, **fixed):
+    p, angle, flexion = scattered(COUNT, seed)
+    return p | {name: np.full(COUNT, value) for name, value in fixed.items()}, angle, flexion
+
+
+def evaluate(p, angle, flexion):
+    return actuator.evaluate(design(p), angle, flexion)
+
+
+def scale(p, state):
+    return np.fmax(
+        np.fmax(np.abs(state.balance.flexor), np.abs(state.balance.extensor)),
+        np.maximum(p["flexor_pretension"], p["extensor_pretension"]),
+    )
+
+
+# --- Residuals -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_the_elbow_is_in_balance_in_every_state(unilateral):
+    p, angle, flexion = drawn(1, unilateral=unilateral)
+    state = evaluate(p, angle, flexion)
+    x, y, arm = state.balance.flexor, state.balance.extensor, state.motion.flexor_moment_arm
+    some = np.abs(arm * x) + p["elbow_radius"] * np.abs(y) + np.abs(state.elbow_torque) + 1e-12
+    residual = (arm * x - p["elbow_radius"] * y - state.elbow_torque) / some
+    assert np.nanmax(np.abs(residual)) < 1e-12
+    assert np.isfinite(residual).sum() > COUNT / 2
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_one_motor_turns_both_spools_in_every_state_with_slack_taken_up(unilateral):
+    p, angle, flexion = drawn(2, unilateral=unilateral)
+    state = evaluate(p, angle, flexion)
+    flexor = state.flexor.compliance * (state.balance.flexor - p["flexor_pretension"])
+    extensor = state.extensor.compliance * (state.balance.extensor - p["extensor_pretension"])
+    mismatch = state.motion.extensor_travel - p["ratio"] * state.motion.flexor_travel
+    residual = p["ratio"] * flexor + extensor - mismatch - state.balance.loose
+    some = np.abs(mismatch) + np.abs(p["ratio"] * flexor) + np.abs(extensor)
+    assert np.nanmax(np.abs(residual) / some) < 1e-12
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_the_spool_angle_winds_both_tendons(unilateral):
+    """What the flexor spool winds is travel and stretch less slack; the extensor spool pays out the same turn."""
+    p, angle, flexion = drawn(3, unilateral=unilateral)
+    state = evaluate(p, angle, flexion)
+    flexor_slack, extensor_slack = state.flexor_slack, state.extensor_slack
+    if not unilateral:
+        flexor_slack = extensor_slack = 0.0
+    flexor = state.flexor.compliance * (state.balance.flexor - p["flexor_pretension"])
+    extensor = state.extensor.compliance * (state.balance.extensor - p["extensor_pretension"])
+    wound = state.motion.flexor_travel + flexor - flexor_slack
+    paid_out = state.motion.extensor_travel - extensor + extensor_slack
+    turn = p["flexor_radius"] * state.spool_angle
+    length = np.abs(wound) + state.motion.flexor_path
+    known = np.isfinite(turn)
+    assert known.sum() > COUNT / 2
+    assert np.max(np.abs(turn - wound)[known] / length[known]) < 1e-12
+    assert np.max(np.abs(p["ratio"] * turn - paid_out)[known] / length[known]) < 1e-11
+
+
+def test_work_of_the_motor_without_friction_equals_the_work_at_the_elbow_and_in_the_springs():
+    """∫τ_m dα = ∫τ_a dθ + the change of what both springs and tendons store, for every taut path."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    angle = (nodes + 1) * np.pi / 4
+    p = baseline(friction=0.0, load_mass=3.0, pretension=200.0, ratio=0.9)
+
+    def at(values):
+        return evaluate(p, values, True)
+
+    turn_rate = rig.derivative(lambda shift: at(angle + shift).spool_angle, 0.0)
+    state = at(angle)
+    assert (state.status == TAUT).all()
+    motor, elbow = (np.pi / 4 * weights @ work for work in (state.motor_torque * turn_rate, state.elbow_torque))
+    ends = at(np.array([0.0, np.pi / 2]))
+    stored = 0.5 * (
+        ends.flexor.compliance * ends.balance.flexor**2 + ends.extensor.compliance * ends.balance.extensor**2
+    )
+    assert motor == pytest.approx(elbow + stored[1] - stored[0], rel=1e-9)
+
+
+# --- Slack -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_tendon_never_pushes_and_is_never_tense_and_slack_at_once():
+    p, angle, flexion = drawn(4, unilateral=True)
+    state = evaluate(p, angle, flexion)
+    least = -1e-9 * scale(p, state)
+    for side in SLACK_SIDES:
+        tension, slack = getattr(state.balance, side), getattr(state, f"{side}_slack")
+        known = np.isfinite(slack)
+        assert (tension[known] >= least[known]).all()
+        assert (slack[known] >= 0).all()
+        assert (slack[known & (tension > 1e-9 * scale(p, state))] == 0).all()
+        assert (slack[known] > 0).sum() > 100
+        np.testing.assert_allclose(tension[known & (slack > 0)], 0.0, atol=1e-10)
+
+
+def test_both_models_agree_on_whether_a_state_is_slack():
+    p, angle, flexion = drawn(5, unilateral=True)
+    hard, soft = evaluate(p, angle, flexion), evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion)
+    np.testing.assert_array_equal(hard.status == TAUT, soft.status == TAUT)
+    np.testing.assert_array_equal(hard.status == NO_EQUILIBRIUM, soft.status == NO_EQUILIBRIUM)
+    assert min((hard.status == TAUT).sum(), ((hard.status > TAUT) & (hard.status < NO_EQUILIBRIUM)).sum()) > 500
+
+
+def test_both_models_agree_on_everything_where_nothing_is_slack():
+    p, angle, flexion = drawn(6, unilateral=True)
+    hard, soft = evaluate(p, angle, flexion), evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion)
+    taut = hard.status == TAUT
+    for name in ("flexor_tension_proximal", "extensor_tension_proximal", "motor_torque", "spool_angle"):
+        np.testing.assert_array_equal(getattr(hard, name)[taut], getattr(soft, name)[taut])
+    np.testing.assert_array_equal(hard.elbow_stiffness[taut], soft.elbow_stiffness[taut])
+
+
+def test_the_load_decides_which_tendon_is_slack():
+    p, angle, flexion = drawn(7, unilateral=True)
+    state = evaluate(p, angle, flexion)
+    torque, status = state.elbow_torque, state.status
+    assert (torque[status == EXTENSOR_SLACK] > 0).all()
+    assert (torque[status == FLEXOR_SLACK] < 0).all()
+    np.testing.assert_array_equal(torque[status == BOTH_SLACK], 0.0)
+
+
+def test_a_state_has_no_equilibrium_just_where_the_flexor_cannot_flex():
+    for unilateral in (True, False):
+        p, angle, flexion = drawn(8, unilateral=unilateral)
+        state = evaluate(p, angle, flexion)
+        np.testing.assert_array_equal(state.status == NO_EQUILIBRIUM, ~(state.motion.flexor_moment_arm > 0))
+        assert (state.status == NO_EQUILIBRIUM).sum() > 100
+
+
+def test_slack_lengths_belong_to_the_unilateral_model_alone():
+    p, angle, flexion = drawn(9, unilateral=False)
+    state = evaluate(p, angle, flexion)
+    assert np.isnan(state.flexor_slack).all()
+    assert np.isnan(state.extensor_slack).all()
+
+
+def test_in_the_bilateral_model_the_signs_of_the_tensions_are_the_status():
+    p, angle, flexion = drawn(10, unilateral=False)
+    state = evaluate(p, angle, flexion)
+    here = state.status != NO_EQUILIBRIUM
+    negative = [getattr(state.balance, side) < -1e-9 * scale(p, state) for side in SLACK_SIDES]
+    np.testing.assert_array_equal(np.isin(state.status, (FLEXOR_SLACK, BOTH_SLACK))[here], negative[0][here])
+    np.testing.assert_array_equal(np.isin(state.status, (EXTENSOR_SLACK, BOTH_SLACK))[here], negative[1][here])
+
+
+def test_where_both_are_slack_nothing_is_tense_and_the_spool_may_turn():
+    p, angle, flexion = drawn(11, unilateral=True)
+    state = evaluate(p, angle, flexion)
+    both = state.status == BOTH_SLACK
+    assert both.sum() > 50
+    for tension in (state.balance.flexor, state.balance.extensor, state.motor_torque):
+        np.testing.assert_array_equal(tension[both], 0.0)
+    for undetermined in (state.spool_angle, state.flexor_slack, state.extensor_slack):
+        assert np.isnan(undetermined[both]).all()
+    assert (state.balance.loose[both] > 0).all()
+
+
+def test_every_status_has_a_name_of_its_own():
+    assert len(set(STATUS_NAMES)) == 5
+    assert [STATUS_NAMES[i] for i in (TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM)] == [
+        "taut", "flexor slack", "extensor slack", "both slack", "no equilibrium",
+    ]  # fmt: skip
+
+
+# --- Required pretension ---------------------------------------------------------------------------------------------
+
+SWEEP = np.radians(np.linspace(0.0, 100.0, 41))
+BOTH_WAYS = np.array([[True], [False]])
+
+
+def swept(seed, count=150):
+    """Designs whose flexor can flex the elbow at every angle of the sweep, each a column over directions and angles."""
+    p, _, _ = scattered(count * 6, seed)
+    p["b2"] = 0.5 * p["b1"]
+    p["upper_arm_angle"] = np.where(np.arange(count * 6) % 2, 0.0, p["upper_arm_angle"])
+    columns = {name: values[:, None, None] for name, values in p.items()}
+    *_, tied = actuator.couple(design(columns), SWEEP, BOTH_WAYS)
+    good = np.isfinite(tied.moment_arm).all(axis=(1, 2)).nonzero()[0][:count]
+    assert len(good) == count
+    return {name: values[good] for name, values in columns.items()}
+
+
+def with_pretension(p, value):
+    return p | {"flexor_pretension": value, "extensor_pretension": value}
+
+
+def required(p):
+    *_, tied = actuator.couple(design(p), SWEEP, BOTH_WAYS)
+    return np.maximum(0.0, statics.pretension_shortfall(tied).max(axis=(1, 2), keepdims=True))
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_at_the_required_pretension_the_margin_is_zero_and_every_state_is_taut(unilateral):
+    p = swept(20) | {"unilateral": unilateral}
+    least = required(p)
+    state = evaluate(with_pretension(p, least), SWEEP, BOTH_WAYS)
+    assert (state.status == TAUT).all()
+    assert np.max(np.abs(state.balance.loose)) == 0.0
+    lowest = np.minimum(state.balance.flexor, state.balance.extensor).min(axis=(1, 2), keepdims=True)
+    highest = np.maximum(state.balance.flexor, state.balance.extensor).max(axis=(1, 2), keepdims=True)
+    needed = least > 0
+    assert needed.sum() > 100
+    assert np.max(np.abs(lowest / highest)[needed]) < 1e-11
+    assert (lowest[~needed] >= 0).all()
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_just_below_the_required_pretension_some_state_is_slack(unilateral):
+    p = swept(21) | {"unilateral": unilateral}
+    least = required(p)
+    state = evaluate(with_pretension(p, least * (1 - 1e-6)), SWEEP, BOTH_WAYS)
+    slack = (state.status != TAUT).any(axis=(1, 2))
+    np.testing.assert_array_equal(slack, least.ravel() > 0)
+    crowd = (state.status != TAUT).sum(axis=(1, 2))
+    assert np.median(crowd[slack]) <= 2
+
+
+def test_a_state_is_taut_just_where_its_pretension_exceeds_its_shortfall():
+    p, angle, flexion = drawn(22, unilateral=True)
+    p = with_pretension(p, p["flexor_pretension"])
+    state = evaluate(p, angle, flexion)
+    shortfall = statics.pretension_shortfall(state.coupling)
+    here = state.status != NO_EQUILIBRIUM
+    clear = here & (np.abs(shortfall - p["flexor_pretension"]) > 1e-6 * p["flexor_pretension"])
+    np.testing.assert_array_equal((state.status == TAUT)[clear], (p["flexor_pretension"] > shortfall)[clear])
+    assert np.isnan(shortfall[~here]).all()
+    assert clear.sum() > COUNT / 2
+
+
+def test_a_search_on_the_rig_finds_the_same_required_pretension():
+    p, angle, flexion = drawn(23, unilateral=False)
+    *_, tied = actuator.couple(design(p), angle, flexion)
+    shortfall = statics.pretension_shortfall(tied)
+    sheaths = rig.compliances(p, flexion)
+    stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
+    for i in np.flatnonzero(np.abs(shortfall) < 2e3)[:150]:
+
+        def least_tension(pretension, i=i):
+            values = rig.row(p, i) | {"flexor_pretension": pretension, "extensor_pretension": pretension}
+            outcome = rig.Bench(values, stiff["flexor"][i], stiff["extensor"][i]).settle(float(angle[i]))
+            return min(outcome.flexor, outcome.extensor)
+
+        found = brentq(least_tension, -1e4, 1e4, xtol=1e-9)
+        assert shortfall[i] == pytest.approx(found, abs=1e-7)
+
+
+def test_the_required_pretension_does_not_depend_on_the_pretension():
+    p, angle, flexion = drawn(24, unilateral=True)
+    *_, slack = actuator.couple(design(p), angle, flexion)
+    *_, tight = actuator.couple(design(with_pretension(p, 1e3)), angle, flexion)
+    np.testing.assert_array_equal(statics.pretension_shortfall(slack), statics.pretension_shortfall(tight))
+
+
+def in_hand(p, angle, flexion):
+    *_, tied = actuator.couple(design(p), angle, flexion)
+    shortfall = statics.pretension_shortfall(tied)
+    return statics.pretension_in_hand(tied, p["flexor_pretension"], p["extensor_pretension"], shortfall)
+
+
+def lowered(p, by):
+    return p | {f"{side}_pretension": p[f"{side}_pretension"] - by for side in SLACK_SIDES}
+
+
+def test_pretension_in_hand_is_what_both_sides_can_lose_before_a_state_goes_slack():
+    p, angle, flexion = drawn(27, unilateral=True)
+    spare = in_hand(p, angle, flexion)
+    least = np.minimum(p["flexor_pretension"], p["extensor_pretension"])
+    status = evaluate(p, angle, flexion).status
+    known = np.isfinite(spare) & (np.abs(spare) > 1e-6)
+    np.testing.assert_array_equal(np.isnan(spare), status == NO_EQUILIBRIUM)
+    np.testing.assert_array_equal((status == TAUT)[known], (spare > 0)[known])
+    assert (spare[known] <= least[known]).all()
+    some = np.maximum(1.0, scale(p, evaluate(p, angle, flexion)))
+    bound = np.isfinite(spare) & (spare < least - 1e-4 * some)
+    assert bound.sum() > 500
+    for more, taut in ((-1e-6, True), (1e-6, False)):
+        state = evaluate(lowered(p, np.where(bound, spare + more * some, 0.0)), angle, flexion)
+        np.testing.assert_array_equal((state.status == TAUT)[bound], taut)
+
+
+def test_pretension_in_hand_grows_one_for_one_with_pretension():
+    p, angle, flexion = drawn(28, unilateral=True)
+    before, after = in_hand(p, angle, flexion), in_hand(lowered(p, -20.0), angle, flexion)
+    here = np.isfinite(before)
+    np.testing.assert_allclose((after - before)[here], 20.0, rtol=1e-9)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("tightened", [("flexor",), ("extensor",), ("flexor", "extensor")])
+def test_more_pretension_on_any_side_never_lowers_a_tension(unilateral, tightened):
+    p, angle, flexion = drawn(25, unilateral=unilateral)
+    more = p | {f"{side}_pretension": p[f"{side}_pretension"] + 20.0 for side in tightened}
+    before, after = evaluate(p, angle, flexion), evaluate(more, angle, flexion)
+    here = before.status != NO_EQUILIBRIUM
+    for side in SLACK_SIDES:
+        rise = (getattr(after.balance, side) - getattr(before.balance, side))[here]
+        assert (rise >= 0).all()
+        taut = (before.status == TAUT)[here]
+        assert (rise[taut] > 0).all()
+    assert (after.balance.loose[here] <= before.balance.loose[here]).all()
+
+
+def test_taut_tensions_are_affine_in_pretension_and_load():
+    p, angle, flexion = drawn(26, unilateral=False)
+
+    def at(pretension, load):
+        q = with_pretension(p, pretension) | {"load_mass": np.full(COUNT, load)}
+        balance = evaluate(q, angle, flexion).balance
+        return np.array([balance.flexor, balance.extensor])
+
+    corner, more, heavier, both = at(50.0, 1.0), at(250.0, 1.0), at(50.0, 7.0), at(250.0, 7.0)
+    residual = both - more - heavier + corner
+    assert np.nanmax(np.abs(residual) / (np.abs(both) + np.abs(more) + np.abs(heavier) + np.abs(corner))) < 1e-12
+
+
+# --- Limits and symmetries -------------------------------------------------------------------------------------------
+
+EVERY_RESULT = (
+    "flexor_tension_proximal", "extensor_tension_proximal", "flexor_slack", "extensor_slack", "elbow_torque",
+    "motor_torque", "spool_angle", "elbow_stiffness", "status",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["friction", "bend_angle"])
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_without_friction_or_bend_both_directions_are_the_same(name, unilateral):
+    p, angle, _ = drawn(30, unilateral=unilateral)
+    p |= {f"{side}_{name}": np.zeros(COUNT) for side in SLACK_SIDES}
+    there, back = (evaluate(p, angle, np.full(COUNT, flexion)) for flexion in (True, False))
+    for result in EVERY_RESULT:
+        np.testing.assert_array_equal(getattr(there, result), getattr(back, result))
+    np.testing.assert_array_equal(there.flexor_tension_proximal, there.balance.flexor)
+    np.testing.assert_array_equal(there.extensor_tension_proximal, there.balance.extensor)
+
+
+@pytest.mark.parametrize("name", ["friction", "bend_angle"])
+def test_the_difference_of_the_directions_shrinks_with_friction_and_with_bend(name):
+    p, angle, _ = drawn(31, unilateral=False)
+
+    def difference(factor):
+        q = p | {f"{side}_{name}": factor * p[f"{side}_{name}"] for side in SLACK_SIDES}
+        there, back = (evaluate(q, angle, np.full(COUNT, flexion)) for flexion in (True, False))
+        return np.array([there.balance.flexor - back.balance.flexor, there.motor_torque - back.motor_torque])
+
+    small, smaller = difference(1e-4), difference(5e-5)
+    size = np.nanmax(np.abs(small), axis=1, keepdims=True)
+    assert (size > 0).all()
+    assert np.nanmax(np.abs(small - 2 * smaller) / size) < 1e-3
+
+
+FORCES = ("pretension", "spring_stiffness", "youngs_modulus")
+LENGTHS = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance", "flexor_radius")
+
+
+def assert_scaled(before, after, factors):
+    here = before.status != NO_EQUILIBRIUM
+    np.testing.assert_array_equal(before.status, after.status)
+    for name, factor in factors.items():
+        old, new = (getattr(state.balance if name == "loose" else state, name) for state in (before, after))
+        size = np.max(np.abs(old[np.isfinite(old)]), initial=0.0)
+        np.testing.assert_allclose(new[here], factor * old[here], rtol=1e-9, atol=factor * size * 1e-12)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("factor", [1 / 16, 3.0])
+def test_all_forces_scale_together(factor, unilateral):
+    p, angle, flexion = drawn(32, unilateral=unilateral)
+    names = [f"{side}_{name}" for side in SLACK_SIDES for name in FORCES] + ["forearm_mass", "load_mass"]
+    q = p | {name: factor * p[name] for name in names}
+    factors = dict.fromkeys(("flexor_tension_proximal", "extensor_tension_proximal", "motor_torque"), factor)
+    factors |= dict.fromkeys(("elbow_torque", "elbow_stiffness"), factor)
+    factors |= dict.fromkeys(("spool_angle", "flexor_slack", "extensor_slack", "loose"), 1.0)
+    assert_scaled(evaluate(p, angle, flexion), evaluate(q, angle, flexion), factors)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("factor", [1 / 16, 3.0])
+def test_all_lengths_scale_together(factor, unilateral):
+    """The tendon's section stays, so that its compliance grows with its length as the spring's does with 1/K."""
+    p, angle, flexion = drawn(33, unilateral=unilateral)
+    q = p | {name: factor * p[name] for name in (*LENGTHS, *(f"{side}_length" for side in SLACK_SIDES))}
+    q |= {f"{side}_spring_stiffness": p[f"{side}_spring_stiffness"] / factor for side in SLACK_SIDES}
+    factors = dict.fromkeys(("flexor_tension_proximal", "extensor_tension_proximal", "spool_angle"), 1.0)
+    factors |= dict.fromkeys(("motor_torque", "elbow_torque", "elbow_stiffness"), factor)
+    factors |= dict.fromkeys(("flexor_slack", "extensor_slack", "loose"), factor)
+    assert_scaled(evaluate(p, angle, flexion), evaluate(q, angle, flexion), factors)
+
+
+def test_a_larger_flexor_spool_turns_less_with_more_torque_at_the_same_tensions():
+    p, angle, flexion = drawn(34, unilateral=True)
+    q = p | {"flexor_radius": 2 * p["flexor_radius"]}
+    before, after = evaluate(p, angle, flexion), evaluate(q, angle, flexion)
+    np.testing.assert_array_equal(before.balance.flexor, after.balance.flexor)
+    np.testing.assert_array_equal(before.motor_torque * 2, after.motor_torque)
+    np.testing.assert_array_equal(before.spool_angle, after.spool_angle * 2)
+
+
+POSITIVE = st.floats(0.01, 0.2)
+COMPLIANCE = st.floats(1e-5, 2e-3)
+PRETENSION = st.floats(0.0, 400.0)
+
+
+@given(
+    POSITIVE, POSITIVE, st.floats(0.3, 3.0), COMPLIANCE, COMPLIANCE, st.floats(-0.2, 0.2), st.floats(-0.2, 0.2),
+    st.floats(-30.0, 60.0), PRETENSION, PRETENSION, st.booleans(),
+)  # fmt: skip
+@settings(max_examples=500)
+def test_exchanging_the_tendons_turns_the_spool_ratio_over(
+    arm, radius, ratio, c_f, c_e, h_f, h_e, torque, f_f, f_e, unilateral
+):
+    """What flexes in one arm extends in its mirror image, with the ratio 1/η and both travels exchanged."""
+    one = statics.coupling(
+        moment_arm=np.asarray(arm), elbow_radius=radius, ratio=ratio, flexor_compliance=np.asarray(c_f),
+        extensor_compliance=np.asarray(c_e), flexor_travel=np.asarray(h_f), extensor_travel=np.asarray(h_e),
+        elbow_torque=np.asarray(torque),
+    )  # fmt: skip
+    other = statics.coupling(
+        moment_arm=np.asarray(radius), elbow_radius=arm, ratio=1 / ratio, flexor_compliance=np.asarray(c_e),
+        extensor_compliance=np.asarray(c_f), flexor_travel=np.asarray(-h_e), extensor_travel=np.asarray(-h_f),
+        elbow_torque=np.asarray(-torque),
+    )  # fmt: skip
+    a = statics.solve(one, f_f, f_e, unilateral=unilateral)
+    b = statics.solve(other, f_e, f_f, unilateral=unilateral)
+    near = 1e-10 * max(f_f, f_e, abs(a.flexor), abs(a.extensor), abs(torque / arm), abs(torque / radius))
+    near += 1e-10 * (abs(h_f) * ratio + abs(h_e)) / (ratio * c_f + c_e) * max(1.0, radius / arm)
+    assert a.flexor == pytest.approx(float(b.extensor), abs=near)
+    assert a.extensor == pytest.approx(float(b.flexor), abs=near)
+    assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * (ratio * c_f + c_e))
+    assert statics.pretension_shortfall(one) == pytest.approx(float(statics.pretension_shortfall(other)), abs=near)
+    least = min(abs(a.flexor), abs(a.extensor)) if not unilateral else abs(float(a.loose)) / (ratio * c_f + c_e)
+    if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
+        exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
+        assert int(b.status) == exchanged.get(int(a.status), int(a.status))
+
+
+# --- Stiffness -------------------------------------------------------------------------------------------------------
+
+
+def taut_states(seed):
+    p, angle, flexion = drawn(seed, unilateral=False)
+    state = evaluate(p, angle, flexion)
+    return p, angle, flexion, state, state.status == TAUT
+
+
+def test_a_taut_arm_is_as_stiff_as_its_spool_is_quick():
+    """k = (dα/dθ) R_f (J/c_f + η R_elb/c_e), with the rate of the solved spool angle by differences."""
+    p, angle, flexion, state, taut = taut_states(40)
+    rate = rig.derivative(lambda shift: evaluate(p, angle + shift, flexion).spool_angle, 0.0, 1e-4)
+    pull = state.motion.flexor_moment_arm / state.flexor.compliance
+    push = p["ratio"] * p["elbow_radius"] / state.extensor.compliance
+    expected = rate * p["flexor_radius"] * (pull + push)
+    size = state.motion.flexor_moment_arm**2 / state.flexor.compliance + p["elbow_radius"] * push
+    known = taut & np.isfinite(expected) & (state.motion.flexor_moment_arm > 0.02)
+    assert np.max((np.abs(state.elbow_stiffness - expected) / size)[known]) < 1e-7
+    clear = known & (np.abs(state.elbow_stiffness) > 1e-6 * size)
+    np.testing.assert_array_equal(np.sign(state.elbow_stiffness)[clear], np.sign(rate)[clear])
+    assert (state.elbow_stiffness[clear] < 0).sum() > 30
+    assert (state.elbow_stiffness[clear] > 0).sum() > 300
+
+
+def test_a_slack_tendon_adds_no_stiffness():
+    p, angle, flexion = drawn(41, unilateral=True)
+    state = evaluate(p, angle, flexion)
+    stiffer = evaluate(p | {"extensor_spring_stiffness": 2 * p["extensor_spring_stiffness"]}, angle, flexion)
+    slack = (state.status == EXTENSOR_SLACK) & (stiffer.status == EXTENSOR_SLACK)
+    assert slack.sum() > 100
+    np.testing.assert_array_equal(state.elbow_stiffness[slack], stiffer.elbow_stiffness[slack])
+    both = state.status == BOTH_SLACK
+    slope = actuator.gravity_torque(design(p).arm, p["load_mass"], angle)[1]
+    np.testing.assert_allclose(state.elbow_stiffness[both], slope[both], rtol=1e-12)
+
+
+def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
+    edge = Coupling(
+        moment_arm=np.asarray(0.1), elbow_radius=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
+        extensor_compliance=np.asarray(3e-4), mismatch=np.asarray(-0.01), elbow_torque=np.asarray(7.0),
+    )  # fmt: skip
+    least = float(statics.pretension_shortfall(edge))
+    for share, status in ((1 + 1e-11, TAUT), (1 - 1e-11, TAUT), (1 - 1e-7, EXTENSOR_SLACK)):
+        for unilateral in (True, False):
+            balance = statics.solve(edge, share * least, share * least, unilateral=unilateral)
+            assert balance.status == status
+    mirrored = replace(edge, elbow_torque=np.asarray(-7.0))
+    least = float(statics.pretension_shortfall(mirrored))
+    assert statics.solve(mirrored, least, least).status == TAUT
+    assert statics.solve(mirrored, least * (1 - 1e-7), least * (1 - 1e-7)).status == FLEXOR_SLACK
