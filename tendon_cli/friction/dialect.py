@@ -117,7 +117,9 @@ class NumberReader:
                 hint="in a file separated by commas the decimal sign is a point",
             )
         if self.decimal not in {None, sign}:
-            raise InputError(f'"{text}" has the decimal sign "{sign}", numbers above have "{self.decimal}"', where=place)
+            raise InputError(
+                f'"{text}" has the decimal sign "{sign}", numbers above have "{self.decimal}"', where=place
+            )
         self.decimal = sign
         self._with_fraction.setdefault(column, line)
         if not re.search(r"[.,]\d{3}$", text):

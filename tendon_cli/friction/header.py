@@ -28,10 +28,14 @@ _NOT_A_FORCE = {
 _FILLERS = {"at", "the", "of", "side", "end", "on", "mean", "measured", "value"}
 _SPOKEN_UNITS = {
     "kg": "kg", "g": "g", "n": "N", "kn": "kN", "kgf": "kgf", "gf": "gf", "lbf": "lbf", "lb": "lb", "lbs": "lb",
-    "gram": "g", "grams": "g", "kilogram": "kg", "kilograms": "kg", "newton": "N", "newtons": "N", "t": "t",
+    "gram": "g", "grams": "g", "kilogram": "kg", "kilograms": "kg", "newton": "N", "newtons": "N",
     "deg": "deg", "degree": "deg", "degrees": "deg", "rad": "rad", "radian": "rad", "radians": "rad", "°": "deg",
-    "s": "s", "sec": "s", "ms": "ms", "min": "min", "h": "h", "mrad": "mrad", "rev": "rev", "mm": "mm", "v": "V",
+    "s": "s", "sec": "s", "ms": "ms", "mrad": "mrad", "mm": "mm", "cm": "cm", "v": "V",
 }  # fmt: skip
+_LABELS = (
+    re.compile(r"\bcase\s*(\w+?)\b\*{0,2}(?=[\s,:*-]|$)", re.IGNORECASE),
+    re.compile(r"\b(up|down|raising|lowering|rising|falling|upward|downward)\b", re.IGNORECASE),
+)
 
 
 @dataclass(frozen=True)
@@ -63,9 +67,7 @@ class CellPair:
 def unit_symbol(text: str) -> str | None:
     """The unit that a text such as "(kg)" or "N" stands for, or None."""
     bare = unicodedata.normalize("NFC", text).strip().strip("()[]{} ")
-    if bare in UNITS or bare in {"gf", "V", "mV"}:
-        return bare
-    return _SPOKEN_UNITS.get(bare.lower())
+    return bare if bare in {"mN", "mV"} else _SPOKEN_UNITS.get(bare.lower())
 
 
 def force_factor(symbol: str) -> float | None:
@@ -81,6 +83,8 @@ def force_factor(symbol: str) -> float | None:
 def read_column(index: int, header: str) -> Column:
     """What one header says; a header that says nothing known is a column that is not read."""
     text = unicodedata.normalize("NFKC", header)
+    if text.casefold().strip(" *:") == "case":
+        return Column(index, header, "case")
     unit, text = _take_unit(text)
     label, text = _take_label(text)
     words = _words(text)
@@ -88,11 +92,8 @@ def read_column(index: int, header: str) -> Column:
     column = Column(index, header, "", unit, label=label)
     if "angle" in known and known & _ANGLE_KINDS:
         return replace(column, role="bend angle")
-    for role in ("direction", "stroke"):
-        if known and known <= {role, "dir"} - ({"dir"} if role == "stroke" else set()) and unit is None:
-            return replace(column, role=role)
-    if not words and label is None and header.strip().casefold().strip("* ") == "case":
-        return replace(column, role="case")
+    if unit is None and known in ({"direction"}, {"dir"}, {"stroke"}):
+        return replace(column, role="stroke" if known == {"stroke"} else "direction")
     if known & _TIME_WORDS and not known & (_FORCE_WORDS | _MOTOR_WORDS | _LOAD_WORDS):
         return replace(column, role="time")
     return _as_cell(column, known)
@@ -120,20 +121,19 @@ def _take_unit(text: str) -> tuple[str | None, str]:
         unit = unit_symbol(match.group(1))
         if unit:
             return unit, text[: match.start()] + " " + text[match.end() :]
-    match = re.fullmatch(r"(.*[\w)\]][\s_,/]+(?:in\s+)?)([^\s_,/]+)\s*", text)
-    unit = unit_symbol(match.group(2)) if match else None
-    return (unit, match.group(1)) if match and unit else (None, text)
+    last = re.fullmatch(r"(.*[\w)\]][\s_,/]+)([^\s_,/]+)\s*", text)
+    unit = unit_symbol(last.group(2)) if last else None
+    return (unit, re.sub(r"[\s_]in[\s_]*$", " ", last.group(1))) if last and unit else (None, text)
 
 
 def _take_label(text: str) -> tuple[str | None, str]:
     """Take "case 1" or a word of direction out of a header such as "case 1 load cell II"."""
-    match = re.search(r"\bcase[\s_]*(\w+?)\b\*{0,2}(?=[\s_,:*-]|$)", text.replace("_", " "), re.IGNORECASE)
-    if match:
-        return match.group(1), text.replace("_", " ").replace(match.group(0), " ")
-    if text.strip(" *").casefold() == "case":
-        return None, ""
-    match = re.search(r"\b(up|down|raising|lowering|rising|falling|upward|downward)\b", text.replace("_", " "), re.I)
-    return (match.group(1), text.replace("_", " ").replace(match.group(0), " ")) if match else (None, text)
+    spaced = text.replace("_", " ")
+    for pattern in _LABELS:
+        match = pattern.search(spaced)
+        if match:
+            return match.group(1), spaced.replace(match.group(0), " ")
+    return None, text
 
 
 def _words(text: str) -> list[str]:
@@ -144,7 +144,7 @@ def _words(text: str) -> list[str]:
 def pair_cells(columns: list[Column], labels: list[str], place: str) -> list[CellPair]:
     """The pairs of cell columns: one, or one per case where the cases stand side by side; none if not a header."""
     cells = [column for column in columns if column.role == "cell"]
-    if len(cells) > 2 and all(column.cell is None for column in cells) is False:
+    if len(cells) > 2 and any(column.cell is not None for column in cells):
         cells = [column for column in cells if column.cell is not None]
     firsts = [column for column in cells if _is_first(column)]
     seconds = [column for column in cells if not _is_first(column)]
@@ -159,8 +159,10 @@ def pair_cells(columns: list[Column], labels: list[str], place: str) -> list[Cel
         )
     pairs = []
     for number, (first, second) in enumerate(zip(firsts, seconds, strict=True), start=1):
-        label = first.label or second.label or _label_above(labels, min(first.index, second.index))
-        pairs.append(CellPair(first, second, label or (str(number) if len(firsts) > 1 else None)))
+        label = first.label or second.label
+        if label is None and len(firsts) > 1:
+            label = _label_above(labels, min(first.index, second.index)) or str(number)
+        pairs.append(CellPair(first, second, label))
     return pairs
 
 
@@ -186,7 +188,7 @@ def named_pair(columns: list[Column], cell_1: str, cell_2: str) -> list[CellPair
         if len(same) != 1:
             return []
         found.append(same[0])
-    return [CellPair(*found)]
+    return [CellPair(found[0], found[1])]
 
 
 def check_units(pair: CellPair, source: Source, line: int) -> tuple[float, float]:

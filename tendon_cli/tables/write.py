@@ -187,8 +187,28 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     }
 
 
-def _array(column: Column, values: npt.NDArray[np.generic]) -> pa.Array:
-    """Values as Arrow has them; NaN becomes null, text positions a dictionary."""
+def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
+    """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
+
+    Built from buffers, because the library's own conversions import pandas.
+    """
     if column.kind == "text":
-        return pa.DictionaryArray.from_arrays(values.astype(column.type.index_type.to_pandas_dtype()), column.choices)
-    return pa.array(values, type=column.type, from_pandas=column.kind == "number")
+        width = np.int8 if column.type.index_type == pa.int8() else np.int32
+        positions = _from_buffers(column.type.index_type, values.astype(width))
+        return pa.DictionaryArray.from_arrays(positions, _texts(column.choices))
+    return _from_buffers(column.type, values)
+
+
+def _texts(words: Sequence[str]) -> pa.StringArray:
+    encoded = [word.encode() for word in words]
+    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+    return pa.StringArray.from_buffers(len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
+
+
+def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any]) -> pa.Array:
+    valid = None
+    if kind == pa.float64():
+        missing = np.isnan(values)
+        valid = pa.py_buffer(np.packbits(~missing, bitorder="little")) if missing.any() else None
+    data = np.packbits(values, bitorder="little") if kind == pa.bool_() else values
+    return pa.Array.from_buffers(kind, len(values), [valid, pa.py_buffer(data)])
