@@ -7,7 +7,7 @@ from typing import Any
 from tendon_cli.sweep.estimate import Estimate
 
 
-def run_text(record: dict[str, Any], folder: str, *, up_to_date: bool) -> str:
+def run_text(record: dict[str, Any], folder: str, *, up_to_date: bool, note: str | None = None) -> str:
     """The summary of a finished run."""
     designs, states = record["designs"], record["states"]
     head = f"{record['name']}: {_counted(designs, 'design')}, {_counted(states, 'state')}"
@@ -16,6 +16,7 @@ def run_text(record: dict[str, Any], folder: str, *, up_to_date: bool) -> str:
     lines += [f"  slack          {_share(record['slack'], states, 'states')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
+    lines += [f"  no slack map   {note}"] if note else []
     return "\n".join([*lines, f"  written to     {folder}: {', '.join(written)}"])
 
 

@@ -54,10 +54,12 @@ class Done:
     record: dict[str, Any]
     folder: Path
     up_to_date: bool
+    note: str | None = None
+    """Why there is no slack map, where one was asked for."""
 
     def text(self) -> str:
         """Its summary."""
-        return run_text(self.record, str(self.folder), up_to_date=self.up_to_date)
+        return run_text(self.record, str(self.folder), up_to_date=self.up_to_date, note=self.note)
 
 
 @dataclass
@@ -122,9 +124,9 @@ def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
             return Done(outcome.record, request.folder, up_to_date=True)
         record = outcome.record
         record["warnings"] = _warnings(request.study, record)
-        record["figures"] = _figures(request, record) if request.figures else []
+        record["figures"], note = _figures(request, record) if request.figures else ([], None)
         folder.write_record(record)
-    return Done(record, request.folder, up_to_date=False)
+    return Done(record, request.folder, up_to_date=False, note=note)
 
 
 def _warnings(study: Study, record: dict[str, Any]) -> list[str]:
@@ -133,12 +135,12 @@ def _warnings(study: Study, record: dict[str, Any]) -> list[str]:
     return warnings_of(record, bilateral=bilateral, sources=study.sources)
 
 
-def _figures(request: Request, record: dict[str, Any]) -> list[str]:
-    """Slack maps in the run folder, where the study has axes for one."""
+def _figures(request: Request, record: dict[str, Any]) -> tuple[list[str], str | None]:
+    """Slack maps in the run folder, where the study has axes for one; else why there are none."""
     if "designs" not in request.study.output.tables or record["designs"] < 2:
-        return []
+        return [], None
     from tendon_cli.figures.slack_map import draw_slack_maps
     from tendon_cli.tables.read import open_table
 
     maps = draw_slack_maps(open_table(request.folder / "designs.parquet"), request.folder)
-    return [file.name for file in maps.files]
+    return [file.name for file in maps.files], maps.reason

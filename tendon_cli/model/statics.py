@@ -123,8 +123,9 @@ def elbow_stiffness(
     Negative where the arm is unstable: there the spool must turn back while the elbow goes on, and the direction of
     friction that the state assumes is wrong.
     """
-    flexor_pulls = ~(np.isin(balance.status, (FLEXOR_SLACK, BOTH_SLACK)) & np.asarray(unilateral))
-    extensor_pulls = ~(np.isin(balance.status, (EXTENSOR_SLACK, BOTH_SLACK)) & np.asarray(unilateral))
+    both = balance.status == BOTH_SLACK
+    flexor_pulls = ~(((balance.status == FLEXOR_SLACK) | both) & np.asarray(unilateral))
+    extensor_pulls = ~(((balance.status == EXTENSOR_SLACK) | both) & np.asarray(unilateral))
     flexor = np.square(state.moment_arm) / state.flexor_compliance
     extensor = np.square(state.elbow_radius) / state.extensor_compliance
     geometry = elbow_torque_slope - balance.flexor * moment_arm_slope

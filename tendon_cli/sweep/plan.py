@@ -22,10 +22,10 @@ from tendon_cli.study.study import CASE_AXIS, Study, keys
 ROW_GROUP = 2**17
 """Rows in a row group of every table."""
 
-STATES_PER_PART = 2**21
+STATES_PER_PART = 2**20
 DESIGNS_PER_PART = 2**19
 STATES_PER_PART_WITHOUT_TABLE = 2**27
-STATES_PER_BLOCK = 2**16
+STATES_PER_BLOCK = 2**15
 
 _MOST_STATES = 2**63 - 1
 
