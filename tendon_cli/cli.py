@@ -17,7 +17,7 @@ from tendon_cli.version import __version__
 app = typer.Typer(
     name="tendon",
     help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
-    epilog="Exit codes: 0 done, 1 bug, 2 study or usage, 3 input data, 4 no equilibrium, 5 output, 6 workers, 7 folder.",
+    epilog="Exit codes: 0 done, 1 bug, 2 usage or study, 3 input, 4 no equilibrium, 5 output, 6 workers, 7 folder.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -118,6 +118,39 @@ def sweep(
     _print_unless(quiet, _json(done.record) if as_json else done.text())
     if done.record["no_equilibrium"] and not allow_no_equilibrium:
         raise typer.Exit(EXIT_NO_EQUILIBRIUM)
+
+
+@app.command("fit-friction")
+def fit_friction(
+    csv: Annotated[Path, typer.Argument(metavar="CSV", help="readings of two load cells, one at each end of a sheath")],
+    bend_angle: Annotated[
+        str | None,
+        typer.Option(metavar="ANGLE", help="total bend of the sheath, such as '144 deg' or '144 deg +/- 2 deg'"),
+    ] = None,
+    cell_1: Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")] = None,
+    cell_2: Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")] = None,
+    motor: Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")] = None,
+    offset: Annotated[bool, typer.Option("--offset", help="fit a zero offset of each cell, too")] = False,
+    robust: Annotated[bool, typer.Option("--robust", help="let outliers weigh less")] = False,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="write a fragment for [sheath] friction_from")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fit the friction coefficient to load-cell readings, with its uncertainty."""
+    from tendon_cli import friction
+
+    fit = friction.fit_file(
+        csv, bend_angle=bend_angle, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, robust=robust
+    )
+    if plot is not None:
+        from tendon_cli.figures.friction import draw
+
+        draw(fit, plot)
+    if out is not None:
+        friction.write_fragment(fit, out)
+    print_result(_json(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
 
 
 def _print_unless(quiet: bool, text: str) -> None:

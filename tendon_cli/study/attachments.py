@@ -33,7 +33,7 @@ class Attachments:
             update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
         if self.faults:
             raise StudyError(self.faults)
-        return study.model_copy(update=update) if self.sources else study
+        return study.replaced(update) if self.sources else study
 
     def _case(self, case: Any, key: str) -> Any:
         if case.sheath is None:

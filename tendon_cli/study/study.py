@@ -100,6 +100,13 @@ class Study(Part):
     _axes: tuple[str, ...] | None = PrivateAttr(None)
     _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
 
+    def replaced(self, parts: dict[str, Any]) -> Study:
+        """The same study with some of its tables replaced, and nothing remembered of the old ones."""
+        study = self.model_copy(update=parts)
+        for remembered in ("numbers", "hash"):
+            study.__dict__.pop(remembered, None)
+        return study
+
     def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
         """The same study with its design axes in the document's order, and the files that gave some of its numbers."""
         study = self.model_copy()

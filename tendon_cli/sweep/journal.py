@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.errors import OutputError
+from tendon_cli.files import output_errors, write_whole
 from tendon_cli.sweep.part import PartResult, Totals
 from tendon_cli.tables.write import WrittenFile
 
@@ -42,27 +42,15 @@ class Journal:
     def start(self, header: dict[str, Any]) -> None:
         """Write the journal anew with its header and the parts that count; raises OutputError."""
         self.header = header
-        lines = [_line(header), *(_line(_entry(result)) for result in self.parts.values())]
-        temporary = self.path.with_name(f".{NAME}.tmp")
-        try:
-            with temporary.open("wb") as file:
-                file.writelines(lines)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(self.path)
-        except OSError as error:
-            raise OutputError(f"cannot be written: {error.strerror or error}", where=str(self.path)) from error
+        write_whole(self.path, b"".join([_line(header), *(_line(_entry(part)) for part in self.parts.values())]))
 
     def add(self, result: PartResult) -> None:
         """Record a finished part, on the disk before this returns; raises OutputError."""
         self.parts[result.index] = result
-        try:
-            with self.path.open("ab") as file:
-                file.write(_line(_entry(result)))
-                file.flush()
-                os.fsync(file.fileno())
-        except OSError as error:
-            raise OutputError(f"cannot be written: {error.strerror or error}", where=str(self.path)) from error
+        with output_errors(self.path), self.path.open("ab") as file:
+            file.write(_line(_entry(result)))
+            file.flush()
+            os.fsync(file.fileno())
 
 
 def _line(entry: dict[str, Any]) -> bytes:

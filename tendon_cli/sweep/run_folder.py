@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import FolderError, OutputError
+from tendon_cli.files import temporary_of, write_whole
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.part import PartResult, file_name
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.tables.digest import file_sha256
-from tendon_cli.tables.write import write_bytes
 from tendon_cli.version import RESULTS_VERSION
 
 RECORD = "run.json"
@@ -154,11 +154,11 @@ class RunFolder:
         inside = not Path(name).is_absolute() and ".." not in Path(name).parts
         if inside and not path.parent.is_symlink() and path.parent in (self.path, self.path / f"{Path(name).parts[0]}"):
             path.unlink(missing_ok=True)
-            path.with_name(f".{path.name}.tmp").unlink(missing_ok=True)
+            temporary_of(path).unlink(missing_ok=True)
 
     def write_record(self, record: dict[str, Any]) -> None:
         """Declare the run finished: `run.json` last of all, then the journal goes."""
-        write_bytes(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
+        write_whole(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
         with contextlib.suppress(OSError):
             (self.path / JOURNAL).unlink(missing_ok=True)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tendon_cli.errors import OutputError
+from tendon_cli.files import output_errors, sync_folder, temporary_of
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
 from tendon_cli.tables.schema import Column
 
@@ -95,8 +95,8 @@ class TableFile:
 
     def __init__(self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int) -> None:
         self.path = path
-        self.temporary = path.with_name(f".{path.name}.tmp")
-        with _as_output_error(path):
+        self.temporary = temporary_of(path)
+        with output_errors(path):
             self.temporary.unlink(missing_ok=True)
             # Exclusive, so that nothing that stands in the way is followed or written through.
             self._file = self.temporary.open("xb", buffering=1 << 20)
@@ -113,12 +113,12 @@ class TableFile:
 
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
         """Add the rows of a block, as `RowGroups` does."""
-        with _as_output_error(self.path):
+        with output_errors(self.path):
             self._groups.append(columns, shape)
 
     def finish(self) -> WrittenFile:
         """Write what is left, flush to the disk, check, and put the file in place under its name."""
-        with _as_output_error(self.path):
+        with output_errors(self.path):
             written = self._groups.close()
             self._file.flush()
             os.fsync(self._file.fileno())
@@ -132,43 +132,6 @@ class TableFile:
         """What stands on the disk has the length that was written, and a footer that says so many rows."""
         if self.temporary.stat().st_size != written.size or pq.read_metadata(self.temporary).num_rows != written.rows:
             raise OSError("the file on the disk is not what was written")
-
-
-def write_bytes(path: Path, content: bytes) -> None:
-    """Write a small file whole or not at all: temporary name, flush, rename; raises OutputError."""
-    temporary = path.with_name(f".{path.name}.tmp")
-    with _as_output_error(path):
-        temporary.unlink(missing_ok=True)
-        try:
-            with temporary.open("xb") as file:
-                file.write(content)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(path)
-        except OSError:
-            temporary.unlink(missing_ok=True)
-            raise
-        sync_folder(path.parent)
-
-
-def sync_folder(folder: Path) -> None:
-    """Make a rename in a folder last through a power cut, where the system can."""
-    with contextlib.suppress(OSError):
-        handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-
-@contextlib.contextmanager
-def _as_output_error(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        reason = error.strerror or str(error)
-        hint = "free some space, then start again" if "space" in reason else None
-        raise OutputError(f"cannot be written: {reason}", where=str(path), hint=hint) from error
 
 
 def _encoding(columns: Sequence[Column]) -> dict[str, object]:

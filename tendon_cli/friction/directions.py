@@ -1,0 +1,151 @@
+"""Which way the tendon moved in each reading, and which cell is the motor's."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import InputError
+from tendon_cli.friction.readings import Floats, Integers, Readings
+from tendon_cli.units import shorten
+
+_PULLED = {
+    "up", "upward", "upwards", "raising", "raise", "rising", "lifting", "lift", "pull", "pulling", "pulled",
+    "toward motor", "towards motor", "to motor", "loading", "winding", "weight is moving in upward direction",
+}  # fmt: skip
+_DRAGGED = {
+    "down", "downward", "downwards", "lowering", "lower", "falling", "release", "releasing", "released", "toward load",
+    "towards load", "to load", "toward elbow", "towards elbow", "unloading", "unwinding",
+    "weight is moving in downward direction",
+}  # fmt: skip
+_RESTING = {"rest", "at rest", "stop", "stopped", "hold", "holding", "idle", "pause", "paused", "still", "none"}
+
+
+@dataclass(frozen=True, eq=False)
+class Directions:
+    """The way of each reading, seen from the motor."""
+
+    way: Integers
+    """+1 where the tendon is pulled toward the motor, -1 toward the load, 0 where it is not known."""
+    motor: str
+    """"1" or "2", the cell at the motor."""
+    notes: tuple[str, ...]
+    """What was inferred and not given, to be said aloud."""
+
+
+def meanings(readings: Readings) -> tuple[list[str], list[int | None]]:
+    """The tidied label of each row and what it means: +1 pulled, -1 dragged, 0 at rest, None for a bare name."""
+    labels = [_tidy(label) for label in readings.directions or ()]
+    # 0 beside 1 and -1 is a motor at rest; 0 and 1 alone are two names.
+    rest = _RESTING | ({"0"} if len(set(labels) - {"0"}) >= 2 else set())
+    known: dict[str, int | None] = {}
+    for row, label in enumerate(labels):
+        if not label:
+            raise InputError("the direction is missing", where=readings.place(row))
+        known[label] = 1 if label in _PULLED else -1 if label in _DRAGGED else 0 if label in rest else None
+    return labels, [known[label] for label in labels]
+
+
+def _tidy(label: str) -> str:
+    text = label.casefold().strip(' *:"')
+    text = re.sub(r"^case[\s_]*(?=.)", "", text)
+    if re.fullmatch(r"[+-]?[012](\.0*)?", text):
+        return str(int(float(text)))
+    return re.sub(r"[\s_-]+", " ", text).strip()
+
+
+def settled_sides(readings: Readings, log_ratio: Floats) -> tuple[Integers, list[int | None]]:
+    """+1 for readings whose ratio cell 1 / cell 2 is the upper one, -1 for the lower, 0 at rest; and meanings."""
+    labels, meaning = meanings(readings)
+    if not labels:
+        return _sides_by_sign(readings, log_ratio), []
+    names = sorted({label for label, known in zip(labels, meaning, strict=True) if known != 0})
+    means = {name: float(np.mean(log_ratio[[label == name for label in labels]])) for name in names}
+    if len(names) == 2:
+        upper = max(names, key=lambda name: means[name])
+        sides = {name: 1 if name == upper else -1 for name in names}
+    else:
+        sides = {name: 1 if means[name] > 0.0 else -1 for name in names}
+    if means and any(known is None for known in meaning) and any(known in {1, -1} for known in meaning):
+        raise InputError(
+            f"directions are named in two ways: {', '.join(shorten(name, 20) for name in names[:6])}",
+            where=readings.source,
+            hint='use "up" and "down", or two names of your own',
+        )
+    return np.array([sides.get(label, 0) for label in labels], dtype=np.int64), meaning
+
+
+def _sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
+    """Directions from the forces themselves: the motor's cell reads more when it pulls."""
+    equal = np.flatnonzero(log_ratio == 0.0)
+    if len(equal) and (readings.bend_angle is None or readings.bend_angle[equal[0]] > 0.0):
+        raise InputError(
+            "both cells read the same, so the direction cannot be told from the forces",
+            where=readings.place(int(equal[0])),
+            hint='add a column "direction" with "up" and "down"',
+        )
+    ordered = np.sort(log_ratio)
+    steps = np.diff(ordered)
+    same_side = ordered[0] > 0.0 or ordered[-1] < 0.0
+    several = readings.bend_angle is not None and len(np.unique(readings.bend_angle)) > 1
+    if same_side and not several and len(steps) > 1:
+        gap = float(steps.max())
+        if gap > 3.0 * (ordered[-1] - ordered[0] - gap) and gap > 0.1 * float(np.mean(np.abs(ordered))):
+            raise InputError(
+                "the readings form two groups on the same side of ratio 1, so the direction cannot be told from the"
+                " forces",
+                where=readings.source,
+                hint='add a column "direction" with "up" and "down"',
+            )
+    return np.where(log_ratio > 0.0, 1, -1).astype(np.int64)
+
+
+def find_motor(
+    readings: Readings,
+    sides: Integers,
+    meaning: list[int | None],
+    used: npt.NDArray[np.bool_],
+    motor: str | None,
+) -> Directions:
+    """Settle which cell is the motor's: as told, by the headers, by named directions, or by the steadier force."""
+    told = motor or readings.motor
+    meant = np.array([known or 0 for known in meaning], dtype=np.int64) if meaning else np.zeros_like(sides)
+    agree = int(np.sum((meant * sides)[used]))
+    by_name = "1" if agree > 0 else "2" if agree < 0 else None
+    if told and by_name and told != by_name:
+        raise InputError(
+            f"friction would help the motion: with cell {told} at the motor, its force is the smaller one where the"
+            " tendon is pulled toward it",
+            where=readings.source,
+            hint=f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions",
+        )
+    notes: list[str] = []
+    header = readings.names[0 if (told or by_name) == "1" else 1]
+    if not motor and told:
+        notes.append(f'cell {told} ("{shorten(header, 30)}") is taken as the motor\'s, from its header')
+    elif not told and by_name:
+        notes.append(
+            f"cell {by_name} is taken as the motor's: it reads more where the tendon is pulled toward the motor"
+        )
+    chosen = told or by_name
+    if chosen is None:
+        chosen, note = _by_steadiness(readings, sides, used)
+        notes.append(note)
+    return Directions(sides if chosen == "1" else -sides, chosen, tuple(notes))
+
+
+def _by_steadiness(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -> tuple[str, str]:
+    """The load's force changes less between the directions than the motor's."""
+    upper, lower = used & (sides > 0), used & (sides < 0)
+    if upper.any() and lower.any():
+        change = [
+            abs(float(np.mean(np.log(cell[upper])) - np.mean(np.log(cell[lower]))))
+            for cell in (readings.cell_1, readings.cell_2)
+        ]
+        for number, mine, other in (("1", change[0], change[1]), ("2", change[1], change[0])):
+            if mine > 2.0 * other:
+                return number, f"cell {number} is taken as the motor's: it changes more between the two directions"
+    return "1", "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"

@@ -1,0 +1,144 @@
+"""A rig simulated element by element, which knows nothing of the formula that is fitted.
+
+The tendon is a chain of springs; between two springs it touches a piece of sheath that turns by a small angle. A piece
+carries the normal force (mean of the tensions on both sides) x (its angle) and holds the tendon with at most μ times
+that: it sticks until the difference of the two tensions reaches the limit, then slips. The motor end is moved step by
+step, a weight (and, if wanted, a spring) hangs on the other end, and after each step the pieces are let go one after
+the other, from the motor on, until one holds. Nowhere does an exponential of μφ appear.
+
+All seeds are moved at once: arrays have the shape (seeds, pieces).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What is the same for all seeds."""
+
+    friction: float
+    bend_angle: float = float(np.deg2rad(144.0))
+    pieces: int = 32
+    strokes: int = 12
+    rows_per_stroke: int = 150
+    rows_at_rest: int = 40
+    friction_scatter: float = 0.015
+    """Relative standard deviation of the friction from stroke to stroke (dirt, lubricant, a spot of wear)."""
+    gain_scatter: float = 5e-4
+    """Standard deviation of the log gain from stroke to stroke."""
+    gain_mismatch: float = 0.02
+    """Largest log ratio of the two cells' gains."""
+    noise: float = 0.0015
+    """Standard deviation of each reading, kg."""
+    resolution: float = 0.001
+    """Step of the readings, kg; 0 for none."""
+    load_spring: float = 0.0
+    """Share by which the load grows over one stroke, from a spring at the load."""
+    sticking: tuple[float, float] = (0.1, 0.4)
+    """Least and largest share of a stroke that a whole reversal takes."""
+    sinusoidal: bool = False
+    """Whether the motor swings like a crank instead of moving at a steady speed."""
+    offsets: tuple[float, float] = (0.0, 0.0)
+    """Readings of the unloaded cells, kg."""
+
+
+@dataclass(frozen=True)
+class Logs:
+    """Readings of all seeds, shape (rows, seeds), and what truly happened."""
+
+    motor_cell: Floats
+    load_cell: Floats
+    slipping: npt.NDArray[np.bool_]
+    """Whether the whole tendon slipped in this row."""
+    toward: Floats
+    """Way of the motor in each row: +1 pulling, -1 letting go, 0 at rest; shape (rows,)."""
+
+
+class Tendon:
+    """Tensions and places of the chain of every seed."""
+
+    def __init__(self, weight: Floats, angles: Floats, stiffness: Floats, spring: Floats) -> None:
+        seeds, pieces = angles.shape
+        self.weight, self.angles, self.stiffness, self.spring = weight, angles, stiffness, spring
+        self.tension = np.repeat(weight[:, None], pieces + 1, axis=1)
+        self.motor = np.zeros(seeds)
+        self.place = self.motor[:, None] - np.cumsum(self.tension, axis=1) / stiffness[:, None]
+        self.start = self.place[:, -1].copy()
+
+    def log_limits(self, friction: Floats) -> Floats:
+        """Log of the largest ratio of tensions over each piece: |T1 - T2| = μ Δφ (T1 + T2)/2."""
+        half = friction[:, None] * self.angles / 2.0
+        return np.log((1.0 + half) / (1.0 - half))
+
+    def move(self, step: Floats, way: float, friction: Floats) -> npt.NDArray[np.bool_]:
+        """Move the motor by `step` times `way`; tells whether all pieces slipped."""
+        seeds, pieces = self.angles.shape
+        self.motor = self.motor + way * step
+        limits = self.log_limits(friction)
+        log_sum = way * np.concatenate([np.zeros((seeds, 1)), np.cumsum(limits, axis=1)], axis=1)
+        # With the first m pieces slipping, the tensions up to segment m are shares of the tension in segment m.
+        share = np.exp(log_sum) * np.cumsum(np.exp(-log_sum), axis=1)
+        trial = self.stiffness[:, None] * (self.motor[:, None] - self.place[:, :-1]) / share[:, :-1]
+        holds = way * np.log(np.maximum(trial, 1e-300) / self.tension[:, 1:]) <= limits
+        all_slip = ~holds.any(axis=1)
+        front = np.where(all_slip, pieces, holds.argmax(axis=1))
+        rows = np.arange(seeds)
+        stretch = share[:, -1] / self.stiffness
+        end = (self.weight + self.spring * (self.motor - self.start)) / (1.0 + self.spring * stretch)
+        at_front = np.where(all_slip, end, trial[rows, np.minimum(front, pieces - 1)])
+        moved = np.arange(pieces + 1) <= front[:, None]
+        slipped = at_front[:, None] * np.exp(log_sum[rows, front][:, None] - log_sum)
+        self.tension = np.where(moved, slipped, self.tension)
+        place = self.motor[:, None] - np.cumsum(self.tension, axis=1) / self.stiffness[:, None]
+        # The far end of segment m is the piece that holds, so it stays; the last segment ends at the load.
+        self.place = np.where(moved & ((np.arange(pieces + 1) < front[:, None]) | all_slip[:, None]), place, self.place)
+        return all_slip
+
+
+def simulate(rig: Rig, seeds: int, first_seed: int = 0) -> Logs:
+    """Logs of `seeds` rigs that differ in weight, stiffness, curvature along the sheath, gains and noise."""
+    random = np.random.default_rng([first_seed, round(rig.friction * 1e6)])
+    weight = random.uniform(0.8, 2.0, seeds)
+    angles = random.uniform(0.5, 1.5, (seeds, rig.pieces))
+    angles *= rig.bend_angle / angles.sum(axis=1, keepdims=True)
+    stiffness = np.full(seeds, 1000.0)
+    tendon = Tendon(weight, angles, stiffness, np.zeros(seeds))
+    half = np.cumsum(tendon.log_limits(np.full(seeds, rig.friction))[:, ::-1], axis=1)
+    transit = (weight[:, None] * 2.0 * np.sinh(half)).sum(axis=1) / stiffness
+    step = transit / random.uniform(*rig.sticking, seeds) / rig.rows_per_stroke
+    tendon.spring = rig.load_spring * weight / (step * rig.rows_per_stroke)
+    log_gain = random.uniform(-rig.gain_mismatch, rig.gain_mismatch, seeds)
+
+    ways = np.concatenate(
+        [np.zeros(rig.rows_at_rest)]
+        + [np.full(rig.rows_per_stroke, 1.0 if stroke % 2 == 0 else -1.0) for stroke in range(rig.strokes)]
+    )
+    phase = (np.arange(len(ways)) - rig.rows_at_rest + 0.5) / rig.rows_per_stroke
+    speeds = np.abs(np.sin(np.pi * phase)) * np.pi / 2.0 if rig.sinusoidal else np.ones(len(ways))
+    motor, load = np.empty((2, len(ways), seeds))
+    slipping = np.zeros((len(ways), seeds), dtype=bool)
+    friction, gain = np.full(seeds, rig.friction), log_gain
+    previous = 0.0
+    for row, way in enumerate(ways):
+        if way != previous:
+            friction = rig.friction * (1.0 + rig.friction_scatter * random.standard_normal(seeds))
+            gain = log_gain + rig.gain_scatter * random.standard_normal(seeds)
+            previous = way
+        if way != 0.0:
+            slipping[row] = tendon.move(step * speeds[row], way, friction)
+        motor[row] = tendon.tension[:, 0] * np.exp(gain)
+        load[row] = tendon.tension[:, -1]
+    return Logs(read(rig, motor, rig.offsets[0], random), read(rig, load, rig.offsets[1], random), slipping, ways)
+
+
+def read(rig: Rig, force: Floats, offset: float, random: np.random.Generator) -> Floats:
+    """What a cell shows of a force."""
+    shown = force + offset + rig.noise * random.standard_normal(force.shape)
+    return np.round(shown / rig.resolution) * rig.resolution if rig.resolution else shown

@@ -1,0 +1,30 @@
+"""Table A.1 as people type it."""
+
+from __future__ import annotations
+
+TABLE = """case,load_cell_1_kg,load_cell_2_kg
+1,1.236,1.028
+1,1.236,1.027
+1,1.236,1.028
+2,0.858,1.036
+2,0.858,1.036
+2,0.857,1.036
+"""
+GERMAN = TABLE.replace(",", ";").replace(".", ",")
+GRAMS = """case,cell 1 (g),cell 2 (kg)
+1,1236,1.028
+1,1236,1.027
+1,1236,1.028
+2,858,1.036
+2,858,1.036
+2,857,1.036
+"""
+WIDE = """Case 1*,,Case 2**,
+Load cell –I (kg),Load cell –II (kg),Load cell –I (kg),Load cell –II (kg)
+1.236,1.028,0.858,1.036
+1.236,1.027,0.858,1.036
+1.236,1.028,0.857,1.036
+"""
+BARE_ROWS = TABLE.split("\n", 1)[1]
+CELLS_ONLY = "\n".join(line.split(",", 1)[1] for line in TABLE.splitlines()) + "\n"
+NAMED = TABLE.replace("case", "direction").replace("\n1,", "\nup,").replace("\n2,", "\ndown,")

@@ -1,0 +1,148 @@
+"""The estimate: the paper's table, exact lines, gain, offsets, robustness, and what its uncertainty does."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_cli.errors import InputError
+from tendon_cli.friction import fit_file
+from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction.fit import fit_readings
+
+from .coverage import fit_seed, readings_of
+from .rig import Rig, simulate
+
+EXAMPLES = Path(__file__).parents[2] / "configs" / "friction"
+
+
+def settled(friction: float, angles, *, gain: float = 1.0, offsets=(0.0, 0.0), loads=(1.0,), repeats: int = 2) -> str:
+    """Settled readings that lie exactly on the line."""
+    lines = ["bend_angle_rad,direction,motor,load"]
+    for angle in angles:
+        for way, name in ((1, "up"), (-1, "down")):
+            for load in loads:
+                motor = gain * load * math.exp(way * friction * angle) + offsets[0]
+                lines += [f"{angle!r},{name},{motor!r},{load + offsets[1]!r}"] * repeats
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("name", ["table_a1.csv", "table_a1_side_by_side.csv"])
+def test_table_a1(name: str) -> None:
+    fit = fit_file(EXAMPLES / name, bend_angle="144 deg")
+    assert f"{fit.by_direction['toward_motor'].friction:.4f}" == "0.0734"
+    assert f"{fit.by_direction['toward_load'].friction:.4f}" == "0.0752"
+    assert f"{fit.friction:.4f}" == "0.0743"
+    assert fit.gain_ratio == pytest.approx(0.998, abs=5e-4)
+    assert fit.motor == "1"
+    straight = fit_file(EXAMPLES / name, bend_angle="180 deg").by_direction
+    assert [f"{part.friction:.4f}" for part in straight.values()] == ["0.0588", "0.0601"]
+
+
+def test_bend_angle_uncertainty_is_carried_through() -> None:
+    exact = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg").uncertainty
+    vague = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg +/- 2 deg")
+    expected = math.hypot(exact.standard_error, vague.friction * 2.0 / 144.0)
+    assert vague.uncertainty.standard_error == pytest.approx(expected, rel=1e-12)
+    assert vague.uncertainty.degrees_of_freedom > 1000
+    one_degree = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg ± 1 deg")
+    assert one_degree.uncertainty.bend_angle / one_degree.friction == pytest.approx(0.007, abs=1e-4)
+    assert one_degree.uncertainty.bend_angle > exact.scatter
+
+
+@pytest.mark.parametrize("friction", [0.001, 0.02, 0.4, 1.5])
+@pytest.mark.parametrize("gain", [0.93, 1.0, 1.04])
+def test_exact_lines_at_several_angles(friction: float, gain: float, csv_file) -> None:
+    fit = fit_file(csv_file(settled(friction, (0.5, 1.0, 3.0), gain=gain)), bend_angle=None)
+    assert fit.friction == pytest.approx(friction, rel=1e-9)
+    assert fit.gain_ratio == pytest.approx(gain, rel=1e-9)
+    assert np.allclose(fit.rows.residual, 0.0, atol=1e-12)
+
+
+def test_the_same_whichever_cell_is_called_first_and_whatever_the_unit() -> None:
+    text = (EXAMPLES / "table_a1.csv").read_text()
+    fit = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg", motor="1")
+    other = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg", motor="2")
+    assert other.friction == pytest.approx(fit.friction, rel=1e-12)
+    assert other.gain_ratio == pytest.approx(1.0 / fit.gain_ratio, rel=1e-12)
+    assert "load_cell_1" in text
+
+
+def test_repeating_a_reading_does_not_beat_the_resolution(csv_file) -> None:
+    few = "case,cell 1,cell 2\n" + "1,1.236,1.028\n" * 3 + "2,0.858,1.036\n" * 3
+    many = "case,cell 1,cell 2\n" + "1,1.236,1.028\n" * 25 + "2,0.858,1.036\n" * 25
+    errors = [fit_file(csv_file(text), bend_angle="144 deg").uncertainty.standard_error for text in (few, many)]
+    floor = math.sqrt(sum((0.001 / force) ** 2 for force in (1.236, 1.028, 0.858, 1.036)) / 12.0)
+    assert errors == pytest.approx([floor / 2.0 / math.radians(144.0)] * 2, rel=1e-6)
+
+
+def test_readings_of_one_stroke_count_once(csv_file) -> None:
+    rows = ["stroke,case,cell 1,cell 2"]
+    for stroke, (case, force) in enumerate([(1, 1.23), (1, 1.24), (1, 1.25), (2, 0.85), (2, 0.86), (2, 0.87)]):
+        rows += [f"{stroke},{case},{force},1.03"] * 10
+    fit = fit_file(csv_file("\n".join(rows)), bend_angle="144 deg")
+    once = fit_file(csv_file("\n".join(rows[:1] + rows[1::10]).replace("stroke", "note")), bend_angle="144 deg")
+    assert fit.strokes == 6
+    assert fit.friction == pytest.approx(once.friction, rel=1e-12)
+    assert fit.uncertainty.scatter == pytest.approx(once.uncertainty.scatter, rel=1e-9)
+
+
+def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
+    fit = fit_file(csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg")
+    assert f"{fit.friction:.4f}" == "0.0734"
+    assert fit.gain_ratio == 1.0
+    assert any("one direction only" in text for text in fit.warnings)
+
+
+def test_offsets_are_found_where_the_forces_span_enough(csv_file) -> None:
+    text = settled(0.1, (2.5,), gain=1.02, offsets=(0.05, -0.03), loads=(0.5, 1.0, 2.0, 3.0))
+    plain = fit_file(csv_file(text), bend_angle=None)
+    fit = fit_file(csv_file(text), bend_angle=None, offset=True)
+    assert fit.friction == pytest.approx(0.1, rel=1e-6)
+    assert fit.offsets == pytest.approx((0.05, -0.03), abs=1e-6)
+    assert fit.gain_ratio == pytest.approx(1.02, rel=1e-6)
+    assert abs(plain.friction - 0.1) < 3.0 * plain.uncertainty.standard_error
+
+
+def test_offsets_in_a_log_with_a_spring_at_the_load() -> None:
+    rig = Rig(0.1, load_spring=10.0, offsets=(0.06, -0.04))
+    logs = simulate(rig, 3)
+    for seed in (1, 2):
+        bend = BendAngle(rig.bend_angle, 0.0, "144 deg")
+        fit = fit_readings(readings_of(logs, seed), bend=bend, offset=True)
+        low, high = fit.uncertainty.interval_95
+        assert low < 0.1 < high
+        assert fit.friction == pytest.approx(0.1, rel=0.03)
+
+
+def test_offsets_are_refused_where_they_cannot_be_told(csv_file) -> None:
+    for text in (settled(0.1, (2.5,), repeats=4), settled(0.1, (2.5,), loads=(1.0, 1.1, 1.2))):
+        with pytest.raises(InputError, match="zero offsets cannot be told"):
+            fit_file(csv_file(text), bend_angle=None, offset=True)
+
+
+def test_a_robust_loss_resists_one_bad_reading(csv_file) -> None:
+    rng = np.random.default_rng(5)
+    forces = [1.2 * math.exp(0.002 * rng.standard_normal()) for _ in range(16)]
+    rows = [f"{case},{f if case == 1 else 1.0 / f},1.0" for case in (1, 2) for f in forces]
+    rows[3] = "1,1.35,1.0"
+    path = csv_file("case,cell 1,cell 2\n" + "\n".join(rows))
+    truth = math.log(1.2) / 2.5
+    plain, robust = (fit_file(path, bend_angle="2.5 rad", robust=flag) for flag in (False, True))
+    assert abs(robust.friction - truth) < 0.4 * abs(plain.friction - truth)
+    low, high = robust.uncertainty.interval_95
+    assert low < truth < high
+
+
+def test_robust_and_plain_agree_on_clean_logs() -> None:
+    rig = Rig(0.1)
+    logs = simulate(rig, 2)
+    for seed in range(2):
+        plain = fit_seed(rig, logs, seed)
+        bend = BendAngle(rig.bend_angle, 0.0, "144 deg")
+        robust = fit_readings(readings_of(logs, seed), bend=bend, robust=True)
+        assert robust.friction == pytest.approx(plain.friction, abs=2.0 * plain.uncertainty.standard_error)
+        assert robust.uncertainty.standard_error == pytest.approx(plain.uncertainty.standard_error, rel=0.6)

@@ -1,0 +1,174 @@
+"""Files as they come: those that are refused, each with file, line and column."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.friction import fit_file
+
+from .tables import BARE_ROWS, GERMAN, NAMED, TABLE
+
+
+def changed(line: int, text: str, table: str = TABLE) -> str:
+    lines = table.split("\n")
+    lines[line - 1] = text
+    return "\n".join(lines)
+
+
+REFUSED: dict[str, tuple[str | bytes, str, str]] = {
+    "empty": ("", "cells.csv", "empty"),
+    "white space": (" \n\n\t\n", "cells.csv", "empty"),
+    "comments only": ("# nothing\n# at all\n", "cells.csv", "comments only"),
+    "header only": (TABLE.splitlines()[0] + "\n", "line 1", "no readings"),
+    "no header": (BARE_ROWS, "line 1", "no header"),
+    "one column": ("force\n1.2\n1.3\n", "cells.csv", "more than one column"),
+    "separated by spaces": (TABLE.replace(",", " "), "cells.csv", "more than one column"),
+    "names that say nothing": (TABLE.replace("load_cell_1_kg,load_cell_2_kg", "alpha,beta"), "line 1", "no header"),
+    "three cells": ("cell 1,cell 2,cell 2\n1,2,3\n", "line 1", "several columns"),
+    "a row too short": (changed(4, "1,1.236"), "line 4", "2 cells where the header has 3"),
+    "a row too long": (changed(4, "1,1.236,1.028,7"), "line 4", "4 cells where the header has 3"),
+    "decimal commas between commas": (
+        "case,load_cell_1_kg,load_cell_2_kg\n1,1,236,1,028\n2,0,858,1,036\n",
+        "line 2",
+        "5 cells where the header has 3",
+    ),
+    "decimal commas that fill the columns": (
+        "case,cell 1,cell 2,temperature,humidity\n1,1,236,1,028\n1,1,237,1,029\n2,1,858,1,036\n",
+        "cells.csv",
+        "whole numbers",
+    ),
+    "decimal commas with zeros in front": (
+        "case,note,cell 1,rpm,cell 2\n1,1,236,1,028\n2,0,858,1,036\n",
+        "line 2, column 5",
+        "begins with a zero",
+    ),
+    "quoted decimal commas": (
+        'case,cell 1,cell 2\n1,"1,236","1,028"\n2,"0,858","1,036"\n',
+        "line 2, column 2",
+        "comma",
+    ),
+    "both decimal signs": (GERMAN.replace("0,857", "0.857"), "line 7, column 2", "decimal sign"),
+    "separators of thousands": ("cell 1;cell 2\n1,236;1,028\n858;1,036\n857;1,036\n", "line 2, column 1", "thousands"),
+    "points that separate thousands": ("cell 1,cell 2\n1.236,1.028\n858,1.036\n857,1.036\n", "line 2", "thousands"),
+    "both in one number": (GERMAN.replace("0,857", "1.000,857"), "line 7, column 2", "not a number"),
+    "text in a number": (changed(5, "2,oops,1.036"), "line 5, column 2", '"oops" is not a number'),
+    "a unit in a number": (changed(5, "2,0.858 kg,1.036"), "line 5, column 2", "not a number"),
+    "an expression": (changed(5, "2,=1+1,1.036"), "line 5, column 2", "not a number"),
+    "a hexadecimal number": (changed(5, "2,0x1F,1.036"), "line 5, column 2", "not a number"),
+    "digits of another script": (changed(5, "2,٠.٨٥٨,1.036"), "line 5, column 2", "not a number"),
+    "an underscore": (changed(5, "2,1_0.858,1.036"), "line 5, column 2", "not a number"),
+    "infinity": (changed(5, "2,inf,1.036"), "line 5, column 2", "not a finite number"),
+    "too large a number": (changed(5, "2,1e999,1.036"), "line 5, column 2", "too large"),
+    "not a number": (changed(5, "2,NaN,1.036"), "line 5", "missing"),
+    "an empty cell": (changed(5, "2,,1.036"), "line 5", "missing"),
+    "a force of zero": (changed(5, "2,0,1.036"), "line 5", "at or below zero"),
+    "a negative force": (changed(5, "2,-0.858,1.036"), "line 5", "at or below zero"),
+    "one row with cells swapped": (changed(5, "2,1.036,0.858"), "line 5", "friction would help"),
+    "both directions alike": (TABLE.replace("0.858,1.036", "1.236,1.028"), "cells.csv", "friction would help"),
+    "both directions on one side": (
+        "case,cell 1,cell 2\n1,1.4,1\n1,1.41,1\n1,1.4,1\n2,1.2,1\n2,1.21,1\n2,1.2,1\n",
+        "cells.csv",
+        "friction would help",
+    ),
+    "two groups without directions": ("cell 1,cell 2\n1.4,1\n1.41,1\n1.2,1\n1.21,1\n", "cells.csv", "two groups"),
+    "equal forces without directions": ("cell 1,cell 2\n1.2,1\n1.1,1.1\n", "line 3", "direction"),
+    "motor named, friction helping": (
+        NAMED.replace("load_cell_1_kg", "load").replace("load_cell_2_kg", "motor"),
+        "cells.csv",
+        "friction would help",
+    ),
+    "everything constant": ("case,cell 1,cell 2\n1,1,1\n1,1,1\n2,1,1\n", "cells.csv", "same in every row"),
+    "one reading": ("cell 1,cell 2\n1.236,1.028\n", "cells.csv", "fewer than the 2"),
+    "one reading per direction": ("cell 1,cell 2\n1.236,1.028\n0.858,1.036\n", "cells.csv", "fewer than the 3"),
+    "one unit missing": (TABLE.replace("cell_2_kg", "cell_2"), "line 1, column 3", "unit"),
+    "units that do not compare": (TABLE.replace("cell_2_kg", "cell_2 (V)"), "line 1", "do not compare"),
+    "header and units row disagree": (
+        "case,cell 1 (N),cell 2 (N)\n,kg,kg\n" + BARE_ROWS,
+        "line 1, column 2",
+        "row of units",
+    ),
+    "direction missing": (changed(5, ",0.858,1.036"), "line 5", "direction is missing"),
+    "directions in two languages": (NAMED.replace("down", "2"), "cells.csv", "two ways"),
+    "zero byte": (TABLE.encode() + b"1,1.2\x00,1.0\n", "line 8", "zero byte"),
+    "Latin-1": (TABLE.replace("case", "Fäll").encode("latin-1"), "line 1", "not UTF-8"),
+    "UTF-32": (TABLE.encode("utf-32"), "cells.csv", "UTF-32"),
+    "half a UTF-16 character": (TABLE.encode("utf-16") + b"\x0a", "line 8", "not UTF-16"),
+    "an image": (b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR" + bytes(range(256)), "line", "zero byte"),
+    "an open quote": (changed(5, '2,"0.858,1.036'), "line 5", "not a row of CSV"),
+    "a quote that closes too early": (changed(5, '2,"0.8"58,1.036'), "line 5", "not a row of CSV"),
+    "a hundred thousand columns": (",".join(["cell 1"] * 10**5) + "\n" + ",".join(["1"] * 10**5), "line 1", "65536"),
+    "one endless line": ("1," * 10**6, "line 1", "65536"),
+    "random bytes": (bytes((i * 7919 + i // 3) % 255 + 1 for i in range(5000)), "line 1", "not UTF-8"),
+    "JSON": ('{"cell 1": [1, 2],\n "cell 2": [3, 4]}\n', "line 2", "not a row of CSV"),
+    "HTML": ("<html>\n<body>, <p>\ncell\n</html>\n", "cells.csv", ""),
+    "angle without a unit": ("bend_angle,cell 1,cell 2\n90,1.2,1\n90,1.2,1\n", "line 1, column 1", "unit of angle"),
+    "negative angle": ("bend_angle_deg,cell 1,cell 2\n90,1.2,1\n-90,1,1.2\n", "line 3, column 1", "negative"),
+    "degrees called radians": ("bend_angle_rad,cell 1,cell 2\n144,1.2,1\n144,1,1.2\n", "line 1", "reach 144 rad"),
+    "only straight": ("bend_angle_deg,cell 1,cell 2\n0,1.2,1\n0,1,1.2\n", "line 1", "expected above 0"),
+    "two angle columns": ("bend_angle_deg,wrap_angle_rad,cell 1,cell 2\n1,1,1,1\n", "line 1", "two columns"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name: str, csv_file) -> None:
+    content, where, message = REFUSED[name]
+    angle = None if "angle" in name or name in {"degrees called radians", "only straight"} else "144 deg"
+    with pytest.raises(InputError) as caught:
+        fit_file(csv_file(content), bend_angle=angle)
+    assert message in caught.value.message
+    assert "cells.csv" in caught.value.where
+    assert where in caught.value.where
+    assert len(caught.value.message) < 400
+    assert "\n" not in caught.value.message
+
+
+def test_column_names_by_option(csv_file) -> None:
+    path = csv_file(TABLE.replace("load_cell_1_kg", "α").replace("load_cell_2_kg", "rate"))
+    assert fit_file(path, bend_angle="144 deg", cell_1="α", cell_2="rate").friction == pytest.approx(
+        0.0743048, abs=1e-6
+    )
+    with pytest.raises(UsageError, match="no line of"):
+        fit_file(path, bend_angle="144 deg", cell_1="α", cell_2="nothing")
+    with pytest.raises(UsageError, match="named"):
+        fit_file(path, bend_angle="144 deg", cell_1="α")
+
+
+@pytest.mark.parametrize("angle", [None, "144", "144 mm", "-144 deg", "0 deg", "nan deg", "144 rad", "144 deg +/- 2"])
+def test_bend_angle_is_never_guessed(angle: str | None, csv_file) -> None:
+    with pytest.raises(UsageError) as caught:
+        fit_file(csv_file(TABLE), bend_angle=angle)
+    assert caught.value.where == "--bend-angle"
+
+
+def test_bend_angle_given_twice(csv_file) -> None:
+    text = "bend_angle_deg,cell 1,cell 2\n90,1.2,1\n90,1.2,1\n90,1,1.2\n90,1,1.2\n"
+    with pytest.raises(UsageError, match="twice"):
+        fit_file(csv_file(text), bend_angle="144 deg")
+    assert fit_file(csv_file(text), bend_angle="90 deg").friction == fit_file(csv_file(text), bend_angle=None).friction
+
+
+def test_a_file_that_is_none(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "missing.csv", Path("/dev/zero"), tmp_path / ("x" * 5000), Path("a\0b")):
+        with pytest.raises(InputError):
+            fit_file(path, bend_angle="144 deg")
+
+
+def test_a_hundred_megabytes_of_junk(tmp_path: Path) -> None:
+    path = tmp_path / "cells.csv"
+    with path.open("wb") as file:
+        file.truncate(100 * 2**20)
+    with pytest.raises(InputError, match="100 MB"):
+        fit_file(path, bend_angle="144 deg")
+
+
+@pytest.mark.parametrize("cut", range(0, len(TABLE), 3))
+def test_no_piece_of_a_file_is_a_traceback(cut: int, csv_file) -> None:
+    for text in (TABLE[:cut], TABLE[cut:], TABLE[:cut] + '"' + TABLE[cut:], TABLE[:cut] + ",;\t" + TABLE[cut:]):
+        try:
+            fit = fit_file(csv_file(text), bend_angle="144 deg")
+        except TendonError:
+            continue
+        assert fit.friction > 0.0
