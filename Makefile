@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help demo test check format bench torture clean
+.PHONY: help demo test check format bench torture verify clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -41,4 +41,17 @@ torture: $(READY)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
 clean:  ## remove the environment and caches, never results
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info
+	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info
+
+VERIFY := .venv-verify
+MUJOCO := $(VERIFY)/.ready
+
+$(MUJOCO): pyproject.toml constraints.txt verification/requirements.txt
+	@rm -f $@
+	@$(PYTHON) -m venv $(VERIFY)
+	@pip="$(VERIFY)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt"; \
+	if why=$$($$pip --only-binary mujoco -r verification/requirements.txt 2>&1); then $$pip -e . && touch $@; \
+	else echo "skipped, nothing was compared: MuJoCo cannot be installed here ($$(echo "$$why" | grep -m1 ERROR))"; fi
+
+verify: $(MUJOCO)  ## compare with MuJoCo, an engine nobody here wrote
+	@test ! -e $(MUJOCO) || $(VERIFY)/bin/python -m verification.against_mujoco

@@ -11,13 +11,15 @@ import difflib
 import math
 import re
 from dataclasses import dataclass
+from datetime import date, time
+from decimal import Decimal, Inexact, localcontext
 from fractions import Fraction
 
 # 50 digits of pi, so that degrees are rounded once, from a value far more precise than a float64.
 _PI = Fraction("3.14159265358979323846264338327950288419716939937511")
 
 # Mantissas and exponents are bounded, so that reading "1e999999999 m" costs no memory.
-_NUMBER = r"[+-]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][+-]?\d{1,3})?"
+_NUMBER = r"[+-]?(?:\d{1,80}(?:\.\d{0,80})?|\.\d{1,80})(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"({_NUMBER})(?:[ \t]*([^\s\d].*))?")
 
 
@@ -103,8 +105,20 @@ class Measure:
         return to_float(self.exact)
 
     def document(self) -> float | str:
-        """How a study file says exactly this measure."""
-        return float(self.text) if self.unit.symbol == "1" else f"{self.text} {self.unit.symbol}"
+        """How a study file says exactly this measure: the same for "1000 g" and "1.0 kg"."""
+        base = UNITS[SI_UNIT[self.unit.dimension]]
+        digits = _terminating(self.exact / base.factor)
+        if digits is None:  # degrees, which are no terminating number of radians
+            base = UNITS["deg"]
+            digits = _terminating(self.exact / base.factor) or self.text
+        return float(digits) if base.symbol == "1" else f"{digits} {base.symbol}"
+
+
+def _terminating(value: Fraction) -> str | None:
+    """A rational number in decimal digits, where these come to an end."""
+    with localcontext(prec=200) as context:
+        digits = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
+        return None if context.flags[Inexact] else str(digits)
 
 
 def to_float(value: Fraction) -> float:
@@ -112,7 +126,7 @@ def to_float(value: Fraction) -> float:
     try:
         return value.numerator / value.denominator
     except OverflowError:
-        return math.copysign(math.inf, value.numerator)
+        return math.inf if value > 0 else -math.inf
 
 
 def known_units(dimension: str) -> list[str]:
@@ -156,6 +170,25 @@ def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
             f"units of {dimension}: {', '.join(known_units(dimension))}",
         )
     return unit
+
+
+def described(value: object) -> str:
+    """A value as the author of a study would name it, short and fit to print."""
+    if isinstance(value, str):
+        return shorten(value)
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return f"the truth value {str(value).lower()}"
+    if isinstance(value, (list, tuple)):
+        return "a list"
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, (date, time)):
+        return f"the date or time {value.isoformat()}"
+    if isinstance(value, int) and value.bit_length() > 200:
+        return f"an integer of {round(value.bit_length() * math.log10(2)):,} digits"
+    return shorten(str(value))
 
 
 def shorten(text: str, width: int = 60) -> str:

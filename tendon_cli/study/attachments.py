@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.study.parts import Part
-from tendon_cli.study.reading import MAX_BYTES
+from tendon_cli.study.reading import MAX_BYTES, read_toml
 from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
 from tendon_cli.study.route import measure_route
 from tendon_cli.study.study import SIDES, Study
@@ -27,12 +26,10 @@ class Attachments:
     faults: list[Fault] = field(default_factory=list)
 
     def resolve(self, study: Study) -> Study:
-        """The study with numbers in the place of files; raises StudyError or InputError."""
+        """The study with numbers in the place of files; raises InputError, and gathers `faults` of keys."""
         update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
         if study.cases:
             update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
-        if self.faults:
-            raise StudyError(self.faults)
         return study.replaced(update) if self.sources else study
 
     def _case(self, case: Any, key: str) -> Any:
@@ -71,15 +68,19 @@ class Attachments:
         content = self._read(name, key, MAX_BYTES)
         if content is None:
             return None
+        hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
         try:
-            fit = tomllib.loads(content.decode("utf-8-sig"))["friction"]
-            coefficient, error = float(fit["coefficient"]), float(fit["standard_error"])
-        except (ValueError, KeyError, TypeError, RecursionError):
-            hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
+            fit = read_toml(content.decode("utf-8-sig")).content["friction"]
+            coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
+        except (StudyError, ValueError, KeyError, TypeError, RecursionError):
             raise InputError("not a friction fragment", where=name, hint=hint) from None
         if not (0.0 <= coefficient <= 10.0 and error >= 0.0):
-            raise InputError(f"the coefficient {coefficient} is not between 0 and 10", where=name)
-        self._note(key, name, content, friction=coefficient, standard_error=error, fitted_from=fit.get("source"))
+            raise InputError(f"the coefficient {coefficient:g} is not between 0 and 10", where=name, hint=hint)
+        source = fit.get("source")
+        self._note(
+            key, name, content, friction=coefficient, standard_error=error,
+            fitted_from=shorten(source) if isinstance(source, str) else None,
+        )  # fmt: skip
         return Values.of(coefficient)
 
     def _read(self, name: str, key: str, most: int) -> bytes | None:
@@ -90,10 +91,21 @@ class Attachments:
                 self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
                 return None
             with path.open("rb") as file:
-                return file.read(most + 1)
+                content = file.read(most + 1)
         except (OSError, ValueError) as error:
-            self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {error}'))
+            reason = getattr(error, "strerror", None) or "the name is not one"
+            self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
             return None
+        if len(content) > most:
+            raise InputError(f"larger than {most // 1000:,} kB", where=name)
+        return content
 
     def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:
         self.sources[key] = {"file": Path(name).name, "sha256": hashlib.sha256(content).hexdigest(), **facts}
+
+
+def _number(value: object) -> float:
+    """A number of a fragment; raises TypeError for anything else, such as a truth value."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > 1e9:
+        raise TypeError
+    return float(value)

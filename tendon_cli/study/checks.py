@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_cli.errors import Fault
 from tendon_cli.study.parts import Part
-from tendon_cli.study.study import SIDES, Study, numbers_in, split_side
+from tendon_cli.study.study import SIDES, Study, numbers_in
 
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
@@ -20,8 +20,12 @@ _MOST_ARMS_TO_CHECK = 100_000
 
 def contradictions(study: Study) -> list[Fault]:
     """Every fault between keys of a study whose single keys are right."""
-    faults = [*_two_sources(study), *_case_faults(study)]
-    return faults or [*_friction_faults(study), *_anchor_faults(study)]
+    return [*_two_sources(study), *_case_faults(study)]
+
+
+def impossibilities(study: Study) -> list[Fault]:
+    """Combinations of numbers, those of its files included, that cannot be."""
+    return [*_friction_faults(study), *_anchor_faults(study)]
 
 
 def _two_sources(study: Study) -> Iterator[Fault]:
@@ -65,26 +69,24 @@ def case_numbers(case: Part) -> dict[str, float]:
 
 
 def _friction_faults(study: Study) -> Iterator[Fault]:
-    """A product of friction and bend angle beyond any sheath."""
-    highest = {"sheath.friction": 0.0, "sheath.bend_angle": 0.0}
-    numbers = list(study.numbers.items())
-    numbers += [
-        item
-        for case in study.cases
-        for part in [getattr(case, "sheath", None)]
-        if part
-        for item in numbers_in(part, "sheath")
-    ]
-    for key, values in numbers:
-        common = split_side(key)[0]
-        if common in highest:
-            highest[common] = max(highest[common], values.extremes[1])
-    exponent = highest["sheath.friction"] * highest["sheath.bend_angle"]
-    if exponent > MAX_FRICTION_EXPONENT:
-        yield Fault(
-            "sheath.friction",
-            f"friction x bend_angle reaches {exponent:.4g}, expected {MAX_FRICTION_EXPONENT:g} at most",
-        )
+    """A product of friction and bend angle, on one side, beyond any sheath."""
+    for case in [case_numbers(case) for case in study.cases] or [{}]:
+        for side in SIDES:
+            friction, bend_angle = (_largest(study, case, name, side) for name in ("friction", "bend_angle"))
+            if friction * bend_angle > MAX_FRICTION_EXPONENT:
+                reached = f"friction x bend_angle reaches {friction * bend_angle:.4g} on the {side}'s side"
+                yield Fault("sheath.friction", f"{reached}, expected {MAX_FRICTION_EXPONENT:g} at most")
+                return
+
+
+def _largest(study: Study, case: dict[str, float], name: str, side: str) -> float:
+    """The largest value of a sheath's number on one side of the arm, in a case."""
+    for key in (f"sheath.{side}.{name}", f"sheath.{name}"):
+        if key in case:
+            return case[key]
+        if key in study.numbers:
+            return study.numbers[key].extremes[1]
+    return 0.0
 
 
 def _anchor_faults(study: Study) -> Iterator[Fault]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from functools import cache
 from typing import Any
 
 from pydantic import ValidationError
@@ -10,15 +11,24 @@ from pydantic import ValidationError
 from tendon_cli.errors import Fault
 from tendon_cli.study.study import Study, keys
 from tendon_cli.study.toml_scan import KeyPlaces
-from tendon_cli.units import shorten
+from tendon_cli.units import described, shorten
 
 RESERVED = ("limits", "population")
+MOST_FAULTS = 1000
 
 
 def faults_of(error: ValidationError, places: KeyPlaces) -> list[Fault]:
     """Every fault of a study, in the order of the document, each with its line where the file has one."""
-    found = [_fault(detail, places) for detail in error.errors(include_url=False)]
-    return sorted(found, key=lambda fault: fault.line if fault.line is not None else 10**9)
+    details = error.errors(include_url=False)
+    found = [_fault(detail, places) for detail in details[:MOST_FAULTS]]
+    if len(details) > MOST_FAULTS:
+        found.append(Fault("", f"and {len(details) - MOST_FAULTS} faults more"))
+    return found
+
+
+def in_order(faults: list[Fault]) -> list[Fault]:
+    """Faults in the order of the document's lines."""
+    return sorted(faults, key=lambda fault: fault.line if fault.line is not None else 10**9)
 
 
 def _fault(detail: Any, places: KeyPlaces) -> Fault:
@@ -29,7 +39,7 @@ def _fault(detail: Any, places: KeyPlaces) -> Fault:
 
 def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     """The problem and a hint, for what pydantic reports."""
-    given, context = shorten(str(detail.get("input"))), detail.get("ctx") or {}
+    given, context = described(detail.get("input")), detail.get("ctx") or {}
     if detail["type"] == "tendon":
         return context["problem"], context["hint"]
     if detail["type"] == "extra_forbidden":
@@ -43,6 +53,9 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
         "string_pattern_mismatch": f'"{given}" is not a name, expected letters, digits, . _ - (64 at most)',
         "string_type": f"{given} is not text, expected text in quotes",
         "tuple_type": f"{given} is not a list, expected a list",
+        "too_short": "an empty list, expected at least one",
+        "string_too_short": "is empty",
+        "string_too_long": "is too long",
     }
     return problems.get(detail["type"], detail["msg"][:1].lower() + detail["msg"][1:]), None
 
@@ -69,7 +82,7 @@ def _unknown(path: list[str]) -> tuple[str, str | None]:
 
 def _valid_names(table: list[str]) -> list[str]:
     """The keys that may stand in a table of the study."""
-    schema: dict[str, Any] = Study.model_json_schema()
+    schema = _schema()
     definitions, here = schema["$defs"], schema
     for part in table:
         if part.isdigit():
@@ -81,6 +94,11 @@ def _valid_names(table: list[str]) -> list[str]:
             return []
         here = definitions[reference.rpartition("/")[2]]
     return list(here.get("properties", {}))
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    return Study.model_json_schema()
 
 
 def _near(given: str, expected: str) -> str | None:

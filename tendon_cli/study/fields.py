@@ -7,18 +7,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from tendon_cli.errors import SizeError
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.values import MAX_AXIS_LENGTH, Grid, Values
-from tendon_cli.units import EXAMPLES, Measure, UnitError, known_units, measure_of_number, parse_measure, shorten
+from tendon_cli.units import EXAMPLES, Measure, UnitError, described, known_units, measure_of_number, parse_measure
 
+_LARGEST_INTEGER = 1000  # bits; a float64 has room for 1023
 _GRID_KEYS = ("from", "to", "num", "spacing")
 
 
@@ -69,14 +68,12 @@ class Number:
             except UnitError as error:
                 raise fault(error.problem, error.hint) from None
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise fault(f"{_kind(value)} is not a number, expected such as {self._example}")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            raise fault(f"{number} is not a finite number, expected such as {self._example}")
-        return measure_of_number(number, dimension)
+            raise fault(f"{described(value)} is not a number, expected such as {self._example}")
+        if isinstance(value, int) and value.bit_length() > _LARGEST_INTEGER:
+            raise fault(f"{described(value)} is out of range, expected such as {self._example}")
+        if not math.isfinite(value):
+            raise fault(f"{value} is not a finite number, expected such as {self._example}")
+        return measure_of_number(float(value), dimension)
 
     def _bounded(self, measure: Measure) -> float:
         value = measure.si
@@ -99,23 +96,24 @@ class Number:
         seen: set[float] = set()
         for item, number in zip(items, numbers, strict=True):
             if number in seen:
-                raise fault(f"{shorten(str(item))} stands in the list twice, expected each value once")
+                raise fault(f"{described(item)} stands in the list twice, expected each value once")
             seen.add(number)
         return numbers
 
     def _grid(self, table: dict[Any, Any]) -> Grid:
-        unknown = [str(key) for key in table if key not in _GRID_KEYS]
+        unknown = [described(key) for key in table if key not in _GRID_KEYS]
         missing = [key for key in _GRID_KEYS[:3] if key not in table]
         if unknown or missing:
-            found = f'unknown "{shorten(unknown[0])}"' if unknown else f'"{missing[0]}" is missing'
+            found = f'unknown "{unknown[0]}"' if unknown else f'"{missing[0]}" is missing'
             raise fault(f"{found} in a grid, expected from, to, num and optionally spacing")
         num, spacing = table["num"], table.get("spacing", "linear")
         if isinstance(num, bool) or not isinstance(num, int) or num < 1:
-            raise fault(f"num = {shorten(str(num))} is not a count, expected a whole number of at least 1")
+            raise fault(f"num = {described(num)} is not a count, expected a whole number of at least 1")
         if num > MAX_AXIS_LENGTH:
-            raise SizeError(f"an axis of {num:.6g} values, at most {MAX_AXIS_LENGTH:.0e} are possible")
-        if spacing not in ("linear", "log"):
-            raise fault(f'spacing = {shorten(repr(spacing))}, expected "linear" or "log"')
+            count = f"{num:.6g}" if num.bit_length() <= _LARGEST_INTEGER else described(num)
+            raise fault(f"num = {count} values, at most {MAX_AXIS_LENGTH:.0e} are possible in an axis")
+        if not isinstance(spacing, str) or spacing not in ("linear", "log"):
+            raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
         grid = Grid(self._measure(table["from"]), self._measure(table["to"]), num, log=spacing == "log")
         start, stop = self._bounded(grid.start), self._bounded(grid.stop)
         if grid.log and min(start, stop) <= 0.0:
@@ -157,14 +155,3 @@ class Number:
         pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
         number = {"type": "number", "minimum": self.low, "maximum": self.high}
         return {"anyOf": [number, {"type": "string", "pattern": pattern}]}
-
-
-def _kind(value: object) -> str:
-    """A value of the wrong type, named as its author would."""
-    names: list[tuple[Callable[[object], bool], str]] = [
-        (lambda v: isinstance(v, bool), f"the truth value {str(value).lower()}"),
-        (lambda v: isinstance(v, (list, tuple)), "a list"),
-        (lambda v: isinstance(v, dict), "a table"),
-        (lambda v: v is None, "nothing"),
-    ]
-    return next((name for test, name in names if test(value)), shorten(str(value)))

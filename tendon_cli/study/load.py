@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from tendon_cli.errors import Fault, StudyError, TendonError, UsageError
+from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
 from tendon_cli.study.attachments import Attachments
-from tendon_cli.study.checks import contradictions
-from tendon_cli.study.faults import faults_of
+from tendon_cli.study.checks import contradictions, impossibilities
+from tendon_cli.study.faults import faults_of, in_order
 from tendon_cli.study.reading import Document, read_document, read_value
 from tendon_cli.study.study import Study, keys
 from tendon_cli.study.toml_scan import MAX_KEY_PARTS, KeyPlaces
@@ -43,17 +46,64 @@ def study_from(
     them.
     """
     places = places or KeyPlaces()
-    try:
-        study = Study.model_validate(content)
-    except ValidationError as error:
-        raise StudyError(faults_of(error, places)) from None
-    found = contradictions(study)
-    if found:
-        raise StudyError([Fault(f.key, f.problem, f.hint, places.line_of(f.key)) for f in found])
+    given, found = _without_nothing(content, places)
+    study, invalid = _validated(given, places)
+    found += invalid
     files = Attachments(folder)
-    study = files.resolve(study)
+    if study is not None:
+        found += contradictions(study)
+        try:
+            study = files.resolve(study)
+        except InputError:
+            if not found:
+                raise
+        found += files.faults or ([] if found else impossibilities(study))
+    if study is None or found:
+        raise StudyError(in_order([replace(f, line=f.line or places.line_of(f.key)) for f in found]))
     ranked = dict.fromkeys((*order, *_number_keys(content)))
     return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
+
+
+def _without_nothing(content: dict[str, Any], places: KeyPlaces) -> tuple[dict[str, Any], list[Fault]]:
+    """The content without keys that have no value, as YAML allows, and a fault for each of them."""
+    kept: dict[str, Any] = {}
+    found: list[Fault] = []
+    for name, value in content.items():
+        if value is None:
+            found.append(Fault(name, "has no value", "leave the key out, or give it one", places.line_of(name)))
+        elif isinstance(value, dict):
+            kept[name], inner = _without_nothing(value, KeyPlaces())
+            found += [replace(fault, key=f"{name}.{fault.key}") for fault in inner]
+        else:
+            kept[name] = value
+    return kept, found
+
+
+def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None, list[Fault]]:
+    """The study, and the faults of its single keys; with faults, the study without the keys at fault if that is one."""
+    try:
+        return Study.model_validate(content), []
+    except ValidationError as error:
+        found = faults_of(error, places)
+        rest = deepcopy(content)
+        for detail in error.errors(include_url=False):
+            _drop(rest, detail["loc"])
+        with contextlib.suppress(ValidationError):
+            return Study.model_validate(rest), found
+        return None, found
+
+
+def _drop(content: dict[str, Any], path: tuple[int | str, ...]) -> None:
+    """Remove the key at a path, or the last table on the way to it."""
+    table: Any = content
+    for part in path[:-1]:
+        inner = table.get(part) if isinstance(table, dict) else None
+        if not isinstance(inner, dict):
+            if isinstance(table, dict):
+                table.pop(part, None)
+            return
+        table = inner
+    table.pop(path[-1], None)
 
 
 def _axes_in_order(document: Document) -> list[str]:
@@ -84,7 +134,7 @@ def _apply(content: dict[str, Any], setting: str) -> str:
     parts = key.strip().split(".")
     if not equals or not all(parts) or len(parts) > MAX_KEY_PARTS:
         raise UsageError(f"--set {shorten(setting)} is not KEY=VALUE", hint="such as --set 'arm.b1=160 mm'")
-    text = text.strip()
+    key, text = shorten(key), text.strip()
     try:
         value = read_value(text) if text[:1] in ("[", "{", '"', "'") else text
     except StudyError as error:

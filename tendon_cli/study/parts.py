@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
 
 from tendon_cli.study.fields import Number, fault
 from tendon_cli.study.values import Values
@@ -47,10 +47,15 @@ def written(default: object) -> Any:
     return Field(default)
 
 
-Directions = Annotated[
-    tuple[Direction, ...], BeforeValidator(_as_list), AfterValidator(_each_once), Field(min_length=1)
-]
-Tables = Annotated[tuple[Table, ...], BeforeValidator(_as_list), AfterValidator(_each_once), Field(min_length=1)]
+def _words_schema(*choices: str) -> WithJsonSchema:
+    """One of some words, or a list of them."""
+    one = {"enum": list(choices)}
+    return WithJsonSchema({"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]})
+
+
+_WORDS = (BeforeValidator(_as_list), AfterValidator(_each_once), Field(min_length=1))
+Directions = Annotated[tuple[Direction, ...], *_WORDS, _words_schema("flexion", "extension")]
+Tables = Annotated[tuple[Table, ...], *_WORDS, _words_schema("designs", "states")]
 
 
 class Part(BaseModel):

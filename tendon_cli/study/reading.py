@@ -6,6 +6,7 @@ aliases and tags are refused, and what a file says is never executed.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,9 @@ from tendon_cli.units import shorten
 
 MAX_BYTES = 256_000
 YAML_SUFFIXES = (".yaml", ".yml")
+
+_TUPLE = re.compile(r"\('(.*?)',?\)")
+_LONG_INTEGER = re.compile(r"[\d_]{4301,}")
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ def read_document(path: Path) -> Document:
     """Read a TOML or YAML file; raises StudyError where it cannot be read or is not of its grammar."""
     text = _text(_bytes(path))
     try:
-        return _yaml(text) if path.suffix.lower() in YAML_SUFFIXES else _toml(text)
+        return _yaml(text) if path.suffix.lower() in YAML_SUFFIXES else read_toml(text)
     except RecursionError:
         raise StudyError([Fault("", f"nested deeper than {MAX_DEPTH} levels")]) from None
 
@@ -40,7 +44,10 @@ def read_value(text: str) -> Any:
     """A value given on the command line as TOML; raises StudyError."""
     if len(text) > MAX_BYTES:
         raise StudyError([Fault("", f"a value of {len(text)} characters, at most {MAX_BYTES} are read")])
-    return _toml(f"value = {text}").content["value"]
+    content = read_toml(f"value = {text}").content
+    if set(content) != {"value"}:
+        raise StudyError([Fault("", "more than one value")])
+    return content["value"]
 
 
 def _bytes(path: Path) -> bytes:
@@ -70,18 +77,27 @@ def _text(content: bytes) -> str:
         raise StudyError([Fault("", "not UTF-8 text", "save the file as UTF-8", line)]) from None
 
 
-def _toml(text: str) -> Document:
+def read_toml(text: str) -> Document:
+    """TOML text, looked at before it is parsed; raises StudyError."""
     places = scan(text)
     try:
         return Document(tomllib.loads(text), places)
     except tomllib.TOMLDecodeError as error:
         message, _, place = str(error).partition(" (at ")
         line = int(place.split()[1].strip(",")) if place.startswith("line ") else text.count("\n") + 1
+        problem = _TUPLE.sub(lambda match: match.group(1).replace("', '", "."), message)
         raise StudyError(
-            [Fault("", f"not TOML: {message[:1].lower()}{message[1:]}", _toml_hint(text, line), line)]
+            [Fault("", f"not TOML: {problem[:1].lower()}{problem[1:]}", _toml_hint(text, line), line)]
         ) from None
-    except ValueError as error:  # an integer of more digits than Python converts
-        raise StudyError([Fault("", f"not TOML: {shorten(str(error))}")]) from None
+    except ValueError:
+        raise StudyError([_long_integer("TOML", text)]) from None
+
+
+def _long_integer(grammar: str, text: str) -> Fault:
+    """The one thing that both parsers refuse beyond their grammars: an integer of more digits than Python converts."""
+    found = _LONG_INTEGER.search(text)
+    line = text[: found.start()].count("\n") + 1 if found else None
+    return Fault("", f"not {grammar}: an integer of more than 4300 digits", None, line)
 
 
 def _toml_hint(text: str, line: int) -> str | None:
@@ -94,54 +110,7 @@ def _toml_hint(text: str, line: int) -> str | None:
 
 
 def _yaml(text: str) -> Document:
-    from ruamel.yaml import YAML  # only studies in YAML pay for its import
-    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from tendon_cli.study.yaml_reading import read_yaml  # only studies in YAML pay for its import
 
-    reader = YAML(typ="safe", pure=True)
-    try:
-        _check_yaml_events(reader.parse(text))
-        places = KeyPlaces()
-        node = YAML(typ="safe", pure=True).compose(text)
-        _note_yaml_places(node, "", places)
-        content = YAML(typ="safe", pure=True).load(text)
-    except MarkedYAMLError as error:
-        mark = error.problem_mark
-        problem = (error.problem or str(error)).split("\n")[0]
-        raise StudyError(
-            [Fault("", f"not YAML: {shorten(problem, 120)}", None, mark.line + 1 if mark else None)]
-        ) from None
-    except (YAMLError, ValueError, OverflowError) as error:
-        raise StudyError([Fault("", f"not YAML: {shorten(str(error).splitlines()[0], 120)}")]) from None
-    if content is None:
-        content = {}
-    if not isinstance(content, dict):
-        raise StudyError([Fault("", "the file holds no keys, expected such as `name: my-study`", None, 1)])
+    content, places = read_yaml(text)
     return Document(content, places)
-
-
-def _check_yaml_events(events: Any) -> None:
-    """Refuse deep nesting, anchors, aliases and tags, while nothing has been built yet."""
-    depth = 0
-    for event in events:
-        kind = type(event).__name__
-        line = event.start_mark.line + 1
-        depth += kind.endswith(("MappingStartEvent", "SequenceStartEvent"))
-        depth -= kind.endswith(("MappingEndEvent", "SequenceEndEvent"))
-        if depth > MAX_DEPTH:
-            raise StudyError([Fault("", f"nested deeper than {MAX_DEPTH} levels", None, line)])
-        if getattr(event, "anchor", None) is not None:
-            raise StudyError([Fault("", "YAML anchors and aliases are not read", "write the value out", line)])
-        if getattr(event, "tag", None) is not None:
-            raise StudyError([Fault("", f"the YAML tag {shorten(str(event.tag))} is not read", "leave it out", line)])
-
-
-def _note_yaml_places(node: Any, path: str, places: KeyPlaces) -> None:
-    """Remember the line of every key, in the order of the document."""
-    if node is None or isinstance(node.value, str):
-        return
-    for index, item in enumerate(node.value):
-        pair = isinstance(item, tuple)
-        key, value = (str(item[0].value), item[1]) if pair else (str(index), item)
-        inner = f"{path}.{key}" if path else key
-        places.lines.setdefault(inner, (item[0] if pair else item).start_mark.line + 1)
-        _note_yaml_places(value, inner, places)

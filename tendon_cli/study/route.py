@@ -25,8 +25,6 @@ def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
     A unit may stand in the header (`x_mm`, `x [mm]`), else it is m. Separated by comma, semicolon or tab; lines that
     start with # are comments. Raises InputError with the line at fault.
     """
-    if len(content) > MAX_BYTES:
-        raise InputError(f"larger than {MAX_BYTES // 10**6} MB, no route needs that", where=where)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -60,9 +58,12 @@ def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float
 def measure_route(content: bytes, where: str, smoothing: float) -> tuple[RouteCurvature, list[str]]:
     """Total curvature of a route file, and what to be wary of."""
     route = read_route(content, where)
-    raw = total_curvature(route)
-    if smoothing > 0.0:
-        return total_curvature(smooth(route, smoothing)), []
+    try:
+        raw = total_curvature(route)
+        if smoothing > 0.0:
+            return total_curvature(smooth(route, smoothing)), []
+    except ValueError as error:
+        raise InputError(str(error), where=where) from None
     warnings = []
     if raw.noise_share > NOISE_TO_WARN_OF:
         warnings.append(

@@ -53,12 +53,13 @@ def _single_valued(part: type[Part]) -> type[Part]:
             kind: Any = Annotated[Values, number.single_valued()]
         else:
             kind = _single_valued(nested) if nested else field.annotation
-        fields[name] = (kind if isinstance(kind, UnionType) else kind | None, None)
+        optional = kind if isinstance(kind, UnionType) else kind | None
+        fields[name] = (optional, Field(default=None, description=field.description))
     return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
 
 
 class _CaseName(Part):
-    name: CaseName
+    name: CaseName = Field(description="name of the case, each once")
 
 
 _DESIGN_PARTS: dict[str, type[Part]] = {
@@ -82,7 +83,9 @@ Case: type[Part] = create_model(
 class Study(Part):
     """A parameter study: every combination of its axes, in the order of the document, is one design."""
 
-    name: RunName = Field(description="name of the run folder; default: the stem of the file's name")
+    name: RunName = Field(
+        default="study", description="name of the run folder; without it, the stem of the file's name"
+    )
     title: Annotated[str, StringConstraints(max_length=300, strict=True)] = Field(default="", description="for figures")
     arm: Arm = Arm()
     sheath: Sheath = Sheath()

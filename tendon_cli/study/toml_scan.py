@@ -33,12 +33,14 @@ class KeyPlaces:
     lines: dict[str, int] = field(default_factory=dict)
 
     def line_of(self, path: str) -> int | None:
-        """The line of a key, or of the nearest table around it."""
-        while path not in self.lines:
-            if "." not in path:
-                return None
+        """The line of a key, else of the first key inside it, else of the nearest table around it."""
+        while True:
+            if path in self.lines:
+                return self.lines[path]
+            inside = next((line for key, line in self.lines.items() if key.startswith(f"{path}.")), None)
+            if inside is not None or "." not in path:
+                return inside
             path = path.rpartition(".")[0]
-        return self.lines[path]
 
 
 def scan(text: str) -> KeyPlaces:
@@ -79,11 +81,10 @@ class _Scanner:
 
     def _end_of_line(self, start: int) -> None:
         self.dots = 0
-        if self.in_key:
+        if self.in_key and self.depth == 0:
             statement = self.text[self.statement : start].strip()
             if statement.startswith("["):
                 self._header(statement)
-                self.depth = 0
         if self.depth == 0:
             self.statement, self.in_key = start + 1, True
 
@@ -117,4 +118,9 @@ class _Scanner:
 
 def _key_parts(text: str) -> list[str]:
     """The parts of a dotted key, unquoted."""
-    return [part.strip("\"'") for part in _KEY_PART.findall(text)]
+    parts: list[str] = []
+    at = 0
+    while match := _KEY_PART.match(text, at):
+        parts.append(match.group(1).strip("\"'"))
+        at = match.end()
+    return parts

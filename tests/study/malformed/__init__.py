@@ -1,0 +1,24 @@
+"""Studies that cannot be used, of every kind, with what their one error says."""
+
+from .files import ATTACHMENTS, FILES
+from .numbers_and_grids import GRIDS, NUMBERS
+from .row import Malformed
+from .settings import SETTINGS
+from .syntax import LIMITS, TOML_SYNTAX, YAML_SYNTAX
+from .tables import CASES, TABLES, WORDS
+
+ROWS = (
+    *NUMBERS,
+    *GRIDS,
+    *TABLES,
+    *WORDS,
+    *CASES,
+    *TOML_SYNTAX,
+    *YAML_SYNTAX,
+    *LIMITS,
+    *FILES,
+    *ATTACHMENTS,
+    *SETTINGS,
+)
+
+__all__ = ["ROWS", "Malformed"]

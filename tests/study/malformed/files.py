@@ -1,0 +1,139 @@
+"""Files that are no text, and files that a study names in vain."""
+
+from tendon_cli.errors import InputError
+
+from .row import HUGE_INTEGER, SLOW, toml, yaml
+
+FILES = (
+    toml("not UTF-8", b"name = 'a'\ntitle = '\xe9'\n", "not UTF-8", "save the file as UTF-8", line=2),
+    toml("UTF-16", "title = 'x'\n".encode("utf-16"), "binary"),
+    toml("a NUL byte", b"name = 'a'\0\n", "binary"),
+    toml("a NUL byte far down", b"#" + b"a" * 5000 + b"\0\n", "not TOML", line=1),
+    toml("a picture", b"\x89PNG\r\n\x1a\n", "binary"),
+    toml("a Parquet table", b"PAR1\x15\x04\x15", "binary"),
+    toml("a spreadsheet", b"PK\x03\x04\x14", "binary"),
+    toml("a gzip", b"\x1f\x8b\x08\x00", "binary"),
+    yaml("not UTF-8", b"name: a\ntitle: '\xe9'\n", "not UTF-8", line=2),
+    yaml("a picture", b"\x89PNG\r\n\x1a\n", "binary"),
+    yaml("a NUL byte", b"name: a\0\n", "binary"),
+    toml("a file name that is no name", "", "name", "my study", stem="my study"),
+)
+
+ROUTE = "x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n"
+FRICTION = "[friction]\ncoefficient = 0.07\nstandard_error = 0.001\n"
+NO_LINE = "the fault of an attached file has no line"
+
+
+def route(label, content, *says, **more):
+    return toml(
+        f"route {label}", '[sheath]\npath = "r.csv"\n', *says, kind=InputError, files={"r.csv": content}, **more
+    )
+
+
+def fragment(label, content, *says, **more):
+    text = '[sheath]\nfriction_from = "f.toml"\n'
+    return toml(f"fragment {label}", text, *says, kind=InputError, files={"f.toml": content}, **more)
+
+
+ATTACHMENTS = (
+    toml("a missing route", '[sheath]\npath = "r.csv"\n', "sheath.path", "r.csv", "no file"),
+    toml("the line of a missing route", '[sheath]\npath = "r.csv"\n', "sheath.path", line=2, not_yet=NO_LINE),
+    toml("a missing route of one side", 'sheath.flexor.path = "r.csv"\n', "sheath.flexor.path", "no file"),
+    toml("a missing route of a case", "[[cases]]\nname = 'a'\nsheath.path = 'r.csv'\n", "cases.0.sheath.path"),
+    toml("a missing fragment", '[sheath]\nfriction_from = "f.toml"\n', "sheath.friction_from", "f.toml", "no file"),
+    toml("a folder for a route", '[sheath]\npath = "."\n', "sheath.path", "no file"),
+    toml("a route of no name", '[sheath]\npath = ""\n', "sheath.path", line=2),
+    toml("a route with an escape", '[sheath]\npath = "\\u001b[31m"\n', "sheath.path"),
+    toml("a route with a NUL", '[sheath]\npath = "a\\u0000b"\n', "sheath.path"),
+    toml(
+        "a route of 4000 letters",
+        f'[sheath]\npath = "{"a" * 4000}"\n',
+        "sheath.path",
+        "cannot be read",
+        not_yet="the message holds the error of Python with the whole path",
+    ),
+    toml("a route of a number", "[sheath]\npath = 3\n", "sheath.path", "not text", line=2),
+    toml(
+        "a bend beside a route",
+        '[sheath]\nbend_angle = "90 deg"\npath = "r.csv"\n',
+        "sheath.bend_angle",
+        "beside path",
+        line=2,
+        files={"r.csv": ROUTE},
+    ),
+    toml(
+        "a friction beside a fragment",
+        '[sheath]\nfriction = 0.1\nfriction_from = "f.toml"\n',
+        "sheath.friction",
+        "beside friction_from",
+        line=2,
+        files={"f.toml": FRICTION},
+    ),
+    toml(
+        "a bend beside a route of one side",
+        '[sheath.flexor]\nbend_angle = 1\npath = "r.csv"\n',
+        "sheath.flexor.bend_angle",
+        line=2,
+        files={"r.csv": ROUTE},
+    ),
+    toml("a smoothing without a route", "sheath.path_smoothing = '1 mm'\n", "sheath.path_smoothing", "no path", line=1),
+    toml(
+        "a friction of a fragment beyond any sheath",
+        '[sheath]\nfriction_from = "f.toml"\nbend_angle = 100\n',
+        "friction",
+        "bend_angle",
+        files={"f.toml": "[friction]\ncoefficient = 9\nstandard_error = 0.1\n"},
+        not_yet="friction x bend_angle is not looked at where a file gives one of them",
+    ),
+    route("without content", "", "no way-points"),
+    route("of comments", "# x,y,z\n", "no way-points"),
+    route("of a header", "x,y,z\n", "fewer than two"),
+    route("of one point", "x,y,z\n0,0,0\n0,0,0\n", "fewer than two"),
+    route("without z", "x,y\n0,0\n1,1\n", "no column z", "x, y"),
+    route("without a header", "0,0,0\n1,1,1\n", "no column x"),
+    route("of an unknown unit", "x_furlong,y,z\n0,0,0\n1,1,1\n", "no column x", "x_furlong"),
+    route("with a word", "x,y,z\n0,0,0\n1,zz,0\n", 'y is "zz"', "line 3"),
+    route("with a word after comments", "# a\n\nx,y,z\n0,0,0\n# b\n1,zz,0\n", 'y is "zz"', "line 6"),
+    route("with a short row", "x,y,z\n0,0,0\n1,2\n", "z is", "line 3"),
+    route("with a gap", "x,y,z\n0,0,0\n1,,2\n", 'y is ""', "line 3"),
+    route("with nan", "x,y,z\n0,0,0\nnan,0,0\n", "x is nan", "line 3"),
+    route("with infinity", "x,y,z\n0,0,0\n0,0,inf\n", "z is inf", "line 3"),
+    route("with 1e300", "x,y,z\n0,0,0\n1e300,0,0\n", "x is 1e+300", "line 3"),
+    route("with decimal commas", "x;y;z\n0;0;0\n1,5;0;0\n", '"1,5"', "line 3"),
+    route("with an escape", "x,y,z\n0,0,0\n\x1b[31m,0,0\n", "x is", "line 3"),
+    route("that is a picture", b"\x89PNG\r\n\x1a\n\xff", "not UTF-8"),
+    route("in UTF-16", "x,y,z\n0,0,0\n1,1,1\n".encode("utf-16"), "not UTF-8"),
+    route("of an open quote", 'x,y,z\n0,0,0\n"1,0,0\n2,0,0\n', "x is", "line 3"),
+    route("over 16 MB", b"x,y,z\n" + b"0,0,0\n" * 2_700_000, "larger than 16 MB"),
+    route("of steps of 1e-320", "x,y,z\n0,0,0\n1e-320,0,0\n2e-320,1e-320,0\n", "way-points", not_yet="a ValueError"),
+    fragment("without content", "", "not a friction fragment"),
+    fragment("of another table", "[arm]\nb1 = 1\n", "not a friction fragment"),
+    fragment("of a number", "friction = 0.07\n", "not a friction fragment"),
+    fragment("that is no TOML", "[friction\n", "not a friction fragment"),
+    fragment("without an error", "[friction]\ncoefficient = 0.1\n", "not a friction fragment"),
+    fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not between"),
+    fragment("of minus one", "[friction]\ncoefficient = -1\nstandard_error = 0\n", "not between"),
+    fragment("of a hundred", "[friction]\ncoefficient = 100\nstandard_error = 0\n", "not between"),
+    fragment("of a word", "[friction]\ncoefficient = 'much'\nstandard_error = 0\n", "not a friction fragment"),
+    fragment("in bytes", b"\xff\xfe\x00", "not a friction fragment"),
+    fragment("of lists", f"x = {'[' * 100_000}", "not a friction fragment"),
+    fragment(
+        "of a truth value",
+        "[friction]\ncoefficient = true\nstandard_error = 0\n",
+        "friction",
+        not_yet="true is read as 1",
+    ),
+    fragment(
+        "of a hexadecimal",
+        f"[friction]\ncoefficient = 0x{'f' * 1000}\nstandard_error = 0\n",
+        "friction",
+        not_yet=HUGE_INTEGER,
+    ),
+    fragment("of a key of 20000 parts", f"{'.'.join('a' * 20_000)} = 1\n", "friction", seconds=2.0, not_yet=SLOW),
+    fragment(
+        "over 256 kB",
+        FRICTION + "#" * 300_000,
+        "larger",
+        not_yet="the first 256 kB are read and the rest is left unread",
+    ),
+)

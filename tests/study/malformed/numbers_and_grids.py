@@ -1,0 +1,204 @@
+"""Numbers, lists and grids that no study can have."""
+
+from tendon_cli.errors import SizeError
+
+from .row import HUGE_INTEGER, NO_PLACE, OVERFLOW, PYTHON_VALUE, toml, yaml
+
+HEX = "0x" + "f" * 100_000
+
+
+def value(label, key, written, *says, **more):
+    """A single value at a key of two parts, in TOML."""
+    table, name = key.split(".")
+    return toml(label, f"[{table}]\n{name} = {written}\n", key, *says, line=2, **more)
+
+
+def value_yaml(label, key, written, *says, **more):
+    """A single value at a key of two parts, in YAML."""
+    table, name = key.split(".")
+    return yaml(label, f"{table}:\n  {name}: {written}\n", key, *says, line=2, **more)
+
+
+NUMBERS = (
+    # Units.
+    value("a mass for a length", "arm.b1", '"150 kg"', '"kg" is a mass', "expected a length", '"40 mm"'),
+    value("a length for a mass", "load.mass", '"5 mm"', '"mm" is a length', "expected a mass"),
+    value("a length for a number", "spool.ratio", '"1 m"', '"m" is a length'),
+    value("an angle for a friction", "sheath.friction", '"4 deg"', '"deg" is an angle'),
+    value("a force for a stiffness", "spring.stiffness", '"3 kN"', '"kN" is a force', "N/mm"),
+    value("a torque for a force", "tendon.pretension", '"3 N m"', '"N m" is a torque'),
+    value("an unknown unit", "arm.b1", '"150 furlong"', 'unknown unit "furlong"', "known units: m, cm, mm"),
+    value("knots for kilonewtons", "spring.stiffness", '"3 kn/m"', 'unknown unit "kn/m"', 'did you mean "kN/m"?'),
+    value("megapascal in small letters", "tendon.youngs_modulus", '"145 gpa"', 'did you mean "GPa"?'),
+    value("metres in capitals", "tendon.length", '"2 M"', 'unknown unit "M"', 'did you mean "m"?'),
+    value("kilograms in capitals", "load.mass", '"5 KG"', 'did you mean "kg"?'),
+    value("a word for a unit", "tendon.length", '"2 metres"', 'unknown unit "metres"'),
+    value("no unit in quotes", "arm.b1", '"150"', "has no unit", "150 m"),
+    value("a unit alone", "arm.b1", '"mm"', "not one number and one unit"),
+    value("empty text", "arm.b1", '""', "not one number and one unit"),
+    value("a space for text", "arm.b1", '" "', "not one number and one unit"),
+    value("two units", "load.mass", '"5 kg 300 g"', "unknown unit"),
+    value("a unit twice", "load.mass", '"5 kg kg"', 'unknown unit "kg kg"'),
+    value("two quantities", "arm.b1", '"150 mm, 160 mm"', "unknown unit"),
+    value("a range", "arm.b1", '"150-160 mm"', "unknown unit"),
+    value("a number and its error", "arm.b1", '"150 +/- 2 mm"', "unknown unit"),
+    value("digits in groups", "arm.b1", '"1 500 mm"', "not one number and one unit"),
+    value("a decimal comma", "tendon.diameter", '"1,5 mm"', "the decimal sign is a point"),
+    value("a comma and a point", "tendon.diameter", '"1.000,5 mm"', "the decimal sign is a point"),
+    value("two points", "tendon.diameter", '"1.5.2 mm"', "tendon.diameter"),
+    value("an expression", "tendon.length", '"2 * 4 m"', 'unknown unit "* 4 m"'),
+    value("a power of powers", "tendon.length", '"9**9**9 m"', "unknown unit"),
+    value("a call", "tendon.length", "\"__import__('os').getcwd() m\"", "not one number and one unit"),
+    value("a sign twice", "tendon.length", '"--2 m"', "not one number and one unit"),
+    value("an exponent without end", "tendon.length", '"1e99999999999 m"', "tendon.length"),
+    value("an exponent too large", "tendon.length", '"1e999 m"', "out of range", not_yet=OVERFLOW),
+    value("a hexadecimal quantity", "tendon.length", '"0x10 m"', "unknown unit"),
+    value("a no-break space", "tendon.length", '"2\\u00a0m"', "not one number and one unit"),
+    # What is not a finite number.
+    value("nan", "load.mass", "nan", "nan", "not a finite number"),
+    value("minus nan", "load.mass", "-nan", "not a finite number"),
+    value("inf", "load.mass", "inf", "not a finite number"),
+    value("minus inf", "load.mass", "-inf", "not a finite number"),
+    value("nan in text", "load.mass", '"nan kg"', "not one number and one unit"),
+    value("infinity in text", "load.mass", '"inf kg"', "not one number and one unit"),
+    value("a float too large", "load.mass", "1e400", "not a finite number"),
+    value("a truth value", "load.mass", "true", "the truth value true is not a number"),
+    value("a falsehood", "spool.ratio", "false", "the truth value false is not a number"),
+    value("a date", "load.mass", "2024-01-01", "2024-01-01 is not a number"),
+    value("a time", "load.mass", "07:32:00", "is not a number"),
+    value("a hexadecimal of 100000 digits", "load.mass", HEX, "not a finite number", not_yet=HUGE_INTEGER),
+    value("a hexadecimal in a list", "load.mass", f"[1, {HEX}]", "not a finite number", not_yet=HUGE_INTEGER),
+    toml("an integer of 5000 zeros", f"[load]\nmass = 1{'0' * 5000}\n", "not TOML"),
+    value("a place for an integer of 5000 zeros", "load.mass", f"1{'0' * 5000}", not_yet=NO_PLACE),
+    value_yaml(".nan", "load.mass", ".nan", "not a finite number"),
+    value_yaml(".inf", "load.mass", ".inf", "not a finite number"),
+    value_yaml("-.Inf", "load.mass", "-.Inf", "not a finite number"),
+    value_yaml("true", "load.mass", "true", "the truth value true is not a number"),
+    value_yaml("a date", "load.mass", "2024-01-01", "is not a number"),
+    value_yaml("the yes of old", "load.mass", "yes", "not one number and one unit"),
+    value_yaml("nothing for a key", "load.mass", "", "nothing", not_yet="a key without a value ends in a KeyError"),
+    value_yaml("nothing for a radius", "arm.a1", "null", "nothing", not_yet="a key without a value: a KeyError"),
+    value_yaml("nothing for a friction", "sheath.friction", "null", "nothing", not_yet="the study has no friction"),
+    value_yaml("a hexadecimal", "load.mass", HEX, "not a finite number", not_yet=HUGE_INTEGER),
+    yaml("an integer of 5000 nines", f"load: {{mass: {'9' * 5000}}}\n", "not YAML", not_yet=PYTHON_VALUE),
+    # What cannot be.
+    value("a negative mass", "load.mass", '"-1 kg"', "-1 kg is negative", "expected 0 kg or more"),
+    value("a negative forearm", "arm.forearm_mass", "-0.1", "negative"),
+    value("a tendon of no length", "tendon.length", '"0 m"', "impossible", "above 0 m"),
+    value("a tendon of no diameter", "tendon.diameter", "0", "impossible"),
+    value("a spring of no stiffness", "spring.stiffness", '"0 N/m"', "impossible", "above 0 N/m"),
+    value("a spring that pushes back", "spring.stiffness", '"-3 kN/m"', "impossible"),
+    value("a soft modulus", "tendon.youngs_modulus", "0", "impossible"),
+    value("a spool of no radius", "spool.flexor_radius", '"0 mm"', "impossible"),
+    value("a ratio of none", "spool.ratio", "0", "impossible"),
+    value("a negative ratio", "spool.ratio", "-1.0", "impossible"),
+    value("a negative friction", "sheath.friction", "-0.07", "negative"),
+    value("a negative bend", "sheath.bend_angle", '"-180 deg"', "negative"),
+    value("a negative pretension", "tendon.pretension", '"-100 N"', "negative"),
+    value("an arm of a kilometre", "arm.b1", '"1 km"', "1000 m is out of range"),
+    value("an elbow that turns twice", "motion.elbow_angle", '"720 deg"', "out of range"),
+    toml(
+        "anchors that meet",
+        "".join(f'arm.{name} = "100 mm"\n' for name in ("a1", "b1", "a2", "b2")) + 'motion.elbow_angle = "90 deg"\n',
+        "arm",
+        "L_c = 0",
+        "90 deg",
+    ),
+    toml(
+        "anchors that meet within a grid",
+        "".join(f'arm.{name} = "100 mm"\n' for name in ("a1", "b1", "a2", "b2")),
+        "arm",
+        "L_c = 0",
+        "leave this angle out",
+    ),
+    toml(
+        "anchors that meet in one case",
+        "".join(f'arm.{name} = "100 mm"\n' for name in ("a1", "b1", "a2"))
+        + '[[cases]]\nname = "a"\n[[cases]]\nname = "b"\narm.b2 = "100 mm"\n',
+        "arm",
+        "L_c = 0",
+    ),
+    toml(
+        "anchors that meet on an axis",
+        'arm.a1 = "100 mm"\narm.b1 = "100 mm"\narm.a2 = "100 mm"\narm.b2 = ["90 mm", "100 mm"]\n',
+        "arm",
+        "L_c = 0",
+    ),
+    toml("a friction beyond any sheath", "sheath = { friction = 9, bend_angle = 90 }\n", "sheath.friction", "810"),
+    toml(
+        "a friction beyond any sheath in a case",
+        'sheath.bend_angle = 90\n[[cases]]\nname = "a"\nsheath.friction = 9\n',
+        "friction",
+        "810",
+    ),
+    # Lists.
+    value("an empty list", "load.mass", "[]", "an empty list"),
+    value("a list in a list", "load.mass", "[[1, 2], [3]]", "a list inside a list"),
+    value("a grid in a list", "load.mass", "[{ from = 0, to = 1, num = 2 }]", "a list inside a list"),
+    value("a list with a bad unit", "load.mass", '["3 kg", "5 Kg"]', 'unknown unit "Kg"', 'did you mean "kg"?'),
+    value("a list with a truth value", "load.mass", "[1, true]", "the truth value true"),
+    value("a list with nan", "load.mass", "[1, nan]", "not a finite number"),
+    value("a list with a negative", "load.mass", "[1, -1]", "negative"),
+    value("a list that repeats itself", "load.mass", '["1 kg", "1000 g"]', "1000 g", "twice"),
+    value("an empty list of angles", "motion.elbow_angle", "[]", "an empty list"),
+    toml("a list of smoothings", 'sheath = { path = "r.csv", path_smoothing = [1] }\n', "path_smoothing", "one value"),
+    value_yaml("an empty list", "load.mass", "[]", "an empty list"),
+    yaml("a list in a list", "load:\n  mass:\n    - - 1\n      - 2\n", "load.mass", "a list inside a list", line=2),
+)
+
+
+def grid(label, table, *says, **more):
+    return value(label, "load.mass", table, *says, **more)
+
+
+GRIDS = (
+    grid("a grid without num", "{ from = 0, to = 1 }", '"num" is missing in a grid'),
+    grid("a grid without from", "{ to = 1, num = 2 }", '"from" is missing'),
+    grid("an empty grid", "{}", "is missing in a grid", "expected from, to, num"),
+    grid("a grid of steps", "{ from = 0, to = 1, step = 0.1 }", 'unknown "step"'),
+    grid("a grid of count", "{ from = 0, to = 1, num = 3, count = 3 }", 'unknown "count"'),
+    grid("a grid of none", "{ from = 0, to = 1, num = 0 }", "num = 0 is not a count"),
+    grid("a grid of minus two", "{ from = 0, to = 1, num = -2 }", "num = -2 is not a count"),
+    grid("a grid of 2.5", "{ from = 0, to = 1, num = 2.5 }", "num = 2.5 is not a count"),
+    grid("a grid of 1e9", "{ from = 0, to = 1, num = 1e9 }", "is not a count"),
+    grid("a grid of nan", "{ from = 0, to = 1, num = nan }", "num = nan is not a count"),
+    grid("a grid of text", '{ from = 0, to = 1, num = "3" }', "is not a count"),
+    grid("a grid of a list", "{ from = 0, to = 1, num = [3] }", "is not a count"),
+    grid("a grid of true", "{ from = 0, to = 1, num = true }", "is not a count", not_yet=PYTHON_VALUE),
+    grid("a grid from a list", "{ from = [0], to = 1, num = 3 }", "a list is not a number"),
+    grid("a grid from nan", "{ from = nan, to = 1, num = 3 }", "not a finite number"),
+    grid("a grid to the wrong unit", '{ from = "0 kg", to = "1 m", num = 3 }', '"m" is a length'),
+    grid("a grid from below zero", "{ from = -1, to = 1, num = 3 }", "negative"),
+    grid("a grid of equal ends", "{ from = 1, to = 1, num = 3 }", "from and to are equal"),
+    grid("equal ends in two units", '{ from = "1 kg", to = "1000 g", num = 3 }', "from and to are equal"),
+    grid("a log grid from zero", '{ from = 0, to = 1, num = 3, spacing = "log" }', "above zero"),
+    grid("a log grid to zero", '{ from = 1, to = 0, num = 3, spacing = "log" }', "above zero"),
+    value(
+        "a log grid through zero",
+        "arm.upper_arm_angle",
+        '{ from = -1, to = 1, num = 3, spacing = "log" }',
+        "above zero",
+    ),
+    grid("a spacing that is not", '{ from = 1, to = 2, num = 3, spacing = "logarithmic" }', '"linear" or "log"'),
+    grid("a spacing of true", "{ from = 1, to = 2, num = 3, spacing = true }", "spacing", not_yet=PYTHON_VALUE),
+    grid("a spacing in a list", '{ from = 1, to = 2, num = 3, spacing = ["log"] }', "spacing", not_yet=PYTHON_VALUE),
+    toml("a grid of 10^12", "[load]\nmass = { from = 0, to = 1, num = 1_000_000_000_000 }\n", "1e+12", kind=SizeError),
+    toml("a grid of 10^7 + 1", "[load]\nmass = { from = 0, to = 1, num = 10_000_001 }\n", "values", kind=SizeError),
+    toml(
+        "a place for a grid of 10^12",
+        "[load]\nmass = { from = 0, to = 1, num = 1_000_000_000_000 }\n",
+        "load.mass",
+        kind=SizeError,
+        not_yet=NO_PLACE,
+    ),
+    toml(
+        "a grid of a hexadecimal",
+        f"[load]\nmass = {{ from = 0, to = 1, num = {HEX} }}\n",
+        "values",
+        kind=SizeError,
+        not_yet=HUGE_INTEGER,
+    ),
+    yaml("a grid of steps", "load:\n  mass: {from: 0, to: 1, step: 1}\n", "load.mass", 'unknown "step"', line=2),
+    yaml("a grid of 10^12", "load: {mass: {from: 0, to: 1, num: 1000000000000}}\n", "1e+12", kind=SizeError),
+    yaml("a grid of nothing", "load: {mass: {from: 0, to: 1, num: }}\n", "load.mass", "num", not_yet=PYTHON_VALUE),
+)

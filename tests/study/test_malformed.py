@@ -1,0 +1,333 @@
+"""A malformed study of any kind ends in one error that says what is wrong and where, soon and without a trace."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from tendon_cli.errors import InputError, SizeError, StudyError, TendonError, UsageError
+from tendon_cli.study.load import load_study
+
+from .malformed import ROWS
+from .malformed.row import SLOW
+
+MOST_MEMORY_KB = 300_000
+LONGEST_MESSAGE = 4000
+EXIT = {StudyError: 2, UsageError: 2, SizeError: 2, InputError: 3}
+OF_PYTHON = (
+    "Traceback",
+    "pydantic",
+    "validation",
+    "<class",
+    "loc=",
+    "function-",
+    "[Errno",
+    "object at 0x",
+    "sys.",
+    "None",
+    "True",
+    "False",
+    "('",
+    "{'",
+    "['",
+)
+
+
+@contextmanager
+def at_most(seconds):
+    """Interrupts what takes longer."""
+
+    def stop(*_):
+        raise TimeoutError(f"longer than {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def as_bytes(text):
+    return text if isinstance(text, bytes) else text.encode()
+
+
+def written(row, folder):
+    """The row's files in a folder; returns the path of the study."""
+    for name, text in row.files.items():
+        (folder / name).write_bytes(as_bytes(text))
+    path = folder / f"{row.stem}{row.suffix}"
+    path.write_bytes(as_bytes(row.text))
+    return path
+
+
+def content_of(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def error_of(row, path):
+    with at_most(row.seconds), pytest.raises(TendonError) as caught:
+        load_study(path, row.settings)
+    return caught.value
+
+
+def check_it_says(row, error):
+    said = f"{error} {error.where}"
+    assert [fragment for fragment in row.says if fragment not in said] == []
+    if row.line is not None:
+        assert error.faults[0].line == row.line
+        assert f"line {row.line}: " in str(error)
+
+
+def check_it_is_fit_for_a_terminal(row, error):
+    given = as_bytes(row.text).decode(errors="replace")
+    for text in (str(error), error.where, error.hint or ""):
+        assert len(text) < LONGEST_MESSAGE
+        assert all(line.isprintable() for line in text.split("\n"))
+        assert [word for word in OF_PYTHON if word in text and word not in given] == []
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(row, id=row.label, marks=pytest.mark.xfail(strict=True, reason=row.not_yet) if row.not_yet else ())
+        for row in ROWS
+    ],
+)
+def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
+    path = written(row, tmp_path)
+    before, memory = content_of(tmp_path), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    error = error_of(row, path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MOST_MEMORY_KB
+    assert type(error) is row.kind
+    assert error.exit == EXIT[row.kind]
+    assert content_of(tmp_path) == before
+    check_it_says(row, error)
+    check_it_is_fit_for_a_terminal(row, error)
+
+
+def test_the_kinds_of_malformed_study_are_many_and_each_is_named_once():
+    labels = [row.label for row in ROWS]
+    assert len(set(labels)) == len(labels) >= 110
+
+
+def test_every_study_at_fault_carries_its_faults(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("[arm]\nb1 = '1 kg'\nb2 = true\n")
+    with pytest.raises(StudyError) as caught:
+        load_study(path)
+    assert [(fault.key, fault.line) for fault in caught.value.faults] == [("arm.b1", 2), ("arm.b2", 3)]
+
+
+# --- Files that are not there or cannot be read ----------------------------------------------------------------------
+
+
+def test_a_missing_file_is_named_with_what_lies_beside_it(tmp_path):
+    (tmp_path / "fig07.toml").write_text("")
+    with pytest.raises(StudyError, match="no such file") as caught:
+        load_study(tmp_path / "fig08.toml")
+    assert "fig07.toml" in str(caught.value)
+    assert "fig08.toml" in caught.value.where
+
+
+def test_a_missing_file_in_a_missing_folder_is_no_such_file(tmp_path):
+    with pytest.raises(StudyError, match="no such file"):
+        load_study(tmp_path / "nowhere" / "study.toml")
+
+
+def test_a_folder_is_not_a_study(tmp_path):
+    with pytest.raises(StudyError, match="folder"):
+        load_study(tmp_path)
+
+
+def test_a_file_name_that_is_too_long_is_one_fault(tmp_path):
+    with pytest.raises(StudyError, match="cannot be read"):
+        load_study(tmp_path / f"{'a' * 5000}.toml")
+
+
+def test_a_file_name_with_a_nul_is_one_fault(tmp_path):
+    with pytest.raises(StudyError, match="cannot be read"):
+        load_study(tmp_path / "a\0b.toml")
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root can read every file")
+def test_an_unreadable_file_is_one_fault(tmp_path):
+    path = tmp_path / "study.toml"
+    path.touch(mode=0o000)
+    with pytest.raises(StudyError, match="cannot be read"):
+        load_study(path)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file here")  # noqa: PTH110
+def test_an_endless_file_is_read_no_further_than_a_study_needs(tmp_path):
+    (tmp_path / "study.toml").symlink_to("/dev/zero")
+    with at_most(5.0), pytest.raises(StudyError, match="larger than 256 kB"):
+        load_study(tmp_path / "study.toml")
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".yaml", ".yml", ".TOML", ".txt"])
+def test_an_empty_file_is_the_baseline(tmp_path, suffix):
+    (tmp_path / f"empty{suffix}").touch()
+    assert load_study(tmp_path / f"empty{suffix}").name == "empty"
+
+
+# --- All faults at once ----------------------------------------------------------------------------------------------
+
+TEN_FAULTS = """\
+name = "a/b"
+titel = "x"
+[arm]
+b1 = "1 kg"
+b3 = 1
+[sheath]
+friction = -1
+[tendon.flexor]
+lenght = "2 m"
+[spring]
+stiffness = "3 kn/m"
+[load]
+mass = [1, true]
+[model]
+slack = "both"
+[[cases]]
+name = "a"
+arm.b1 = [1, 2]
+[limits]
+"""
+
+TEN_FAULTS_YAML = """\
+name: a/b
+titel: x
+arm:
+  b1: 1 kg
+  b3: 1
+sheath:
+  friction: -1
+tendon:
+  flexor:
+    lenght: 2 m
+spring: {stiffness: 3 kn/m}
+load: {mass: [1, true]}
+model: {slack: both}
+cases:
+  - name: a
+    arm: {b1: [1, 2]}
+limits: {}
+"""
+
+KEYS_AT_FAULT = [
+    "name", "titel", "arm.b1", "arm.b3", "sheath.friction", "tendon.flexor.lenght", "spring.stiffness", "load.mass",
+    "model.slack", "cases.0.arm.b1", "limits",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text", "lines"),
+    [
+        (".toml", TEN_FAULTS, [1, 2, 4, 5, 7, 9, 11, 13, 15, 18, 19]),
+        (".yaml", TEN_FAULTS_YAML, [1, 2, 4, 5, 7, 10, 11, 12, 13, 16, 17]),
+    ],
+)
+def test_all_faults_come_at_once_in_the_order_of_the_lines(tmp_path, suffix, text, lines):
+    path = tmp_path / f"study{suffix}"
+    path.write_text(text)
+    with pytest.raises(StudyError) as caught:
+        load_study(path)
+    assert [fault.key for fault in caught.value.faults] == KEYS_AT_FAULT
+    assert [fault.line for fault in caught.value.faults] == lines
+    assert len(str(caught.value).splitlines()) == len(KEYS_AT_FAULT) + 1
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n[sheath]\npath_smoothing = 1\n", 2),
+        pytest.param(
+            "colour = 'red'\n[sheath]\nfriction = 0.1\nfriction_from = 'f.toml'\n",
+            2,
+            marks=pytest.mark.xfail(strict=True, reason="keys that contradict each other are told only afterwards"),
+        ),
+        pytest.param(
+            "colour = 'red'\n[sheath]\npath = 'r.csv'\n",
+            2,
+            marks=pytest.mark.xfail(strict=True, reason="missing files are told only afterwards"),
+        ),
+    ],
+)
+def test_faults_of_different_kinds_come_at_once(tmp_path, text, expected):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    with pytest.raises(StudyError) as caught:
+        load_study(path)
+    assert len(caught.value.faults) == expected
+
+
+@pytest.mark.xfail(strict=True, reason=SLOW)
+def test_a_thousand_faults_come_at_once_and_soon(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("\n".join(f"k{i} = 1" for i in range(1000)))
+    with at_most(2.0), pytest.raises(StudyError) as caught:
+        load_study(path)
+    assert [fault.line for fault in caught.value.faults] == list(range(1, 1001))
+
+
+# --- Nothing is ever executed, and little is needed ------------------------------------------------------------------
+
+
+def test_nothing_that_a_study_says_is_executed(tmp_path):
+    told = tmp_path / "told"
+    for suffix, text in (
+        (".yaml", f"load: !!python/object/apply:os.mkdir ['{told}']\n"),
+        (".toml", f"[load]\nmass = \"__import__('os').mkdir('{told}') kg\"\n"),
+    ):
+        path = tmp_path / f"study{suffix}"
+        path.write_text(text)
+        with pytest.raises(StudyError):
+            load_study(path)
+    assert not told.exists()
+
+
+def test_a_grid_as_long_as_an_axis_may_be_costs_neither_time_nor_memory(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("[load]\nmass = { from = 0, to = 1, num = 10_000_000 }\n")
+    memory, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter()
+    assert len(load_study(path).load.mass) == 10**7
+    assert time.perf_counter() - start < 1.0
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 20_000
+
+
+HUNGRY = """
+import resource, sys
+from pathlib import Path
+resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000, 1_500_000_000))
+from tendon_cli.errors import StudyError
+from tendon_cli.study.load import load_study
+for path in sys.argv[1:]:
+    try:
+        load_study(Path(path))
+    except StudyError as error:
+        print(error.exit)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited in this way on Linux only")
+def test_hostile_files_are_refused_in_little_memory(tmp_path):
+    hostile = {
+        "dots.toml": ".".join("a" * 120_000) + " = 1\n",
+        "lists.toml": "x = " + "[" * 200_000,
+        "lists.yaml": "x: " + "[" * 200_000,
+        "laughs.yaml": "a: &a [x, x]\n" + "".join(f"k{i}: &k{i} [*a, *a]\n" for i in range(1000)),
+    }
+    for name, text in hostile.items():
+        (tmp_path / name).write_text(text)
+    paths = [str(tmp_path / name) for name in hostile]
+    done = subprocess.run(
+        [sys.executable, "-c", HUNGRY, *paths], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert (done.stdout.split(), done.stderr) == (["2"] * len(hostile), "")

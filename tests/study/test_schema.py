@@ -1,0 +1,156 @@
+"""The JSON Schema of a study says what a study may say."""
+
+import jsonschema
+import pytest
+from hypothesis import given
+
+from tendon_cli.study.load import study_from
+from tendon_cli.study.study import Study, keys
+from tendon_cli.units import UNITS
+
+from .test_study import BASELINE, contents
+
+SCHEMA = Study.model_json_schema()
+CHECK = jsonschema.Draft202012Validator(SCHEMA)
+
+
+def resolved(node):
+    """A node and everything that it may stand for."""
+    yield node
+    if "$ref" in node:
+        yield from resolved(SCHEMA["$defs"][node["$ref"].rpartition("/")[2]])
+    for choice in node.get("anyOf", []):
+        yield from resolved(choice)
+
+
+def tables():
+    """Every table of the schema with its keys."""
+    return {"Study": SCHEMA["properties"], **{name: part["properties"] for name, part in SCHEMA["$defs"].items()}}
+
+
+KEYS = [(table, key) for table, properties in tables().items() for key in properties]
+NOT_DESCRIBED = {
+    ("Case", "name"), ("CaseModel", "slack"), ("CaseModel", "reference"), ("CaseSheath", "friction_from"),
+    ("CaseSheath", "path"), ("CaseSheathSide", "friction_from"), ("CaseSheathSide", "path"),
+}  # fmt: skip
+NO_DESCRIPTION = pytest.mark.xfail(strict=True, reason="words and names of a case have no description")
+
+
+def test_it_is_a_schema():
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [pytest.param(*pair, marks=NO_DESCRIPTION if pair in NOT_DESCRIBED else ()) for pair in KEYS],
+)
+def test_every_key_is_described(table, key):
+    described = [node["description"] for node in resolved(tables()[table][key]) if node.get("description")]
+    assert described
+
+
+def test_every_number_says_its_symbol_and_unit():
+    for path, key in keys().items():
+        node = SCHEMA
+        for part in path.split("."):
+            properties = next(found for found in resolved(node) if "properties" in found)
+            node = properties["properties"][part]
+        (number,) = [found for found in resolved(node) if "x-unit" in found]
+        assert number["x-unit"] == key.number.quantity.unit
+        assert key.number.quantity.symbol in number["description"]
+
+
+def test_no_table_takes_unknown_keys():
+    assert SCHEMA["additionalProperties"] is False
+    assert [name for name, part in SCHEMA["$defs"].items() if part.get("additionalProperties") is not False] == []
+
+
+@given(contents())
+def test_it_takes_every_valid_study_as_written_and_as_resolved(content):
+    study = study_from(content)
+    assert list(CHECK.iter_errors(content)) == []
+    assert list(CHECK.iter_errors(study.document())) == []
+
+
+@pytest.mark.parametrize("unit", [unit for unit in UNITS.values() if unit.symbol != "1"], ids=lambda unit: unit.symbol)
+def test_it_takes_every_unit_of_a_key_and_no_other(unit):
+    for key in BASELINE:
+        table, name = key.split(".")
+        fits = keys()[key].number.quantity.dimension == unit.dimension
+        for text in (f"1 {unit.symbol}", f"1{unit.symbol}", f"1.5e0  {unit.symbol}"):
+            assert CHECK.is_valid({"name": "a", table: {name: text}}) is fits
+
+
+NAME_NEEDED = pytest.mark.xfail(strict=True, reason="the schema asks for a name, which has a default")
+ONE_WORD = pytest.mark.xfail(strict=True, reason="the schema asks for a list where one word may stand")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"name": "a"},
+        {"name": "a", "title": "x", "motion": {"elbow_angle": {"from": "0 deg", "to": 1.5, "num": 91}}},
+        {"name": "a", "tendon": {"length": ["1 m", 2], "flexor": {"pretension": "90 N"}}},
+        {"name": "a", "sheath": {"path": "route.csv", "path_smoothing": "1 mm", "friction_from": "friction.toml"}},
+        {"name": "a", "cases": [{"name": "b", "arm": {"b1": "160 mm"}, "model": {"slack": "bilateral"}}]},
+        {"name": "a", "spool": {"ratio": {"from": 0.1, "to": "10", "num": 3, "spacing": "log"}}},
+        pytest.param({}, marks=NAME_NEEDED),
+        pytest.param({"load": {"mass": "5 kg"}}, marks=NAME_NEEDED),
+        pytest.param({"name": "a", "motion": {"direction": "flexion"}}, marks=ONE_WORD),
+        pytest.param({"name": "a", "output": {"tables": "designs"}}, marks=ONE_WORD),
+    ],
+)
+def test_it_takes_what_a_study_file_may_say(content):
+    assert list(CHECK.iter_errors(content)) == []
+
+
+EMPTY = pytest.mark.xfail(strict=True, reason="the schema takes an empty list of words")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        {"colour": "red"},
+        {"limits": {}},
+        {"arm": {"b3": 1}},
+        {"arm": 3},
+        {"arm": [1]},
+        {"tendon": {"flexor": {"lenght": 1}}},
+        {"name": "a/b"},
+        {"name": ""},
+        {"name": "a" * 65},
+        {"title": 3},
+        {"load": {"mass": "5 m"}},
+        {"load": {"mass": "5 KG"}},
+        {"load": {"mass": "5"}},
+        {"load": {"mass": "1,5 kg"}},
+        {"load": {"mass": "2 * 4 kg"}},
+        {"load": {"mass": "5 kg 3 g"}},
+        {"load": {"mass": "nan kg"}},
+        {"load": {"mass": True}},
+        {"load": {"mass": None}},
+        {"load": {"mass": -1}},
+        {"load": {"mass": []}},
+        {"load": {"mass": [[1]]}},
+        {"load": {"mass": {"from": 0, "to": 1}}},
+        {"load": {"mass": {"from": 0, "to": 1, "num": 0}}},
+        {"load": {"mass": {"from": 0, "to": 1, "num": 2.5}}},
+        {"load": {"mass": {"from": 0, "to": 1, "num": 10**7 + 1}}},
+        {"load": {"mass": {"from": 0, "to": 1, "num": 2, "spacing": "logarithmic"}}},
+        {"load": {"mass": {"from": 0, "to": 1, "num": 2, "step": 1}}},
+        {"tendon": {"length": 0}},
+        {"model": {"slack": "both"}},
+        {"model": {"slack": True}},
+        {"motion": {"direction": ["up"]}},
+        pytest.param({"motion": {"direction": []}}, marks=EMPTY),
+        {"output": {"tables": ["results"]}},
+        {"cases": {"name": "a"}},
+        {"cases": [{"arm": {"b1": 1}}]},
+        {"cases": [{"name": "a", "arm": {"b1": [1, 2]}}]},
+        {"cases": [{"name": "a", "motion": {"elbow_angle": 1}}]},
+        {"sheath": {"path": 3}},
+        {"sheath": {"path_smoothing": [1, 2]}},
+    ],
+)
+def test_it_refuses_what_a_study_refuses(content):
+    assert not CHECK.is_valid({"name": "a", **content})

@@ -1,0 +1,159 @@
+"""Imports run one way, and printing happens in one place."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import tendon_cli
+
+PACKAGE = Path(tendon_cli.__file__).parent
+FILES = sorted(PACKAGE.rglob("*.py"))
+GROUND = {"errors", "files", "quantities", "units", "version"}
+ROOMS = ("figures", "friction", "design", "sweep")
+
+# What each room may import of the package, besides itself. What is not named here belongs to the command line.
+MAY_IMPORT = {
+    "version": set(),
+    "errors": set(),
+    "files": {"errors"},
+    "quantities": set(),
+    "units": {"errors", "quantities"},
+    "model": {"quantities", "units", "errors"},
+    "tables": GROUND,
+    "study": {"model", *GROUND},
+    "figures": {"study", "tables", "model", *GROUND},
+    "friction": {"study", "tables", "model", *GROUND},
+    "design": {"study", "tables", "model", *GROUND},
+    "sweep": {"study", "tables", "model", *GROUND},
+    "paper": {"sweep", "friction", "design", "figures", "study", "tables", "model", *GROUND},
+}
+OF_THE_MODEL = {"numpy", "__future__"}
+
+
+def name_of(path):
+    """The dotted name of a file within the package."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(part for part in parts if part != "__init__")
+
+
+def room_of(name):
+    return name.partition(".")[0]
+
+
+def imported(path):
+    """Every module that a file imports, at its top or inside a function, by its full dotted name."""
+    here = ["tendon_cli", *name_of(path).split(".")] if name_of(path) else ["tendon_cli"]
+    package = here if path.name == "__init__.py" else here[:-1]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            source = ".".join([*base, *([node.module] if node.module else [])])
+            yield from (_module(f"{source}.{alias.name}", source) for alias in node.names)
+
+
+def _module(whole, source):
+    """`from a import b` imports the module a.b where there is one, else something of the module a."""
+    path = PACKAGE.parent.joinpath(*whole.split("."))
+    return whole if path.is_dir() or path.with_suffix(".py").is_file() else source
+
+
+def ours(path):
+    return sorted({name.removeprefix("tendon_cli.") for name in imported(path) if name.startswith("tendon_cli.")})
+
+
+def in_rooms(*rooms):
+    return [pytest.param(path, id=name_of(path)) for path in FILES if room_of(name_of(path)) in rooms]
+
+
+@pytest.mark.parametrize("path", in_rooms(*MAY_IMPORT))
+def test_a_room_imports_only_what_lies_below_it(path):
+    room = room_of(name_of(path))
+    assert [name for name in ours(path) if room_of(name) not in MAY_IMPORT[room] | {room}] == []
+
+
+@pytest.mark.parametrize("path", in_rooms("model"))
+def test_the_model_knows_numpy_and_the_standard_library_only(path):
+    others = {name.partition(".")[0] for name in imported(path)} - {"tendon_cli"}
+    assert others - OF_THE_MODEL - set(sys.stdlib_module_names) == set()
+
+
+@pytest.mark.parametrize("path", in_rooms("figures"))
+def test_figures_take_only_the_kinematics_of_the_model(path):
+    assert [name for name in ours(path) if room_of(name) == "model" and name != "model.kinematics"] == []
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_rooms_of_one_level_do_not_know_each_other(room):
+    files = [path for path in FILES if room_of(name_of(path)) == room]
+    found = {room_of(name) for path in files for name in ours(path)}
+    assert found & (set(ROOMS) - {room}) == set()
+
+
+@pytest.mark.parametrize("path", [pytest.param(path, id=name_of(path) or "tendon_cli") for path in FILES])
+def test_nobody_imports_the_command_line(path):
+    if name_of(path) != "__main__":
+        assert "cli" not in {room_of(name) for name in ours(path)} - {room_of(name_of(path))}
+
+
+def test_no_file_imports_itself_over_others():
+    imports = {name_of(path): set(ours(path)) for path in FILES}
+    reached, todo = {}, list(imports)
+    for name in todo:
+        seen, front = set(), set(imports[name])
+        while front:
+            seen |= front
+            front = {deeper for inner in front for deeper in imports.get(inner, ())} - seen
+        reached[name] = seen
+    assert [name for name in imports if name and name in reached[name]] == []
+
+
+# --- Printing --------------------------------------------------------------------------------------------------------
+
+
+OUTLETS = ("stdout", "stderr", "__stdout__", "__stderr__", "echo", "secho")
+
+
+def prints(path):
+    """Lines that print, or touch a standard stream."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        called = isinstance(node, ast.Name) and node.id == "print"
+        if called or (isinstance(node, ast.Attribute) and node.attr in OUTLETS):
+            yield node.lineno
+
+
+@pytest.mark.parametrize("path", [pytest.param(path, id=name_of(path) or "tendon_cli") for path in FILES])
+def test_only_the_terminal_prints(path):
+    if name_of(path) != "terminal":
+        assert list(prints(path)) == []
+
+
+def test_the_terminal_imports_nothing_but_errors():
+    assert ours(PACKAGE / "terminal.py") == ["errors"]
+
+
+# --- Starting soon ---------------------------------------------------------------------------------------------------
+
+HEAVY = ("pandas", "scipy", "matplotlib", "pyarrow", "joblib", "ruamel", "rich", "distributed")
+
+
+def loaded_by(code):
+    script = f"import sys\n{code}\nprint(*[name for name in {HEAVY!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    return done.stdout.split()
+
+
+def test_reading_a_study_loads_no_heavy_library(tmp_path):
+    path = tmp_path / "study.toml"
+    path.touch()
+    code = f"from pathlib import Path\nfrom tendon_cli.study.load import load_study\nload_study(Path({str(path)!r}))"
+    assert loaded_by(code) == []
+
+
+@pytest.mark.parametrize("module", ["", ".study", ".study.study", ".study.load", ".model.actuator", ".units"])
+def test_importing_the_study_or_the_model_loads_no_heavy_library(module):
+    assert loaded_by(f"import tendon_cli{module}") == []

@@ -1,0 +1,239 @@
+"""One number and one unit, converted exactly; everything else is refused."""
+
+import math
+import time
+from decimal import Decimal, localcontext
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tendon_cli.units import (
+    EXAMPLES,
+    SI_UNIT,
+    UNITS,
+    UnitError,
+    known_units,
+    measure_of_number,
+    parse_measure,
+    shorten,
+    to_float,
+)
+
+# The definition of each unit, independent of the code: what one of it is in SI. Angles are compared apart.
+DEFINED = {
+    "1": "1", "%": "1/100",
+    "m": "1", "cm": "1/100", "mm": "1/1000", "um": "1/1000000", "km": "1000", "in": "254/10000",
+    "N": "1", "mN": "1/1000", "kN": "1000", "kgf": "980665/100000",
+    "N/m": "1", "kN/m": "1000", "N/mm": "1000", "N/cm": "100",
+    "Pa": "1", "kPa": "1000", "MPa": "1000000", "GPa": "1000000000",
+    "kg": "1", "g": "1/1000", "t": "1000", "lb": "45359237/100000000",
+    "N m": "1", "Nm": "1", "N·m": "1", "N*m": "1", "N mm": "1/1000", "N·mm": "1/1000", "kN m": "1000",
+    "N m/rad": "1", "N·m/rad": "1",
+    "s": "1", "ms": "1/1000", "min": "60", "h": "3600",
+    "rad": "1", "mrad": "1/1000",
+}  # fmt: skip
+TURNS = {"deg": Fraction(1, 360), "°": Fraction(1, 360), "rev": Fraction(1)}
+
+
+def test_every_unit_is_defined_here():
+    assert set(UNITS) - set(DEFINED) - set(TURNS) == {"lbf", "N m/deg"}
+
+
+@pytest.mark.parametrize(("symbol", "factor"), DEFINED.items())
+def test_a_unit_is_worth_its_definition_exactly(symbol, factor):
+    unit = UNITS[symbol]
+    text = "1.25" if symbol == "1" else f"1.25 {symbol}"
+    assert parse_measure(text, unit.dimension).exact == Fraction("1.25") * Fraction(factor)
+
+
+def test_a_pound_force_is_the_weight_of_a_pound():
+    assert UNITS["lbf"].factor == UNITS["lb"].factor * UNITS["kgf"].factor
+
+
+@pytest.mark.parametrize(("symbol", "turns"), TURNS.items())
+def test_angles_are_shares_of_a_turn_to_fifty_digits(symbol, turns):
+    assert abs(
+        UNITS[symbol].factor / (2 * turns) - Fraction("3.14159265358979323846264338327950288419716939937511")
+    ) < (Fraction(1, 10**48))
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 45, 60, 90, 120, 144, 180, 270, 360, -90])
+def test_degrees_are_rounded_once(degrees):
+    assert parse_measure(f"{degrees} deg", "angle").si == to_float(degrees * UNITS["rev"].factor / 360)
+    assert parse_measure(f"{degrees} deg", "angle").si == pytest.approx(math.radians(degrees), rel=2.3e-16)
+
+
+def test_right_and_straight_angles_are_the_nearest_floats():
+    assert [parse_measure(f"{n} deg", "angle").si for n in (90, 180, 360)] == [math.pi / 2, math.pi, 2 * math.pi]
+
+
+def test_a_stiffness_per_degree_is_180_over_pi_per_radian():
+    assert parse_measure("1 N m/deg", "rotational stiffness").si == pytest.approx(180 / math.pi, rel=1e-15)
+
+
+@pytest.mark.parametrize("dimension", SI_UNIT)
+def test_each_dimension_has_its_si_unit_and_an_example(dimension):
+    assert UNITS[SI_UNIT[dimension]].factor == 1
+    assert SI_UNIT[dimension] in known_units(dimension)
+    parse_measure(EXAMPLES[dimension].strip('"'), dimension)
+
+
+@pytest.mark.parametrize("unit", UNITS.values(), ids=lambda unit: unit.symbol)
+def test_a_unit_serves_its_own_dimension_only(unit):
+    for dimension in SI_UNIT:
+        if dimension != unit.dimension:
+            with pytest.raises(UnitError):
+                parse_measure(f"1 {unit.symbol}", dimension)
+
+
+@pytest.mark.parametrize("unit", [unit for unit in UNITS.values() if unit.symbol.swapcase() not in UNITS])
+def test_a_slip_of_case_is_refused_and_the_unit_named(unit):
+    slip = unit.symbol.swapcase()
+    if slip == unit.symbol:
+        return
+    with pytest.raises(UnitError) as caught:
+        parse_measure(f"1 {slip}", unit.dimension)
+    assert slip in caught.value.problem
+    assert any(known in caught.value.hint for known in known_units(unit.dimension))
+
+
+@pytest.mark.parametrize(
+    ("text", "exact"),
+    [
+        ("9 mm", "0.009"),
+        ("9mm", "0.009"),
+        ("  9   mm  ", "0.009"),
+        ("9\tmm", "0.009"),
+        ("9. mm", "0.009"),
+        (".9 mm", "0.0009"),
+        ("+9 mm", "0.009"),
+        ("-9 mm", "-0.009"),
+        ("0.9e1 mm", "0.009"),
+        ("9E-3 m", "0.009"),
+        ("9e+0 mm", "0.009"),
+        ("009 mm", "0.009"),
+        ("1e2m", "100"),
+        ("0 m", "0"),
+    ],
+)
+def test_the_ways_to_write_a_number(text, exact):
+    assert parse_measure(text, "length").exact == Fraction(exact)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", " ", "m", "9", "mm 9", "9 mm 9 mm", "9 9 mm", "1 000 mm", "1,5 mm", "1.000,5 mm", "1.5.2 mm", "1e mm",
+        "e3 m", "1e5.5 m", "1e9999 m", "--9 mm", "+-9 mm", "9 -mm", "9 mm²", "9 m m", "9 MM", "9 Mm", "9 M", "9 metre",
+        "2 * 4 m", "2*4 m", "2^4 m", "9**9**9 m", "1/2 m", "(9) mm", "9 mm;", "9 mm # x", "9 mm\n8 mm",
+        "nan m", "inf m", "infinity m", "NaN m", "0x10 m", "1_000 m", "½ m", "9 \u00b5m", "9\u00a0mm", "9\u2009mm",
+        "−9 mm", "9 kg", "9 N", "9 %", "9 N/m", "9 $", "9 {}", "9 %s", "True m", "None", "9 mm mm", "9 m/m",
+        "9 1", "__import__('os') m",
+        "1" * 41 + " m", "0." + "1" * 41 + " m", "9" + " " * 300 + "m", "9 " + "m" * 300, "9\x00 m", "9 m\x1b[31m",
+    ],
+)  # fmt: skip
+def test_everything_else_is_refused(text):
+    with pytest.raises(UnitError) as caught:
+        parse_measure(text, "length")
+    for said in (caught.value.problem, caught.value.hint or ""):
+        assert said.isprintable()
+        assert len(said) < 300
+
+
+@pytest.mark.parametrize(("text", "si"), [("0.07", 0.07), ("7 %", 0.07), ("7%", 0.07), ("1", 1.0), ("-2e-3", -0.002)])
+def test_a_plain_number_needs_no_unit(text, si):
+    assert parse_measure(text, "number").si == si
+
+
+def test_the_hint_gives_the_unit_that_is_missing():
+    with pytest.raises(UnitError, match="has no unit") as caught:
+        parse_measure("160", "length")
+    assert '"160 m"' in caught.value.hint
+
+
+# --- Rounding and round trips ----------------------------------------------------------------------------------------
+
+SAFE = st.floats(allow_nan=False, allow_infinity=False)
+SYMBOLS = st.sampled_from([unit for unit in UNITS.values() if unit.symbol != "1"])
+
+
+@given(SAFE)
+def test_a_bare_number_is_itself(value):
+    assert measure_of_number(value, "length").si == value
+
+
+@given(SAFE, SYMBOLS)
+def test_what_a_measure_says_reads_back_as_the_same(value, unit):
+    measure = parse_measure(f"{value!r} {unit.symbol}", unit.dimension)
+    assert parse_measure(measure.document(), unit.dimension) == measure
+
+
+@given(st.decimals(allow_nan=False, allow_infinity=False, min_value=-(10**9), max_value=10**9, places=12))
+def test_a_decimal_in_si_is_rounded_as_python_rounds_it(value):
+    assert parse_measure(f"{value:f} m", "length").si == float(value)
+
+
+@given(st.integers(-(10**15), 10**15), st.integers(0, 20))
+def test_a_scaled_decimal_is_rounded_once(digits, places):
+    with localcontext(prec=60):
+        value = Decimal(digits).scaleb(-places)
+        assert parse_measure(f"{value:f} mm", "length").si == float(value / 1000)
+        assert parse_measure(f"{value:f} in", "length").si == float(value * Decimal("0.0254"))
+
+
+@given(st.fractions(min_value=-(10**12), max_value=10**12))
+def test_to_float_is_the_nearest_float(value):
+    found = to_float(value)
+    error = abs(Fraction(found) - value)
+    assert error <= abs(Fraction(math.nextafter(found, math.inf)) - value)
+    assert error <= abs(Fraction(math.nextafter(found, -math.inf)) - value)
+
+
+@pytest.mark.parametrize(
+    ("power", "expected"),
+    [
+        (308, 1e308),
+        (-400, 0.0),
+        pytest.param(
+            400, math.inf, marks=pytest.mark.xfail(strict=True, reason="OverflowError: copysign needs a float")
+        ),
+    ],
+)
+def test_numbers_beyond_a_float_are_infinite_or_zero(power, expected):
+    assert to_float(Fraction(10) ** power) == expected
+    assert to_float(-(Fraction(10) ** power)) == -expected
+
+
+# --- Hostile text ----------------------------------------------------------------------------------------------------
+
+
+@given(st.text(max_size=60))
+def test_any_text_is_a_measure_or_refused(text):
+    for dimension in ("length", "number"):
+        try:
+            said = parse_measure(text, dimension).unit.symbol
+        except UnitError as error:
+            said = error.problem
+        assert said.isprintable()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["9" * 10**6, "9" * 10**6 + " m", " " * 10**6, "." * 10**6,
+     "9" + " " * 10**6 + "m", "9 " + "m" * 10**6, "1e" + "9" * 10**6 + " m",
+     "9" * 199 + "x", ("9 " * 99) + "m", "9" + "\t" * 198, "9.9" * 66, "1e999 " + "N" * 190],
+    ids=range(12),
+)  # fmt: skip
+def test_hostile_text_costs_no_time(text):
+    start = time.perf_counter()
+    with pytest.raises(UnitError):
+        parse_measure(text, "length")
+    assert time.perf_counter() - start < 0.2
+
+
+@given(st.text(max_size=200), st.integers(2, 80))
+def test_shortened_text_is_printable_and_short(text, width):
+    assert shorten(text, width).isprintable()
+    assert len(shorten(text, width)) <= width

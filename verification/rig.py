@@ -1,0 +1,155 @@
+"""States of rest in MuJoCo, found with its inverse dynamics.
+
+Nothing here knows the tool's equations. The engine finds path lengths, moment arms and the forces that hold its joints;
+the root search moves the junctions and the spool until junctions and elbow need none. Tendons and springs pull only
+beyond their natural length, so that a slack side is slack of itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import brentq
+
+from verification.cases import Case
+from verification.mjcf import ELBOW, EXTENSOR, FLEXOR, SPOOL, Chain, mjcf
+
+Array = npt.NDArray[np.float64]
+
+_FURTHEST_WINDING = 6.0  # m of tendon that the root search may wind; the junctions may go twice as far
+_HARDLY = 1e-6  # N; a tendon with less is slack
+_ELBOW_STEP = 1e-4  # rad, for the stiffness
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the engine says of a case."""
+
+    flexor_path: float
+    flexor_moment_arm: float
+    extensor_travel: float
+    extensor_moment_arm: float
+    flexor_tension: float
+    extensor_tension: float
+    flexor_slack: float
+    extensor_slack: float
+    loose: float
+    """Path that no tendon takes up, at the extensor: η times the flexor's slack and the extensor's."""
+    spool_angle: float
+    motor_torque: float
+    elbow_torque: float
+    elbow_stiffness: float
+    flexor_is_slack: bool
+    extensor_is_slack: bool
+
+
+class Rig:
+    """One case in the engine."""
+
+    def __init__(self, case: Case) -> None:
+        self._case = case
+        self._model = mujoco.MjModel.from_xml_string(mjcf(case))
+        self._data = mujoco.MjData(self._model)
+        self._pretension()
+
+    def answer(self) -> Answer:
+        """Kinematics and the state of rest at the case's elbow angle."""
+        elbow = self._case.elbow_angle
+        spool = self._resting_spool(elbow, 0.0)
+        self._settle(elbow, spool)
+        if max(self._tension(FLEXOR), self._tension(EXTENSOR)) < _HARDLY:  # anywhere between two ends
+            spool = (self._resting_spool(elbow, 1e-3) + self._resting_spool(elbow, -1e-3)) / 2.0
+        ahead, behind = (self._settle(elbow + step, spool)[ELBOW] for step in (_ELBOW_STEP, -_ELBOW_STEP))
+        holding = self._settle(elbow, spool)
+        length = self._data.ten_length.copy()
+        flexor_slack, extensor_slack = self._slack(FLEXOR), self._slack(EXTENSOR)
+        flexor, extensor = self._tension(FLEXOR), self._tension(EXTENSOR)
+        return Answer(
+            flexor_path=length[FLEXOR.path],
+            flexor_moment_arm=-self._moment_arm(FLEXOR.path),
+            extensor_travel=length[EXTENSOR.path] - self._model.tendon_length0[EXTENSOR.path],
+            extensor_moment_arm=self._moment_arm(EXTENSOR.path),
+            flexor_tension=flexor,
+            extensor_tension=extensor,
+            flexor_slack=flexor_slack,
+            extensor_slack=extensor_slack,
+            loose=self._case.ratio * flexor_slack + extensor_slack,
+            spool_angle=spool,
+            motor_torque=holding[SPOOL],
+            elbow_torque=self._gravity_torque(),
+            elbow_stiffness=(ahead - behind) / (2.0 * _ELBOW_STEP),
+            flexor_is_slack=flexor < _HARDLY,
+            extensor_is_slack=extensor < _HARDLY,
+        )
+
+    def _pretension(self) -> None:
+        """Natural lengths that give each side its pretension at zero spool angle, from the arm's lengths at 0°.
+
+        The published reference takes the flexor's path there as b1 + b2 instead of what it is.
+        """
+        model, case = self._model, self._case
+        natural = model.tendon_length0.copy()
+        if not case.from_initial:
+            natural[FLEXOR.spring] += case.b1 + case.b2 - natural[FLEXOR.path]
+        for chain, line in ((FLEXOR, case.flexor), (EXTENSOR, case.extensor)):
+            for part in (chain.spring, chain.tendon):
+                natural[part] -= line.pretension / model.tendon_stiffness[part]
+        model.tendon_lengthspring[:, 0] = -1e3
+        model.tendon_lengthspring[:, 1] = natural
+
+    def _holding(self, *position: float) -> Array:
+        """Torques and forces that hold the four joints at a position, by the engine's inverse dynamics."""
+        self._data.qpos[:] = position
+        self._data.qvel[:] = 0.0
+        self._data.qacc[:] = 0.0
+        mujoco.mj_inverse(self._model, self._data)
+        holding: Array = self._data.qfrc_inverse.copy()
+        return holding
+
+    def _settle(self, elbow: float, spool: float) -> Array:
+        """What holds the joints where elbow and spool are held and both junctions have come to rest."""
+        reach = 2.0 * _FURTHEST_WINDING
+        flexor = _root(lambda end: self._holding(elbow, spool, end, 0.0)[FLEXOR.junction], reach)
+        extensor = _root(lambda end: self._holding(elbow, spool, 0.0, end)[EXTENSOR.junction], reach)
+        return self._holding(elbow, spool, flexor, extensor)
+
+    def _resting_spool(self, elbow: float, pull: float) -> float:
+        """Spool angle at which the elbow stays where it is, `pull` (N m) against it."""
+        reach = _FURTHEST_WINDING / self._case.flexor_radius
+        return _root(lambda spool: self._settle(elbow, spool)[ELBOW] - pull, reach)
+
+    def _tension(self, chain: Chain) -> float:
+        """Distal tension of a side: the force that holds its junction where it is once the tendon is cut."""
+        return float(self._with_cut([chain.tendon])[chain.junction])
+
+    def _gravity_torque(self) -> float:
+        """Torque that holds the elbow where it is with everything cut: gravity alone."""
+        return float(self._with_cut(list(range(self._model.ntendon)))[ELBOW])
+
+    def _with_cut(self, tendons: list[int]) -> Array:
+        """What holds the joints at the present position without some of the tendons."""
+        stiffness = self._model.tendon_stiffness.copy()
+        self._model.tendon_stiffness[tendons] = 0.0
+        holding = self._holding(*self._data.qpos)
+        self._model.tendon_stiffness[:] = stiffness
+        return holding
+
+    def _slack(self, chain: Chain) -> float:
+        """By how much a side's spring and tendon together are shorter than natural, else 0, m."""
+        pair = [chain.spring, chain.tendon]
+        missing = self._model.tendon_lengthspring[pair, 1] - self._data.ten_length[pair]
+        return max(0.0, float(np.sum(missing)))
+
+    def _moment_arm(self, tendon: int) -> float:
+        """d(length)/d(elbow angle) from the engine's Jacobian of tendon lengths, m/rad."""
+        first = self._model.ten_J_rowadr[tendon]
+        entries = slice(first, first + self._model.ten_J_rownnz[tendon])
+        return float(self._data.ten_J[entries][self._model.ten_J_colind[entries] == ELBOW].sum())
+
+
+def _root(function: Callable[[float], float], reach: float) -> float:
+    return float(brentq(function, -reach, reach, xtol=1e-16, rtol=1e-15, maxiter=200))

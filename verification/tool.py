@@ -1,0 +1,76 @@
+"""The same cases answered by tendon, all in one call, under the engine's names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.model import actuator, statics
+from tendon_cli.model.kinematics import Anchors
+from verification.cases import Case, Line
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ToolAnswers:
+    """What tendon says, one entry per case."""
+
+    values: dict[str, Array]
+    """By the names of `rig.Answer`; NaN where tendon says that a value is not determined."""
+    status: npt.NDArray[np.int8]
+    """Index into `statics.STATUS_NAMES`."""
+
+
+def answers(cases: list[Case]) -> ToolAnswers:
+    """Evaluate the cases as one array of unilateral designs without friction."""
+    arm = actuator.Arm(
+        anchors=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius")),
+        **_columns(cases, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle"),
+    )
+    design = actuator.Design(
+        arm=arm,
+        flexor=_side([case.flexor for case in cases]),
+        extensor=_side([case.extensor for case in cases]),
+        **_columns(cases, "flexor_radius", "ratio", "load_mass", "from_initial"),
+        unilateral=True,
+    )
+    state = actuator.evaluate(design, **_columns(cases, "elbow_angle", "flexion"))
+    return ToolAnswers(_values(state), state.status)
+
+
+def _values(state: actuator.State) -> dict[str, Array]:
+    radius = state.coupling.elbow_radius
+    return {
+        "flexor_path": state.motion.flexor_path,
+        "flexor_moment_arm": state.motion.flexor_moment_arm,
+        "extensor_travel": state.motion.extensor_travel,
+        "extensor_moment_arm": np.asarray(radius),
+        "elbow_torque": state.elbow_torque,
+        "flexor_tension": state.balance.flexor,
+        "extensor_tension": state.balance.extensor,
+        "loose": state.balance.loose,
+        "flexor_slack": state.flexor_slack,
+        "extensor_slack": state.extensor_slack,
+        "spool_angle": state.spool_angle,
+        "motor_torque": state.motor_torque,
+        "elbow_stiffness": state.elbow_stiffness,
+    }
+
+
+def _side(lines: list[Line]) -> actuator.Side:
+    names = ("bend_angle", "length", "diameter", "youngs_modulus", "spring_stiffness", "pretension")
+    return actuator.Side(friction=0.0, **_columns(lines, *names))
+
+
+def _columns(rows: list[Case] | list[Line], *names: str) -> dict[str, Any]:
+    return {name: np.array([getattr(row, name) for row in rows]) for name in names}
+
+
+def side_is_slack(status: npt.NDArray[np.int8]) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+    """Whether flexor and extensor are slack."""
+    both = status == statics.BOTH_SLACK
+    return (status == statics.FLEXOR_SLACK) | both, (status == statics.EXTENSOR_SLACK) | both
