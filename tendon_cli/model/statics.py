@@ -23,9 +23,9 @@ STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equi
 Status = npt.NDArray[np.int8]
 Flag = bool | npt.NDArray[np.bool_]
 
-# A tension counts as negative below this share of the largest of |x_b|, |y_b| and F0. At exactly the required
-# pretension a third of random designs would otherwise be slack by rounding.
 SLACK_TOLERANCE = 1e-9
+"""A tension counts as negative below this share of the largest force of its state. At exactly the required pretension a
+third of random designs would otherwise be slack by rounding."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,36 @@ class Coupling:
     def common_compliance(self) -> Array:
         """η c_f + c_e, by how much h grows per newton of pretension on both sides, m/N."""
         return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
+
+
+@dataclass(frozen=True)
+class Response:
+    """How the tensions of a state follow its pretension F: straight lines with one kink.
+
+    With v = max(F - shortfall, lowest)
+
+        x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
+
+    Above the shortfall both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of the
+    path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
+    """
+
+    shortfall: Array
+    """Smallest pretension of both sides that keeps the state taut, N; not a number where J <= 0."""
+    lowest: Array
+    """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
+    flexor_floor: Array
+    """x at the shortfall, N."""
+    flexor_gain: Array
+    """dx/dF where taut."""
+    extensor_floor: Array
+    """y at the shortfall, N."""
+    extensor_gain: Array
+    """dy/dF where taut."""
+    flexor_limit: Array
+    """Pretension below which the flexor counts as slack, N."""
+    extensor_limit: Array
+    """Pretension below which the extensor counts as slack, N."""
 
 
 @dataclass(frozen=True)
@@ -83,36 +113,74 @@ def coupling(
     )
 
 
+def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
+    """The tensions of a state as functions of its pretension.
+
+    The two equations give x_b and y_b, both rising with F; each side's own shortfall is where its tension vanishes. With
+    τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what balances
+    the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one solution for
+    J > 0. Bilateral ones go on along the same lines.
+    """
+    torque, arm, radius = state.elbow_torque, state.moment_arm, state.elbow_radius
+    common = state.common_compliance
+    determinant = state.ratio * state.flexor_compliance * radius + arm * state.extensor_compliance
+    flexor_gain, extensor_gain = radius * common / determinant, arm * common / determinant
+    at_flexor, at_extensor = torque / arm, -torque / radius  # the tension of one side when the other has none
+    for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
+    for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
+    extensor_limit = for_extensor - _tolerance(at_flexor, for_extensor) / extensor_gain
+    flexor_limit = for_flexor - _tolerance(at_extensor, for_flexor) / flexor_gain
+    floor_x, floor_y = np.maximum(at_flexor, 0.0), np.maximum(at_extensor, 0.0)
+    shortfall = np.maximum(for_extensor, for_flexor)
+    # With no torque to balance nothing decides between the sides: both are slack at once.
+    idle = np.maximum(floor_x, floor_y) <= SLACK_TOLERANCE * np.abs(shortfall)
+    first = np.where(torque < 0.0, flexor_limit, extensor_limit)
+    never = -np.inf
+    return Response(
+        shortfall=shortfall,
+        lowest=np.where(unilateral, 0.0, never),
+        flexor_floor=floor_x,
+        flexor_gain=flexor_gain,
+        extensor_floor=floor_y,
+        extensor_gain=extensor_gain,
+        flexor_limit=np.where(unilateral, np.where(idle | (torque < 0.0), first, never), flexor_limit),
+        extensor_limit=np.where(unilateral, np.where(idle | (torque >= 0.0), first, never), extensor_limit),
+    )
+
+
+def _tolerance(tension: Array, pretension: Array) -> Array:
+    """How far below zero a tension may be by rounding: a share of the largest force of the state at its shortfall."""
+    return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
+
+
+def common_pretension(state: Coupling, flexor_pretension: Real, extensor_pretension: Real) -> Real:
+    """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance."""
+    if flexor_pretension is extensor_pretension:
+        return flexor_pretension
+    share = state.ratio * state.flexor_compliance / state.common_compliance
+    return np.asarray(extensor_pretension + share * np.subtract(flexor_pretension, extensor_pretension))
+
+
 def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True) -> Balance:
     """Distal tensions and status. `unilateral` tendons cannot push; otherwise negative tension is the paper's slack.
 
-    The unilateral problem is a complementarity problem with one solution for J > 0: y is raised to what keeps both
-    tensions non-negative, and the elbow balance gives x. Where J <= 0 the tensions are not numbers.
+    Where J <= 0 the tensions are not numbers.
     """
-    c_f, c_e, radius = state.flexor_compliance, state.extensor_compliance, state.elbow_radius
-    slack_free = state.mismatch + (state.ratio * c_f * flexor_pretension + c_e * extensor_pretension)  # D
-    determinant = state.ratio * c_f * radius + state.moment_arm * c_e
-    # Written as sums of products, so that each factor stays as small as the axes it depends on (see `sweep.evaluate`).
-    y_both = (state.moment_arm / determinant) * slack_free - (state.ratio * c_f / determinant) * state.elbow_torque
-    lowest = np.where(unilateral, np.maximum(0.0, -state.elbow_torque / radius), -np.inf)
-    y = np.maximum(y_both, lowest)
-    x_both = (state.elbow_torque + radius * y_both) / state.moment_arm
-    x = (state.elbow_torque + radius * y) / state.moment_arm
-    largest = np.maximum(np.maximum(np.abs(x_both), np.abs(y_both)), np.maximum(flexor_pretension, extensor_pretension))
-    status = _status(x_both, y_both, x, y, SLACK_TOLERANCE * largest, unilateral)
-    is_slack = (status != TAUT) & np.asarray(unilateral)
-    loose = np.where(is_slack, np.maximum(0.0, state.ratio * c_f * x + c_e * y - slack_free), 0.0)
-    return Balance(flexor=x, extensor=y, status=status, loose=np.where(np.isnan(x), np.nan, loose))
-
-
-def _status(x_both: Array, y_both: Array, x: Array, y: Array, tolerance: Array, unilateral: Flag) -> Status:
-    """Which side is slack. In the bilateral model the signs decide, in the unilateral one which tension is left."""
-    flexor_negative, extensor_negative = x_both < -tolerance, y_both < -tolerance
-    slack = flexor_negative | extensor_negative
-    flexor = np.where(unilateral, slack & (x <= tolerance), flexor_negative)
-    extensor = np.where(unilateral, slack & (y <= tolerance), extensor_negative)
-    status = flexor * FLEXOR_SLACK + extensor * EXTENSOR_SLACK
-    return np.asarray(np.where(np.isnan(x), NO_EQUILIBRIUM, status), dtype=np.int8)
+    response = respond(state, unilateral=unilateral)
+    pretension = common_pretension(state, flexor_pretension, extensor_pretension)
+    surplus = pretension - response.shortfall
+    taking = np.maximum(surplus, response.lowest)
+    status = (pretension < response.flexor_limit) * FLEXOR_SLACK + (
+        pretension < response.extensor_limit
+    ) * EXTENSOR_SLACK
+    status = np.where(np.isnan(state.moment_arm), NO_EQUILIBRIUM, status)
+    is_slack = (status > TAUT) & np.asarray(unilateral)
+    return Balance(
+        flexor=response.flexor_floor + response.flexor_gain * taking,
+        extensor=response.extensor_floor + response.extensor_gain * taking,
+        status=np.asarray(status, dtype=np.int8),
+        loose=np.where(is_slack, state.common_compliance * np.maximum(-surplus, 0.0), 0.0 * surplus),
+    )
 
 
 def elbow_stiffness(
@@ -138,9 +206,7 @@ def pretension_shortfall(state: Coupling) -> Array:
     Exact: max(η c_f τ_a / J, -c_e τ_a / R_elb) - h over η c_f + c_e. The largest over a design's states, and 0, is the
     required pretension F0*.
     """
-    flexor_side = state.ratio * state.flexor_compliance * state.elbow_torque / state.moment_arm
-    extensor_side = -state.extensor_compliance * state.elbow_torque / state.elbow_radius
-    return np.asarray((np.maximum(flexor_side, extensor_side) - state.mismatch) / state.common_compliance)
+    return respond(state).shortfall
 
 
 def pretension_in_hand(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, shortfall: Array) -> Array:
@@ -148,6 +214,5 @@ def pretension_in_hand(state: Coupling, flexor_pretension: Real, extensor_preten
 
     For equal pretensions F0 - max(0, shortfall); where the sides differ, pretension counts by each side's compliance.
     """
-    flexor_share = state.ratio * state.flexor_compliance / state.common_compliance
-    mean = flexor_share * flexor_pretension + (1.0 - flexor_share) * extensor_pretension
-    return np.asarray(np.minimum(mean - shortfall, np.minimum(flexor_pretension, extensor_pretension)))
+    common = common_pretension(state, flexor_pretension, extensor_pretension)
+    return np.asarray(np.minimum(common - shortfall, np.minimum(flexor_pretension, extensor_pretension)))
