@@ -23,15 +23,18 @@ class Source:
     values: npt.NDArray[np.float64]
     axes: tuple[int, ...] = ()
 
-    def within(self, block: Block) -> Real:
-        """The values in a block, shaped to broadcast over its designs, directions and angles."""
+    def within(self, block: Block, *, states_first: bool = False) -> Real:
+        """The values in a block, shaped to broadcast over its designs, directions and angles.
+
+        With `states_first` over directions, angles and designs.
+        """
         if not self.axes:
             return float(self.values)
         chosen: npt.NDArray[np.float64] = self.values[tuple(block.designs[axis] for axis in self.axes)]
         shape = [1] * (len(block.designs) + 2)
         for axis, length in zip(self.axes, chosen.shape, strict=True):
             shape[axis] = length
-        return chosen.reshape(shape)
+        return chosen.reshape(shape[-2:] + shape[:-2] if states_first else shape)
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,7 @@ class Inputs:
         return arm | sides | rest
 
     @cached_property
-    def unilateral(self) -> Source | bool:
+    def _unilateral(self) -> Source | bool:
         """Whether tendons cannot push."""
         return self.flag(lambda slack, _: slack == "unilateral")
 
@@ -118,9 +121,13 @@ class Inputs:
     def _from_initial(self) -> Source | bool:
         return self.flag(lambda _, reference: reference == "initial")
 
-    def design(self, block: Block) -> Design:
-        """The designs of a block, as the model takes them."""
-        number = {key: source.within(block) for key, source in self._all.items()}
+    def design(self, block: Block, *, states_first: bool = False) -> Design:
+        """The designs of a block, as the model takes them; with `states_first` their axes come after the states'."""
+        number = {key: source.within(block, states_first=states_first) for key, source in self._all.items()}
+        if (
+            "tendon.pretension" not in self.overridden
+        ):  # one array for both sides: the model sees that they are the same
+            number["extensor tendon.pretension"] = number["flexor tendon.pretension"]
 
         def side(name: str) -> Side:
             return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})
@@ -133,14 +140,17 @@ class Inputs:
             flexor_radius=number["spool.flexor_radius"],
             ratio=number["spool.ratio"],
             load_mass=number["load.mass"],
-            from_initial=_flag_within(self._from_initial, block),
-            unilateral=_flag_within(self.unilateral, block),
+            from_initial=_flag_within(self._from_initial, block, states_first=states_first),
+            unilateral=_flag_within(self._unilateral, block, states_first=states_first),
         )
 
-    def motion(self, block: Block) -> tuple[Real, npt.NDArray[np.bool_]]:
-        """Elbow angles and directions of a block, shaped to broadcast: angles (1, K), flexion (D, 1)."""
+    def motion(
+        self, block: Block, *, states_first: bool = False
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
+        """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
         flexion = np.array([direction == "flexion" for direction in self.plan.directions[block.directions]])
-        return self.plan.elbow_angles[np.newaxis, block.angles], flexion[:, np.newaxis]
+        designs = (1,) * len(block.designs) if states_first else ()
+        return self.plan.elbow_angles[block.angles].reshape(1, -1, *designs), flexion.reshape(-1, 1, *designs)
 
 
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
@@ -156,5 +166,5 @@ _SIDE = {
 }
 
 
-def _flag_within(flag: Source | bool, block: Block) -> bool | npt.NDArray[np.bool_]:
-    return flag if isinstance(flag, bool) else np.asarray(flag.within(block), dtype=bool)
+def _flag_within(flag: Source | bool, block: Block, *, states_first: bool) -> bool | npt.NDArray[np.bool_]:
+    return flag if isinstance(flag, bool) else np.asarray(flag.within(block, states_first=states_first), dtype=bool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +14,8 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.sweep.columns import Tables, state_keys
-from tendon_cli.sweep.evaluate import Columns, Evaluated, design_columns, evaluate, extremes, merge, state_columns
+from tendon_cli.sweep.evaluate import evaluate, state_columns
+from tendon_cli.sweep.extremes import COUNTS, Extremes, extremes, finished, merge
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import ROW_GROUP, Block, Plan
 from tendon_cli.tables.schema import Column
@@ -101,35 +102,55 @@ class PartMaker:
         return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows)
 
     def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
-        """Evaluate a range of designs block by block into the tables asked for; raises Stopped."""
-        totals, found = Totals(), None
+        """Evaluate a range of designs into the tables asked for; raises Stopped."""
+        totals = Totals()
+        in_order = "states" in tables or self.plan.states_per_design > self.plan.block_states
+        for block, found in self._by_blocks(designs, tables.get("states")) if in_order else self._by_tiles(designs):
+            rows = self._design_rows(block, found)
+            totals += _totals(rows, block.shape[:-2])
+            if "designs" in tables:
+                tables["designs"].append(rows, (*block.shape[:-2], 1, 1))
+        return totals
+
+    def _by_blocks(self, designs: range, states: Rows | None) -> Iterator[tuple[Block, Extremes]]:
+        """Blocks in the order of the rows of `states`, which are written on the way, and what their designs come to."""
+        found = None
         for block in self.plan.blocks(designs):
-            if self.stop.is_set():
-                raise Stopped
-            evaluated = evaluate(self.inputs, block)
-            if "states" in tables:
-                tables["states"].append(self._state_rows(block, evaluated), block.shape)
-            here = extremes(evaluated)
+            if states is not None:
+                states.append(self._state_rows(block), block.shape)
+            here = self._extremes(block)
             found = here if found is None else merge(found, here)
             if self.plan.completes_designs(block):
-                rows, found = self._design_rows(block, found), None
-                totals += _totals(rows, block.shape[:-2])
-                if "designs" in tables:
-                    tables["designs"].append(rows, (*block.shape[:-2], 1, 1))
-        return totals
+                yield block, found
+                found = None
+
+    def _by_tiles(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
+        """Rectangles of designs, evaluated in tiles that suit the model best, and what their designs come to."""
+        for rectangle in self.plan.rectangles(designs):
+            found: Extremes = {}
+            for within in self.plan.tiles(rectangle):
+                for name, values in self._extremes(rectangle.piece(within)).items():
+                    whole = found.setdefault(name, np.empty(rectangle.shape[:-2]))
+                    whole[within] = values
+            yield rectangle, found
 
     def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
         return {column.name: values(block) for column, values in self.tables.leading.items()}
 
-    def _state_rows(self, block: Block, evaluated: Evaluated) -> dict[str, npt.ArrayLike]:
+    def _extremes(self, block: Block) -> Extremes:
+        if self.stop.is_set():
+            raise Stopped
+        return extremes(self.inputs.design(block, states_first=True), *self.inputs.motion(block, states_first=True))
+
+    def _state_rows(self, block: Block) -> dict[str, npt.ArrayLike]:
+        evaluated = evaluate(self.inputs, block)
         keys = state_keys(block, self.plan.elbow_angles)
         return self._leading(block) | keys | {"status": evaluated.state.status} | state_columns(evaluated)
 
-    def _design_rows(self, block: Block, found: Columns) -> dict[str, npt.ArrayLike]:
-        differs = "tendon.pretension" in self.inputs.overridden
-        pretension = None if differs else self.inputs.source("tendon.pretension").within(block)
-        counts = {name: found[name] for name in ("slack", "no_equilibrium", "unstable")}
-        return self._leading(block) | counts | design_columns(found, self.plan.states_per_design, pretension)
+    def _design_rows(self, block: Block, found: Extremes) -> dict[str, npt.ArrayLike]:
+        """Rows of `designs`, and the counts they came from; the results have no axes of states yet."""
+        results = finished(found, self.plan.states_per_design) | {name: found[name] for name in COUNTS}
+        return self._leading(block) | {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
 
 
 def _totals(rows: dict[str, npt.ArrayLike], shape: tuple[int, ...]) -> Totals:

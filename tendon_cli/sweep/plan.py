@@ -8,9 +8,10 @@ never in memory.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,11 +24,12 @@ ROW_GROUP = 2**17
 """Rows in a row group of every table."""
 
 STATES_PER_PART = 2**20
-DESIGNS_PER_PART = 2**19
+DESIGNS_PER_PART = 2**18
 STATES_PER_PART_WITHOUT_TABLE = 2**27
 STATES_PER_BLOCK = 2**15
 
 _MOST_STATES = 2**63 - 1
+_CHEAP_AXES = ("tendon.pretension", "load.mass")
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,12 @@ class Block:
     def design_count(self) -> int:
         """How many consecutive designs the block covers."""
         return math.prod(self.shape[:-2])
+
+    def piece(self, within: tuple[slice, ...]) -> Block:
+        """A part of the block's designs, by slices of its own axes."""
+        moved = zip(self.designs, within, strict=True)
+        designs = tuple(slice(whole.start + part.start, whole.start + part.stop) for whole, part in moved)
+        return replace(self, designs=designs)
 
 
 @dataclass(frozen=True)
@@ -149,6 +157,34 @@ class Plan:
             block = self._block_from(at, min(designs.stop - at, most))
             yield block
             at += block.design_count
+
+    def rectangles(self, designs: range) -> Iterator[Block]:
+        """Cut a range of designs into the fewest blocks, in the order of the rows, with every state of theirs."""
+        at = designs.start
+        while at < designs.stop:
+            block = self._block_from(at, designs.stop - at)
+            yield block
+            at += block.design_count
+
+    def tiles(self, rectangle: Block) -> Iterator[tuple[slice, ...]]:
+        """Cut a rectangle into pieces of about twice `block_states` states, as slices of its own design axes.
+
+        Pretension and load stay whole as far as possible, for what the model computes without them is computed once.
+        """
+        lengths = rectangle.shape[:-2]
+        most = max(1, 2 * self.block_states // self.states_per_design)
+        ranked = sorted(range(len(lengths)), key=lambda axis: (self.study.axes[axis] not in _CHEAP_AXES, -axis))
+        steps = dict.fromkeys(range(len(lengths)), 1)
+        for axis in ranked:
+            steps[axis] = min(lengths[axis], most)
+            most //= steps[axis]
+            if not most:
+                break
+        pieces = [
+            [slice(at, min(at + steps[axis], length)) for at in range(0, length, steps[axis])]
+            for axis, length in enumerate(lengths)
+        ]
+        return itertools.product(*pieces)
 
     def completes_designs(self, block: Block) -> bool:
         """Whether a block holds the last states of its designs."""

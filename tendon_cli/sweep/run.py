@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -40,6 +41,11 @@ class PartFailure:
     error: Exception
 
 
+Results = Generator[PartResult | PartFailure]
+Runner = Callable[[PartMaker, Iterator[int]], Results]
+"""Makes parts, and gives them in whatever order they are finished."""
+
+
 def available_cores() -> int:
     """Cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
@@ -55,8 +61,9 @@ def run(
     progress: Progress,
     resume: bool = False,
     overwrite: bool = False,
+    runner: Runner | None = None,
 ) -> Outcome:
-    """Compute a plan into its locked folder.
+    """Compute a plan into its locked folder, by default in `jobs` threads of this process.
 
     Raises FolderError where something else stands there, SizeError, OutputError, WorkersLostError for parts that
     failed, Stopped where `stop` was set; whatever was finished until then is kept and can be resumed.
@@ -82,7 +89,7 @@ def run(
     plan = folder.plan
     journal.start({**folder.identity(), "tables": list(plan.study.output.tables), "parts": plan.parts})
     resumed = len(done)
-    _compute(folder, journal, jobs, stop, progress)
+    _compute(folder, journal, runner or _in_threads(min(jobs, plan.parts)), stop, progress)
     return Outcome(_finish(folder, journal, resumed, time.monotonic() - started), up_to_date=False)
 
 
@@ -119,7 +126,7 @@ def _check_disk(folder: RunFolder) -> None:
         )
 
 
-def _compute(folder: RunFolder, journal: Journal, jobs: int, stop: threading.Event, progress: Progress) -> None:
+def _compute(folder: RunFolder, journal: Journal, runner: Runner, stop: threading.Event, progress: Progress) -> None:
     plan = folder.plan
     for table in plan.study.output.tables:
         folder.prepare(table)
@@ -127,18 +134,23 @@ def _compute(folder: RunFolder, journal: Journal, jobs: int, stop: threading.Eve
     missing = (index for index in range(plan.parts) if index not in journal.parts)
     failures: list[PartFailure] = []
     progress(len(journal.parts), plan.parts)
-    for result in _results(maker, missing, min(jobs, plan.parts)):
-        if isinstance(result, PartFailure):
-            failures.append(result)
-            if isinstance(result.error, OutputError):
-                stop.set()  # the next part would not fit either
-            continue
-        journal.add(result)
-        progress(len(journal.parts), plan.parts)
+    with contextlib.closing(runner(maker, missing)) as results:  # so that nothing is out when the folder is let go
+        for result in results:
+            if isinstance(result, PartFailure):
+                failures.append(result)
+                if isinstance(result.error, OutputError):
+                    stop.set()  # the next part would not fit either
+                continue
+            journal.add(result)
+            progress(len(journal.parts), plan.parts)
     _raise_for(failures, maker)
 
 
-def _results(maker: PartMaker, missing: Iterable[int], jobs: int) -> Iterator[PartResult | PartFailure]:
+def _in_threads(jobs: int) -> Runner:
+    return lambda maker, missing: _results(maker, missing, jobs)
+
+
+def _results(maker: PartMaker, missing: Iterator[int], jobs: int) -> Results:
     """Parts as they are finished; a task gives its failure back, since joblib would end all at the first exception."""
 
     def attempt(index: int) -> PartResult | PartFailure:
@@ -166,7 +178,7 @@ def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
         first = faults[0]
         raise WorkersLostError(
             f"{len(faults)} of {maker.plan.parts} parts failed, the others are kept; first "
-            f"{_place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
+            f"{place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
             where=str(maker.folder),
             hint="--resume tries the failed parts again",
         ) from first.error
@@ -174,7 +186,7 @@ def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
         raise failures[0].error
 
 
-def _place(maker: PartMaker, index: int) -> str:
+def place(maker: PartMaker, index: int) -> str:
     """A part by its designs and where on the axes it starts."""
     plan, designs = maker.plan, maker.plan.part(index)
     at = [
