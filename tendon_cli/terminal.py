@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import io
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -12,13 +14,40 @@ from tendon_cli.errors import OutputError
 
 def print_result(text: str) -> None:
     """Write a result to stdout and see it leave; raises OutputError where nobody can take it."""
+    if _stdout.lost:
+        raise OutputError("standard output cannot be written")
     try:
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
-    except (OSError, ValueError, AttributeError) as error:  # AttributeError: closed before Python started
+    except (OSError, ValueError) as error:
         _silence_stdout()
         reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(f"standard output cannot be written: {reason}") from error
+
+
+def flush_results() -> None:
+    """See everything leave that was written to stdout by others, such as a help page; raises OutputError."""
+    try:
+        sys.stdout.flush()
+    except (OSError, ValueError) as error:
+        _silence_stdout()
+        raise OutputError(f"standard output cannot be written: {getattr(error, 'strerror', None) or error}") from error
+
+
+class _Closed(io.TextIOBase):
+    """Stands for a standard output that was closed before Python started."""
+
+    def write(self, _text: str) -> int:
+        raise OSError(errno.EBADF, "it is closed")
+
+
+def prepare_streams() -> None:
+    """Print what a narrow terminal cannot show as question marks, and notice a closed standard output."""
+    if sys.stdout is None:
+        sys.stdout = _Closed()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def print_note(text: str) -> None:
@@ -72,7 +101,17 @@ def _plain(title: str) -> Callable[[int, int], None]:
     return say
 
 
+class _Stdout:
+    """Whether standard output has failed once; it is then not tried again."""
+
+    lost = False
+
+
+_stdout = _Stdout()
+
+
 def _silence_stdout() -> None:
     """Keep the interpreter from trying, and complaining, once more when it ends."""
+    _stdout.lost = True
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

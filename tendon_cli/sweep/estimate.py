@@ -18,6 +18,7 @@ from tendon_cli.units import UNITS
 # Measured on 64-bit Linux: the interpreter with its libraries, and the temporary arrays of one block.
 _BYTES_AT_REST = 110_000_000
 _ARRAYS_PER_BLOCK = 70
+_SAMPLES = 8
 _SECONDS_TO_START = 0.4
 _SECONDS_FOR_FIGURES = 1.5
 
@@ -71,17 +72,17 @@ class _Nowhere(io.RawIOBase):
 
 
 def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
-    """Compute designs from the middle of the product in memory, and scale; nothing is written."""
+    """Compute a part's worth of designs, from all over the product, in memory, and scale; nothing is written."""
     maker = PartMaker(plan, Path())
-    middle = plan.part(plan.parts // 2)
-    most = max(1, 2 * STATES_PER_PART // plan.states_per_design)
-    sample = range(middle.start, min(middle.stop, middle.start + most))
-    tables = {str(table): _in_memory(maker, table, sample) for table in plan.study.output.tables}
+    samples = _samples(plan)
+    count = sum(len(sample) for sample in samples)
+    tables = {str(table): _in_memory(maker, table, count) for table in plan.study.output.tables}
     started = time.perf_counter()
-    maker.fill(tables, sample)
+    for sample in samples:
+        maker.fill(tables, sample)
     size = sum(table.close().size for table in tables.values())
     seconds = time.perf_counter() - started
-    share = plan.designs / len(sample)
+    share = plan.designs / count
     workers = min(jobs, plan.parts)
     return Estimate(
         axes=axis_lines(plan),
@@ -95,10 +96,19 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     )
 
 
-def _in_memory(maker: PartMaker, table: str, designs: range) -> RowGroups:
+def _samples(plan: Plan) -> list[range]:
+    """Runs of designs spread evenly over the product, a part's worth at most; all of a small one."""
+    most = min(plan.designs, plan.part_designs, max(1, 2 * STATES_PER_PART // plan.states_per_design))
+    runs = 1 if most == plan.designs else min(_SAMPLES, most)
+    length = most // runs
+    starts = [(plan.designs - length) * index // max(1, runs - 1) for index in range(runs)]
+    return [range(start, start + length) for start in starts]
+
+
+def _in_memory(maker: PartMaker, table: str, designs: int) -> RowGroups:
     """A part of a table whose bytes are counted and forgotten."""
     columns, schema = maker.layout(table, 0)
-    return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=maker.plan.rows(table, designs))
+    return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=maker.plan.rows(table, range(designs)))
 
 
 def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:

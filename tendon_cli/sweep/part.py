@@ -69,6 +69,12 @@ def file_name(table: str, index: int, parts: int) -> str:
     return f"{table}.parquet" if parts == 1 else f"{table}.parquet/part-{index:05d}.parquet"
 
 
+def part_index(name: str) -> int:
+    """The part that a file of a run folder belongs to."""
+    _, found, number = name.rpartition("/part-")
+    return int(number.removesuffix(".parquet")) if found else 0
+
+
 @dataclass(frozen=True)
 class PartMaker:
     """Computes parts of one plan into a folder; safe to use from several threads."""

@@ -15,7 +15,7 @@ from tendon_cli.errors import FolderError, OutputError, SizeError, TendonError, 
 from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
-from tendon_cli.sweep.part import PartMaker, PartResult, Stopped, Totals
+from tendon_cli.sweep.part import PartMaker, PartResult, Stopped, Totals, part_index
 from tendon_cli.sweep.run_folder import RunFolder
 
 Progress = Callable[[int, int], None]
@@ -68,8 +68,7 @@ def run(
     Raises FolderError where something else stands there, SizeError, OutputError, WorkersLostError for parts that
     failed, Stopped where `stop` was set; whatever was finished until then is kept and can be resumed.
     """
-    if overwrite:
-        folder.clear()
+    replaces = overwrite and folder.clear()
     started = time.monotonic()
     record = folder.finished()
     journal = Journal.read(folder.path / JOURNAL)
@@ -78,13 +77,16 @@ def run(
         damaged = [entry["path"] for entry in record["files"] if not _stands(folder, entry)]
         if not damaged:
             return Outcome(record, up_to_date=True)
-        raise FolderError(
-            f"{len(damaged)} of {len(record['files'])} files are missing or damaged, the first is {damaged[0]}",
-            where=str(folder.path),
-            hint="--overwrite computes the run anew",
-        )
+        if not resume:
+            raise FolderError(
+                f"{len(damaged)} of {len(record['files'])} files are missing or damaged, the first is {damaged[0]}",
+                where=str(folder.path),
+                hint="--resume computes just these anew",
+            )
+        return _repaired(folder, record, damaged, runner or _in_threads(jobs), stop)
+    if not (replaces or (folder.path / JOURNAL).exists()):
+        folder.check_empty()
     done = _recorded(folder, journal, resume=resume)
-    _check_disk(folder)
     journal.parts = done
     plan = folder.plan
     journal.start({**folder.identity(), "tables": list(plan.study.output.tables), "parts": plan.parts})
@@ -93,14 +95,32 @@ def run(
     return Outcome(_finish(folder, journal, resumed, time.monotonic() - started), up_to_date=False)
 
 
+def _repaired(
+    folder: RunFolder, record: dict[str, Any], damaged: list[str], runner: Runner, stop: threading.Event
+) -> Outcome:
+    """A finished run whose damaged parts are computed again; the same parts give the same bytes."""
+    for table in folder.plan.study.output.tables:
+        folder.prepare(table)
+    maker = PartMaker(folder.plan, folder.path, stop)
+    failures: list[PartFailure] = []
+    entries = {entry["path"]: entry for entry in record["files"]}
+    for result in runner(maker, iter(sorted({part_index(path) for path in damaged}))):
+        if isinstance(result, PartFailure):
+            failures.append(result)
+            continue
+        for name, file in result.files.items():
+            entries[name].update(asdict(file))
+    _raise_for(failures, maker)
+    return Outcome({**record, "repaired": damaged}, up_to_date=False)
+
+
 def _stands(folder: RunFolder, entry: dict[str, Any]) -> bool:
     return folder.is_intact(entry["path"], entry["size"], entry["sha256"])
 
 
 def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int, PartResult]:
     """The parts of an unfinished run that need not be computed again."""
-    if not (folder.path / JOURNAL).exists():
-        folder.check_empty()
+    if not journal.path.exists():
         return {}
     if journal.header:
         folder.check_same(journal.header)
@@ -111,13 +131,15 @@ def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int,
     return folder.intact(journal.parts) if journal.header else {}
 
 
-def _check_disk(folder: RunFolder) -> None:
-    """Refuse a run that cannot fit, before it fills the disk."""
-    plan = folder.plan
+def check_disk(folder: RunFolder) -> None:
+    """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
+    plan, path = folder.plan, folder.path.absolute()
+    if (path / JOURNAL).exists():
+        return  # what is done of an unfinished run is on the disk already
     needed = plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in plan.study.output.tables else 0
     if "states" in plan.study.output.tables:
         needed += plan.states * _LEAST_BYTES_PER_STATE
-    free = shutil.disk_usage(folder.path).free
+    free = shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
     if needed > free:
         raise SizeError(
             f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
@@ -190,7 +212,7 @@ def place(maker: PartMaker, index: int) -> str:
     """A part by its designs and where on the axes it starts."""
     plan, designs = maker.plan, maker.plan.part(index)
     at = [
-        f"{axis.key}={axis.names[position] if axis.values is None else axis.values[position]:.6g}"
+        f"{axis.key}={axis.names[position] if axis.values is None else format(axis.values[position], '.6g')}"
         for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
     ]
     return f"part {index} (designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'})"

@@ -7,13 +7,14 @@ import errno
 import fcntl
 import json
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import FolderError, OutputError
-from tendon_cli.files import temporary_of, write_whole
+from tendon_cli.files import output_errors, temporary_of, write_whole
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.part import PartResult, file_name
@@ -23,7 +24,8 @@ from tendon_cli.version import RESULTS_VERSION
 
 RECORD = "run.json"
 LOCK = ".lock"
-_OURS = (RECORD, JOURNAL, LOCK)
+_OURS = (RECORD, JOURNAL, LOCK, f".{RECORD}.tmp", f".{JOURNAL}.tmp")
+_RUN_FILE = re.compile(r"(designs|states)\.parquet(/part-\d+\.parquet)?|[\w.-]+\.(png|svg|pdf)")
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ class RunFolder:
             return None
         except (ValueError, RecursionError, OSError):
             record = None
-        if isinstance(record, dict) and isinstance(record.get("files"), list):
+        if isinstance(record, dict) and isinstance(record.get("study_hash"), str) and _names_in(record):
             return record
         hint = "choose another folder with --out"
         raise FolderError("holds a run.json that tendon did not write", where=str(self.path), hint=hint)
@@ -129,30 +131,29 @@ class RunFolder:
             except OSError as error:
                 raise OutputError(f"cannot be made: {error.strerror}", where=str(folder)) from error
 
-    def clear(self) -> None:
-        """Delete the files of the run that stands here, finished or not, and nothing else."""
+    def clear(self) -> bool:
+        """Delete the files of the run that stands here, finished or not, and nothing else; whether there was one."""
         record, journal = self.finished(), Journal.read(self.path / JOURNAL)
-        names = [str(entry["path"]) for entry in record["files"]] if record else []
+        names = _names_in(record) if record else []
         names += [name for result in journal.parts.values() for name in result.files]
         for table in journal.header.get("tables", ()):
             parts = int(journal.header.get("parts", 0))
             names += [file_name(table, index, parts) for index in range(parts)]
-        try:
+        with output_errors(self.path):
             (self.path / RECORD).unlink(missing_ok=True)  # first: what is half deleted must not look finished
             for name in dict.fromkeys(names):
                 self._delete(name)
             for table in ("designs", "states"):
                 with contextlib.suppress(OSError):
                     (self.path / f"{table}.parquet").rmdir()
-            (self.path / JOURNAL).unlink(missing_ok=True)
-        except OSError as error:
-            raise OutputError(f"cannot be cleared: {error.strerror}", where=str(self.path)) from error
+            was_there = record is not None or journal.path.exists()
+            journal.path.unlink(missing_ok=True)
+        return was_there
 
     def _delete(self, name: str) -> None:
-        """Delete a file of a run and its temporary twin, if it lies in the run folder."""
+        """Delete a file that a run writes, and its temporary twin; names that no run of ours has are left alone."""
         path = self.path / name
-        inside = not Path(name).is_absolute() and ".." not in Path(name).parts
-        if inside and not path.parent.is_symlink() and path.parent in (self.path, self.path / f"{Path(name).parts[0]}"):
+        if _RUN_FILE.fullmatch(name) and not path.parent.is_symlink():
             path.unlink(missing_ok=True)
             temporary_of(path).unlink(missing_ok=True)
 
@@ -161,6 +162,14 @@ class RunFolder:
         write_whole(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
         with contextlib.suppress(OSError):
             (self.path / JOURNAL).unlink(missing_ok=True)
+
+
+def _names_in(record: dict[str, Any]) -> list[str]:
+    """The files that a record lists, tables and figures; none where it is not a record of ours."""
+    try:
+        return [*(str(entry["path"]) for entry in record["files"]), *(str(name) for name in record.get("figures", ()))]
+    except (KeyError, TypeError):
+        return []
 
 
 def _differences(theirs: Any, ours: Any, key: str = "") -> list[str]:

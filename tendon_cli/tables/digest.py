@@ -15,6 +15,9 @@ from typing import BinaryIO
 KEY = "tendon.digest"
 PLACEHOLDER = "sha256:" + "0" * 64
 _ZEROS = b"0" * 64
+# How the footer (Thrift's compact protocol) holds our key and value: each a string field with its length before it. No text
+# of a study has such control characters, so that nothing else in a footer looks like it.
+_MARK = b"\x18%c%s\x18%csha256:" % (len(KEY), KEY.encode(), len(PLACEHOLDER))
 _LONGEST_FOOTER = 256 * 1024 * 1024
 _STEP = 1 << 20
 
@@ -29,9 +32,13 @@ class StampedSink:
         self._footer: list[bytes] | None = None
         self.size = 0
         self.closed = False
+        self.discards = False
+        """Set where the file is given up: nothing more is written."""
 
     def write(self, data: bytes) -> int:
         """Pass bytes on to the file."""
+        if self.discards:
+            return len(data)
         self._passed.update(data)
         if self._footer is not None:
             self._footer.append(bytes(data))
@@ -123,9 +130,5 @@ def _footer(file: BinaryIO) -> tuple[int, bytes]:
 
 
 def _digest_in(footer: bytes) -> int | None:
-    """Offset in a footer of the 64 hexadecimal digits that follow the digest's key."""
-    key = footer.find(KEY.encode())
-    mark = footer.find(b"sha256:", key) if key >= 0 else -1
-    if mark < 0 or mark - key > len(KEY) + 8 or len(footer) < mark + 7 + 64:
-        return None
-    return mark + 7
+    """Offset in a footer of the 64 hexadecimal digits of the digest; nothing where there is not exactly one place."""
+    return footer.index(_MARK) + len(_MARK) if footer.count(_MARK) == 1 else None

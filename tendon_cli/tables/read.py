@@ -65,12 +65,31 @@ def open_table(path: Path) -> TableFiles:
     for file in files:
         _verify(file)
     table = TableFiles(files)
-    of = table.facts["part"]["of"]
-    indices = [_facts(pq.read_schema(file))["part"]["index"] for file in files]
-    if path.is_dir() and indices != list(range(of)):
-        missing = sorted(set(range(of)) - set(indices))
-        raise InputError(f"{len(missing)} of {of} parts are missing, the first is part {missing[0]}", where=str(path))
+    _check_whole(path, files, [_facts(pq.read_schema(file)) for file in files])
     return table
+
+
+def _check_whole(path: Path, files: tuple[Path, ...], facts: list[dict[str, Any]]) -> None:
+    """All parts are there, in their order, of one table of one study; raises InputError."""
+    first = facts[0]
+    for file, found in zip(files, facts, strict=True):
+        if (
+            any(found.get(name) != first.get(name) for name in _OF_ONE_TABLE)
+            or found["part"]["of"] != first["part"]["of"]
+        ):
+            raise InputError("belongs to another table than its neighbours", where=str(file))
+    of, indices = first["part"]["of"], [found["part"]["index"] for found in facts]
+    if not path.is_dir() and of > 1:
+        hint = "name the folder that holds all parts"
+        raise InputError(f"is part {indices[0]} of {of} of a table", where=str(path), hint=hint)
+    missing = sorted(set(range(of)) - set(indices))
+    if missing:
+        raise InputError(f"{len(missing)} of {of} parts are missing, the first is part {missing[0]}", where=str(path))
+    if indices != list(range(of)):
+        raise InputError("parts stand twice or under each other's names", where=str(path))
+
+
+_OF_ONE_TABLE = ("table", "study_hash", "results_version")
 
 
 def _by_number(part: Path) -> tuple[int, str]:

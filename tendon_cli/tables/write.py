@@ -66,6 +66,12 @@ class RowGroups:
             self._advance(step)
             start += step
 
+    def abandon(self) -> None:
+        """Let go of the writer without another byte; else it would write its footer when it is collected."""
+        self.sink.discards = True
+        with contextlib.suppress(OSError, ValueError, pa.ArrowException):
+            self._writer.close()
+
     def close(self) -> WrittenFile:
         """Write what is left and the footer with the file's digest."""
         if self._filled:
@@ -96,19 +102,29 @@ class TableFile:
     def __init__(self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int) -> None:
         self.path = path
         self.temporary = temporary_of(path)
+        self._in_place = False
         with output_errors(path):
             self.temporary.unlink(missing_ok=True)
             # Exclusive, so that nothing that stands in the way is followed or written through.
             self._file = self.temporary.open("xb", buffering=1 << 20)
-            self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows)
+            try:
+                self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows)
+            except OSError:
+                self._give_up()
+                raise
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if not self._file.closed:
-            with contextlib.suppress(OSError):
-                self._file.close()
+        if not self._in_place:
+            self._groups.abandon()
+            self._give_up()
+
+    def _give_up(self) -> None:
+        with contextlib.suppress(OSError):
+            self._file.close()
+        with contextlib.suppress(OSError):
             self.temporary.unlink(missing_ok=True)
 
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
@@ -125,6 +141,7 @@ class TableFile:
             self._file.close()
             self._check(written)
             self.temporary.replace(self.path)
+            self._in_place = True
             sync_folder(self.path.parent)
         return written
 

@@ -1,0 +1,228 @@
+"""The commands as people first meet them: help, version, a starter study, one state, the schema."""
+
+import json
+import re
+
+import pytest
+
+from tendon_cli.study.load import load_study
+from tendon_cli.tables.read import open_table
+from tendon_cli.version import __version__
+
+COMMANDS = ("init", "state", "sweep", "schema")
+PRINTED = {
+    "x": "flexor_tension_distal", "y": "extensor_tension_distal", "x_prox": "flexor_tension_proximal",
+    "y_prox": "extensor_tension_proximal", "motor torque": "motor_torque", "spool angle": "spool_angle",
+}  # fmt: skip
+AT_75_DEGREES = [
+    ("0 kg", "flexion", "unilateral", "39.9244 45.8149 49.7445 36.7706 0.389217 2.57821", "0"),
+    ("0 kg", "flexion", "bilateral", "39.9244 45.8149 49.7445 36.7706 0.389217 2.57821", None),
+    ("5 kg", "flexion", "bilateral", "134.407 -49.1461 167.467 -39.4441 6.20732 3.65551", None),
+    ("5 kg", "flexion", "unilateral", "153.598 0 191.378 0 5.74135 3.87433", "0.0232911"),
+    ("10 kg", "extension", "bilateral", "229.418 -142.754 184.129 -177.866 10.8598 4.73140", None),
+    ("10 kg", "extension", "unilateral", "285.163 0 228.869 0 6.86607 5.36381", "0.0678031"),
+]
+
+
+@pytest.mark.parametrize("words", [["--help"], ["-h"]])
+def test_help_lists_every_command(tendon, words):
+    ran = tendon(*words)
+    assert ran.exit == 0
+    assert ran.err == ""
+    assert all(command in ran.out for command in COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("flag", ["--help", "-h"])
+def test_every_command_has_help(tendon, command, flag):
+    ran = tendon(command, flag)
+    assert (ran.exit, ran.err) == (0, "")
+    assert ran.out.startswith("Usage: tendon " + command)
+
+
+def test_the_help_of_sweep_has_every_option(tendon):
+    said = tendon("sweep", "--help").out
+    options = ("--out", "--jobs", "--set", "--dry-run", "--resume", "--overwrite", "--json", "--quiet", "--no-figures")
+    assert [option for option in (*options, "--allow-no-equilibrium") if option not in said] == []
+
+
+def test_version(tendon):
+    ran = tendon("--version")
+    assert (ran.exit, ran.out, ran.err) == (0, f"tendon {__version__}\n", "")
+
+
+@pytest.mark.parametrize("python", [False, True], ids=["console script", "python -m tendon_cli"])
+def test_both_ways_to_start_give_the_same(outside, tendon, python):
+    words = ["-m", "tendon_cli"] if python else []
+    assert outside(*words, "--version", python=python).out == f"tendon {__version__}\n"
+    assert outside(*words, "sweep", "none.toml", "--json", python=python).exit == 2
+
+
+# --- init ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [None, "mine.toml", "mine.yaml", "mine.yml"])
+def test_the_starter_runs_unchanged(tendon, workplace, name):
+    assert tendon("init", *([name] if name else [])).exit == 0
+    file = workplace / (name or "study.toml")
+    assert len(re.findall(r"#", file.read_text(encoding="utf-8"))) > 10
+    fewer = ("--set", "tendon.pretension=[90, 180]", "--set", "spring.stiffness=[2000, 3000]")
+    ran = tendon("sweep", file, "--no-figures", "--json", *fewer)
+    assert (ran.exit, ran.err, ran.json["name"]) == (0, "", file.stem)
+    assert tendon("sweep", file, "--dry-run").exit == 0
+
+
+def test_the_starters_in_toml_and_yaml_are_the_same_study(tendon, workplace):
+    for name in ("same.toml", "same.yaml"):
+        assert tendon("init", name).exit == 0
+    one, other = (load_study(workplace / name) for name in ("same.toml", "same.yaml"))
+    assert one.hash == other.hash
+    assert one.document() == other.document()
+
+
+def test_starters_of_other_names_differ_in_the_name_alone(tendon, workplace):
+    for name in ("one.toml", "other.yaml"):
+        assert tendon("init", name).exit == 0
+    one, other = (load_study(workplace / name).document() for name in ("one.toml", "other.yaml"))
+    assert (one.pop("name"), other.pop("name")) == ("one", "other")
+    assert one == other
+
+
+def test_init_never_writes_over_a_file(tendon, workplace):
+    (workplace / "study.toml").write_text("mine", encoding="utf-8")
+    ran = tendon("init")
+    assert ran.exit == 2
+    assert "study.toml" in ran.err
+    assert (workplace / "study.toml").read_text(encoding="utf-8") == "mine"
+
+
+def test_init_does_not_write_through_a_link(tendon, workplace):
+    (workplace / "study.toml").symlink_to(workplace / "elsewhere.toml")
+    assert tendon("init").exit == 2
+    assert not (workplace / "elsewhere.toml").exists()
+
+
+def test_init_where_no_file_can_be_is_exit_5(tendon):
+    ran = tendon("init", "no/such/folder/study.toml")
+    assert ran.exit == 5
+    assert "no/such/folder/study.toml" in ran.err
+
+
+# --- schema ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_schema_is_one_json_object_with_units(tendon):
+    ran = tendon("schema")
+    assert (ran.exit, ran.err) == (0, "")
+    assert {"arm", "sheath", "tendon", "spring", "spool", "load", "motion", "model", "output", "cases"} <= set(
+        ran.json["properties"]
+    )
+    assert "N/m" in ran.out
+
+
+# --- state -----------------------------------------------------------------------------------------------------------
+
+
+def rounded_as(value, printed):
+    """The value rounds to what is printed."""
+    digits = len(printed.partition(".")[2])
+    return abs(value - float(printed)) <= 0.5001 * 10.0**-digits
+
+
+@pytest.mark.parametrize(("load", "direction", "slack", "printed", "slack_length"), AT_75_DEGREES)
+def test_a_state_has_the_numbers_worked_out_by_hand(tendon, workplace, load, direction, slack, printed, slack_length):
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    settings = [f"load.mass={load}", f"motion.direction={direction}", f"model.slack={slack}"]
+    words = [word for setting in (*settings, "motion.elbow_angle=75 deg") for word in ("--set", setting)]
+    results = tendon("state", "study.toml", *words, "--json").json["results"]
+    for name, number in zip(PRINTED.values(), printed.split(), strict=True):
+        assert rounded_as(results[name], number), (name, results[name], number)
+    if slack_length is None:
+        assert results["extensor_slack"] is None
+    else:
+        assert rounded_as(results["extensor_slack"], slack_length)
+
+
+def test_the_page_of_a_state_shows_every_stage_with_its_equations(tendon, workplace):
+    (workplace / "study.toml").write_text('[motion]\nelbow_angle = "75 deg"\n', encoding="utf-8")
+    ran = tendon("state", "study.toml")
+    assert (ran.exit, ran.err) == (0, "")
+    for word in ("L_c", "Eq. 1", "c_f, c_e", "x_b", "y_b", "F_o", "39.9", "45.8", "0.389", "Status: taut"):
+        assert word in ran.out, word
+
+
+@pytest.mark.parametrize(
+    "settings", [[], ["motion.elbow_angle=170 deg"], ["arm.forearm_mass=0 kg", "tendon.pretension=1 N"]]
+)
+def test_a_state_of_any_status_is_strict_json(tendon, workplace, settings):
+    (workplace / "study.toml").write_text('[motion]\nelbow_angle = "75 deg"\n', encoding="utf-8")
+    words = [word for setting in settings for word in ("--set", setting)]
+    page = tendon("state", "study.toml", "--json", *words)
+    assert page.exit in (0, 4)
+    assert page.json["status"].split(":")[0] in ("taut", "no equilibrium", "both slack")
+
+
+def test_a_state_is_a_row_of_the_table(tendon, workplace, new_sweep):
+    text = '[tendon]\npretension = "70 N"\n[motion]\nelbow_angle = "40 deg"\ndirection = "flexion"\n'
+    row = new_sweep(text, workplace).states.iloc[0]
+    results = tendon("state", "study.toml", "--json").json["results"]
+    assert {name: row[name] for name in results} == results
+
+
+def test_a_state_of_a_case_is_chosen_by_name(tendon, workplace):
+    text = '[[cases]]\nname = "a"\nload = { mass = "1 kg" }\n[[cases]]\nname = "b"\nload = { mass = "9 kg" }\n'
+    (workplace / "study.toml").write_text(text + '[motion]\nelbow_angle = "1 rad"\n', encoding="utf-8")
+    a, b = (tendon("state", "study.toml", "--case", name, "--json").json["results"] for name in "ab")
+    assert b["elbow_torque"] > a["elbow_torque"]
+    unknown = tendon("state", "study.toml", "--case", "c", "--json")
+    assert (unknown.exit, unknown.json["error"]["hint"]) == (2, "cases: a, b")
+
+
+# --- --set -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("setting", "path", "value"),
+    [
+        ("arm.b1=160 mm", ("arm", "b1"), 0.16),
+        ('arm.b1="160 mm"', ("arm", "b1"), 0.16),
+        ("sheath.friction=0.1", ("sheath", "friction"), 0.1),
+        ('load.mass=["3 kg","5 kg"]', ("load", "mass"), [3.0, 5.0]),
+        ("tendon.flexor.pretension=90 N", ("tendon", "flexor", "pretension"), 90.0),
+        ("model.slack=bilateral", ("model", "slack"), "bilateral"),
+        ("name=other", ("name",), "other"),
+        ('output.tables=["designs"]', ("output", "tables"), ["designs"]),
+    ],
+)
+def test_settings_of_every_kind_reach_the_study(tendon, workplace, setting, path, value):
+    (workplace / "study.toml").write_text('[motion]\nelbow_angle = ["1 rad"]\n', encoding="utf-8")
+    found = tendon("sweep", "study.toml", "--no-figures", "--json", "--out", "run", "--set", setting).json["study"]
+    for key in path:
+        found = found[key]
+    assert json.loads(json.dumps(found)) == value
+
+
+@pytest.mark.parametrize(
+    ("setting", "values"),
+    [
+        ("load.mass={ from = 1, to = 2, num = 3 }", [1.0, 1.5, 2.0]),
+        ('load.mass={ from = "1 kg", to = "4 kg", num = 3, spacing = "log" }', [1.0, 2.0, 4.0]),
+        ('load.mass=["500 g", 2]', [0.5, 2.0]),
+    ],
+)
+def test_settings_of_several_values_are_axes(tendon, workplace, setting, values):
+    (workplace / "study.toml").write_text('[motion]\nelbow_angle = "1 rad"\n', encoding="utf-8")
+    assert tendon("sweep", "study.toml", "--no-figures", "--out", "run", "--set", setting).exit == 0
+    assert open_table(workplace / "run/designs.parquet").read(["load_mass"])["load_mass"].to_pylist() == values
+
+
+@pytest.mark.parametrize(
+    "setting",
+    ["arm.b1", "=1", "arm..b1=1", "arm.b2=1 kg", "arm.bb=1", "load.mass=[", "load.mass=true", "name.x=1", "x=1"],
+)
+def test_settings_that_make_no_sense_are_exit_2(tendon, workplace, setting):
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    ran = tendon("sweep", "study.toml", "--set", setting)
+    assert ran.exit == 2
+    assert ran.err.startswith("tendon: error: ")
+    assert [item.name for item in workplace.iterdir()] == ["study.toml"]

@@ -1,0 +1,378 @@
+"""Exit codes, each reached for real; JSON, one object whatever happens; errors that are one message."""
+
+import gc
+import json
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tendon_cli.sweep import part as part_module
+from tendon_cli.sweep.run_folder import RunFolder
+
+STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
+ERROR_KEYS = ["exit", "kind", "message", "where", "hint"]
+RECORD_KEYS = {
+    "study_hash", "designs", "states", "feasible", "slack", "no_equilibrium", "unstable", "files", "seconds",
+    "versions", "warnings",
+}  # fmt: skip
+
+
+@pytest.fixture
+def study(workplace):
+    """A study file of four states."""
+    file = workplace / "study.toml"
+    file.write_text(STUDY, encoding="utf-8")
+    return file
+
+
+def no_study(tendon, _study):
+    return tendon("sweep", "none.toml", "--json")
+
+
+def no_command(tendon, _study):
+    return tendon("swoop", "--json")
+
+
+def no_option(tendon, study):
+    return tendon("sweep", study, "--json", "--frobnicate")
+
+
+def no_argument(tendon, _study):
+    return tendon("sweep", "--json")
+
+
+def wrong_unit(tendon, study):
+    return tendon("sweep", study, "--json", "--set", "arm.b1=3 kg")
+
+
+def too_many_states(tendon, study):
+    grid = "{ from = 1, to = 2, num = 10000000 }"
+    axes = ["tendon.pretension", "spring.stiffness", "spool.ratio"]
+    return tendon("sweep", study, "--json", *(word for key in axes for word in ("--set", f"{key}={grid}")))
+
+
+def too_long_an_axis(tendon, study):
+    return tendon("sweep", study, "--json", "--set", "load.mass={ from = 1, to = 2, num = 10000001 }")
+
+
+def more_than_the_disk(tendon, study):
+    grid = "{ from = 1, to = 2, num = 10000000 }"
+    words = [word for key in ("tendon.pretension", "spring.stiffness") for word in ("--set", f"{key}={grid}")]
+    return tendon("sweep", study, "--json", *words)
+
+
+def resume_and_overwrite(tendon, study):
+    return tendon("sweep", study, "--json", "--resume", "--overwrite")
+
+
+def no_route(tendon, study):
+    return tendon("sweep", study, "--json", "--set", "sheath.path=none.csv")
+
+
+def wrong_route(tendon, study):
+    study.with_name("route.csv").write_text("x,y\n1,2\n", encoding="utf-8")
+    return tendon("sweep", study, "--json", "--set", "sheath.path=route.csv")
+
+
+def a_file_in_the_way(tendon, study):
+    study.with_name("file").write_text("", encoding="utf-8")
+    return tendon("sweep", study, "--json", "--no-figures", "--out", "file/inside")
+
+
+def a_foreign_folder(tendon, study):
+    study.with_name("thesis").mkdir()
+    (study.with_name("thesis") / "chapter.txt").write_text("", encoding="utf-8")
+    return tendon("sweep", study, "--json", "--no-figures", "--out", "thesis")
+
+
+def a_file_for_a_folder(tendon, study):
+    return tendon("sweep", study, "--json", "--no-figures", "--out", study)
+
+
+WRONG = {
+    no_study: (2, "study"),
+    no_command: (2, "usage"),
+    no_option: (2, "usage"),
+    no_argument: (2, "usage"),
+    wrong_unit: (2, "study"),
+    too_many_states: (2, "size"),
+    too_long_an_axis: (2, "study"),
+    more_than_the_disk: (2, "size"),
+    resume_and_overwrite: (2, "usage"),
+    no_route: (2, "study"),
+    wrong_route: (3, "input"),
+    a_file_in_the_way: (5, "output"),
+    a_foreign_folder: (7, "folder"),
+    a_file_for_a_folder: (7, "folder"),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: wrong.__name__)
+def test_an_error_has_its_exit_code_and_is_one_json_object(tendon, study, wrong):
+    ran = wrong(tendon, study)
+    error = ran.json["error"]
+    assert list(ran.json) == ["error"]
+    assert list(error) == ERROR_KEYS
+    assert (ran.exit, error["exit"], error["kind"]) == (WRONG[wrong][0], *WRONG[wrong])
+    assert error["message"]
+    assert ran.err == ""
+
+
+@pytest.mark.parametrize("wrong", WRONG, ids=lambda wrong: wrong.__name__)
+def test_an_error_is_one_message_without_a_traceback(tendon, study, wrong):
+    ran = wrong(lambda *words: tendon(*(word for word in words if word != "--json")), study)
+    assert ran.exit == WRONG[wrong][0]
+    assert ran.out == ""
+    assert ran.err.startswith("tendon: error: ")
+    assert ran.err.count("tendon: error: ") == 1
+    assert "Traceback" not in ran.err
+
+
+def test_a_finished_sweep_is_exit_0(tendon, study):
+    assert tendon("sweep", study, "--no-figures").exit == 0
+
+
+def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
+    words = ("sweep", study, "--no-figures", "--json", "--set", 'motion.elbow_angle=["10 deg", "170 deg"]')
+    first = tendon(*words, "--out", "a")
+    assert (first.exit, first.json["no_equilibrium"]) == (4, 4)
+    assert any("no equilibrium" in warning for warning in first.json["warnings"])
+    assert tendon(*words, "--out", "b", "--allow-no-equilibrium").exit == 0
+    again = tendon(*words, "--out", "a")
+    assert again.exit == 4
+    assert tendon(*words, "--out", "a", "--allow-no-equilibrium").exit == 0
+
+
+def test_a_folder_in_use_is_exit_7(tendon, study, new_sweep):
+    plan = new_sweep(STUDY, study.parent, out="other").plan
+    with RunFolder(Path("results/study"), plan).locked():
+        ran = tendon("sweep", study, "--no-figures", "--json")
+    assert (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
+    assert "another run" in ran.json["error"]["message"]
+    assert not list(Path("results/study").glob("*.parquet"))
+    assert tendon("sweep", study, "--no-figures").exit == 0
+
+
+def test_a_folder_in_use_by_another_process_is_exit_7(tendon, study):
+    Path("run").mkdir()
+    hold = "import fcntl, sys; f = open('run/.lock', 'w'); fcntl.flock(f, 2); print(flush=True); sys.stdin.read()"
+    with subprocess.Popen([sys.executable, "-c", hold], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        holder.stdout.readline()
+        assert tendon("sweep", study, "--no-figures", "--out", "run").exit == 7
+        holder.stdin.close()
+        holder.wait()
+    assert tendon("sweep", study, "--no-figures", "--out", "run").exit == 0
+
+
+def test_a_part_that_fails_is_exit_6_and_named(tendon, study, small_parts, monkeypatch, muttered):
+    small_parts(4)
+    evaluate = part_module.evaluate
+
+    def fails(inputs, block):
+        if block.first_design == 1:
+            raise FloatingPointError("something odd")
+        return evaluate(inputs, block)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(part_module, "evaluate", fails)
+        ran = tendon("sweep", study, "--no-figures", "--json", "--jobs", "1")
+    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
+    assert "load.mass=3" in ran.json["error"]["message"]
+    assert tendon("sweep", study, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
+
+
+def test_a_part_that_fails_is_named_by_its_case(tendon, study, monkeypatch, muttered):
+    def fails(_inputs, _block):
+        raise FloatingPointError("something odd")
+
+    study.write_text('[[cases]]\nname = "tall"\n', encoding="utf-8")
+    monkeypatch.setattr(part_module, "evaluate", fails)
+    ran = tendon("sweep", study, "--no-figures", "--json")
+    gc.collect()  # here, where what finalizers say is not heard
+    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
+    assert "tall" in ran.json["error"]["message"]
+
+
+def test_a_bug_is_exit_1_and_says_so(tendon, study, monkeypatch):
+    def broken(*_args, **_options):
+        raise ZeroDivisionError("oops")
+
+    monkeypatch.setattr("tendon_cli.study.load.load_study", broken)
+    ran = tendon("sweep", study, "--json")
+    assert (ran.exit, ran.json["error"]["kind"]) == (1, "bug")
+    assert "--debug" in ran.json["error"]["hint"]
+
+
+# --- Output that cannot be written ------------------------------------------------------------------------------------
+
+
+def one_line(said):
+    assert said.startswith("tendon: error: "), said
+    assert len(said.strip().splitlines()) <= 2, said  # the message, and perhaps a hint
+    assert "Traceback" not in said
+    return True
+
+
+FULL = [
+    ("--version",),
+    ("schema",),
+    ("state", "study.toml"),
+    ("sweep", "study.toml", "--no-figures"),
+    ("sweep", "study.toml", "--no-figures", "--json"),
+    ("sweep", "study.toml", "--dry-run"),
+    ("init", "new.toml"),
+    ("--help",),
+    ("sweep", "--help"),
+]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("words", FULL)
+def test_a_full_stdout_is_exit_5_and_one_line(outside, study, words):
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        ran = outside(*words, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert ran.exit == 5
+    assert one_line(ran.err)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--version",),
+        ("state", "study.toml"),
+        ("sweep", "study.toml", "--no-figures"),
+        ("--help",),
+    ],
+)
+def test_a_closed_stdout_is_exit_5_and_one_line(outside, study, words):
+    ran = outside(*words, preexec_fn=lambda: os.close(1))
+    assert ran.exit == 5
+    assert one_line(ran.err)
+
+
+def test_a_reader_that_left_is_exit_5_and_one_line(outside, study):
+    reading, writing = os.pipe()
+    os.close(reading)
+    ran = outside("schema", capture_output=False, stdout=writing, stderr=subprocess.PIPE)
+    os.close(writing)
+    assert ran.exit == 5
+    assert one_line(ran.err)
+
+
+def test_a_closed_stderr_changes_nothing(outside, study):
+    ran = outside("sweep", study, "--no-figures", "--json", preexec_fn=lambda: os.close(2))
+    assert ran.exit == 0
+    assert ran.json["designs"] == 2
+
+
+MORE = STUDY.replace('["0 kg", "3 kg"]', "{ from = 0, to = 9, num = 60000 }")
+
+
+def on_a_small_disk(outside, study):
+    """A sweep that does not fit; a limit on the size of files stands in for the disk."""
+    study.write_text(MORE, encoding="utf-8")
+    limit = (resource.RLIMIT_FSIZE, (300_000, 300_000))
+    return outside("sweep", study, "--no-figures", "--out", "run", preexec_fn=lambda: resource.setrlimit(*limit))
+
+
+def test_a_disk_that_fills_up_is_exit_5_and_leaves_no_half_table(outside, study):
+    ran = on_a_small_disk(outside, study)
+    assert ran.exit == 5
+    assert "states.parquet: cannot be written" in ran.err
+    assert not list(Path("run").rglob("*.tmp"))
+    assert not list(Path("run").rglob(".*.tmp"))
+    assert not list(Path("run").rglob("*.parquet"))
+
+
+def test_a_disk_that_fills_up_is_told_in_one_line(outside, study):
+    assert one_line(on_a_small_disk(outside, study).err)
+
+
+def test_a_run_that_did_not_fit_can_be_resumed_to_the_same_bytes(outside, tendon, study, new_sweep, hashes_in):
+    on_a_small_disk(outside, study)
+    refused = tendon("sweep", study, "--no-figures", "--out", "run", "--json")
+    assert (refused.exit, "--resume" in refused.json["error"]["hint"]) == (7, True)
+    assert tendon("sweep", study, "--no-figures", "--out", "run", "--resume").exit == 0
+    assert hashes_in(Path("run")) == new_sweep(MORE, study.parent, out="whole").hashes
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to this user")
+def test_a_folder_without_permission_is_exit_5(tendon, study):
+    Path("closed").mkdir(mode=0o500)
+    assert tendon("sweep", study, "--no-figures", "--out", "closed/run").exit == 5
+
+
+# --- What is said ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", [(), ("--quiet",), ("--dry-run",)])
+def test_json_is_exactly_one_object_and_stderr_silent(tendon, study, words):
+    ran = tendon("sweep", study, "--no-figures", "--json", *words)
+    assert (ran.exit, ran.err) == (0, "")
+    assert ran.json["designs"] == 2
+
+
+def test_json_of_a_sweep_is_run_json(tendon, study):
+    ran = tendon("sweep", study, "--no-figures", "--json")
+    assert set(ran.json) >= RECORD_KEYS
+    assert json.loads(Path("results/study/run.json").read_text("utf-8")) == ran.json
+
+
+def test_quiet_says_nothing_but_errors(tendon, study):
+    assert tendon("sweep", study, "--no-figures", "--quiet") == tendon("sweep", study, "--no-figures", "-q")
+    ran = tendon("sweep", study, "--no-figures", "--quiet", "--out", "other")
+    assert (ran.exit, ran.out, ran.err) == (0, "", "")
+    ran = tendon("sweep", "none.toml", "--quiet")
+    assert (ran.exit, ran.out) == (2, "")
+    assert "none.toml" in ran.err
+
+
+def test_the_summary_is_short_and_has_the_warnings(tendon, study):
+    settings = [
+        "model.slack=bilateral",
+        "load.mass=[0, 10]",
+        'motion.elbow_angle=["0 deg", "10 deg", "80 deg", "170 deg"]',
+    ]
+    words = [word for setting in (*settings, "tendon.pretension=200 N") for word in ("--set", setting)]
+    ran = tendon("sweep", study, "--no-figures", "--jobs", "1", *words)
+    assert (ran.exit, ran.err) == (4, "")
+    assert len(ran.out.splitlines()) < 12
+    for word in ("no equilibrium", "bilateral", "unstable", "results/study"):
+        assert word in ran.out, word
+
+
+def test_progress_off_a_terminal_is_a_plain_line_per_tenth_on_stderr(tendon, study, small_parts):
+    small_parts(4)
+    ran = tendon("sweep", study, "--no-figures", "--set", "load.mass={ from = 0, to = 9, num = 100 }")
+    lines = ran.err.splitlines()
+    assert [line.split()[1] for line in lines] == [str(tenth) for tenth in range(10, 101, 10)]
+    assert "\x1b" not in ran.err + ran.out
+    assert "\r" not in ran.err
+
+
+def test_all_faults_of_a_study_are_told_at_once_with_their_lines(tendon, study):
+    study.write_text('[arm]\nb3 = "1 mm"\na1 = "2 kg"\n[load]\nmass = "-1 kg"\n[lode]\n', encoding="utf-8")
+    ran = tendon("sweep", study)
+    assert ran.exit == 2
+    assert [word for word in ("line 2", "line 3", "line 5", "line 6", "b3", "lode") if word not in ran.err] == []
+
+
+def test_the_nearest_name_is_hinted_at(tendon, study):
+    study.write_text('[spring]\nstifness = "1 kN/m"\n', encoding="utf-8")
+    assert '"stiffness"' in tendon("sweep", study).err
+
+
+@pytest.mark.parametrize("words", [("--debug", "sweep", "none.toml"), ("sweep", "none.toml", "--debug")])
+def test_debug_shows_the_traceback(outside, words):
+    ran = outside(*words)
+    assert ran.exit != 0
+    assert "Traceback" in ran.err
+    assert "StudyError" in ran.err
+
+
+def test_debug_keeps_the_exit_code(outside):
+    assert outside("sweep", "none.toml", "--debug").exit == 2

@@ -1,0 +1,92 @@
+"""What a command takes in: no library before it is needed, nothing from the folder it is started in."""
+
+import json
+
+import pytest
+
+HEAVY = ("numpy", "pandas", "pyarrow", "scipy", "matplotlib", "joblib", "distributed")
+LOADED = """
+import contextlib, io, json, sys
+from tendon_cli import cli
+with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
+    cli.main(sys.argv[1:])
+print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
+"""
+
+
+def heavy_after(outside, *words):
+    return [name for name in HEAVY if name in json.loads(outside("-c", LOADED, *words, python=True).out)]
+
+
+@pytest.mark.parametrize("words", [["--help"], ["sweep", "--help"], ["--version"], ["swoop"]])
+def test_help_imports_none_of_the_heavy_libraries(outside, words):
+    assert heavy_after(outside, *words) == []
+
+
+def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workplace):
+    (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
+    assert heavy_after(outside, "sweep", "study.toml", "--no-figures") == ["numpy", "pyarrow"]
+    assert (workplace / "results/study/run.json").exists()
+
+
+def test_modules_in_the_working_directory_are_not_executed(outside, workplace):
+    trap = "open('executed', 'a').write(__name__)\n"
+    for name in (
+        "numpy",
+        "json",
+        "typing",
+        "signal",
+        "pyarrow",
+        "typer",
+        "tendon_cli",
+        "sitecustomize",
+        "usercustomize",
+    ):
+        (workplace / f"{name}.py").write_text(trap, encoding="utf-8")
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    ran = outside("sweep", "study.toml", "--no-figures", "--json")
+    assert (ran.exit, ran.json["designs"]) == (0, 1)
+    assert not (workplace / "executed").exists()
+
+
+def test_an_unwritable_home_is_no_obstacle(outside, workplace):
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    homeless = {"HOME": "/nonexistent", "PATH": "/usr/bin:/bin", "TMPDIR": "/nonexistent"}
+    ran = outside("sweep", "study.toml", "--no-figures", "--json", env=homeless)
+    assert (ran.exit, ran.err) == (0, "")
+
+
+@pytest.mark.parametrize("locale", ["C", "POSIX", "C.UTF-8"])
+def test_any_locale_can_show_a_state(outside, workplace, locale):
+    (workplace / "study.toml").write_text('title = "σ μ φ"\n', encoding="utf-8")
+    ran = outside("state", "study.toml", env={"LC_ALL": locale, "PATH": "/usr/bin:/bin"}, encoding="utf-8")
+    assert ran.exit == 0
+    assert "θ" in ran.out
+
+
+def test_an_encoding_without_greek_letters_can_show_a_state(outside, workplace):
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    ran = outside(
+        "state", "study.toml", env={"PYTHONIOENCODING": "latin-1", "PATH": "/usr/bin:/bin"}, encoding="latin-1"
+    )
+    assert ran.exit == 0
+
+
+def test_names_with_spaces_and_letters_of_any_script_are_fine(tendon, workplace):
+    folder = workplace / "Bärbel's study äöü 力"
+    folder.mkdir()
+    file = folder / "my study.toml"
+    file.write_text('name = "fine"\n', encoding="utf-8")
+    ran = tendon("sweep", file, "--no-figures", "--json", "--out", folder / "my run")
+    assert (ran.exit, ran.err) == (0, "")
+    assert (folder / "my run/designs.parquet").exists()
+
+
+def test_relative_paths_of_a_study_are_relative_to_its_file(tendon, workplace):
+    (workplace / "deep").mkdir()
+    points = "\n".join(f"{x},0,0" for x in range(50))
+    (workplace / "deep/route.csv").write_text(f"x,y,z\n{points}\n", encoding="utf-8")
+    (workplace / "deep/study.toml").write_text('[sheath]\npath = "route.csv"\n', encoding="utf-8")
+    ran = tendon("sweep", "deep/study.toml", "--no-figures", "--json")
+    assert ran.exit == 0
+    assert (workplace / "results/study/run.json").exists()

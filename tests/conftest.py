@@ -1,0 +1,155 @@
+"""What the tests of sweeps, tables and commands share: a study as text, run in a folder of its own."""
+
+from __future__ import annotations
+
+import gc
+import json
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tendon_cli import cli
+from tendon_cli.study.load import load_study
+from tendon_cli.sweep import plan as plan_module
+from tendon_cli.sweep.plan import STATES_PER_BLOCK, Plan
+from tendon_cli.sweep.run import run
+from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.tables.digest import file_sha256
+from tendon_cli.tables.read import open_table
+
+CONFIGS = Path(__file__).parents[1] / "configs"
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A command that has ended: its exit code and what it said."""
+
+    exit: int
+    out: str
+    err: str
+
+    @property
+    def json(self):
+        """The one JSON object on stdout."""
+        return json.loads(self.out, parse_constant=pytest.fail)
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A finished run and its tables."""
+
+    folder: Path
+    plan: Plan
+    record: dict
+
+    def table(self, name):
+        return open_table(self.folder / f"{name}.parquet")
+
+    @property
+    def designs(self):
+        return self.table("designs").read().to_pandas()
+
+    @property
+    def states(self):
+        return self.table("states").read().to_pandas()
+
+    @property
+    def hashes(self):
+        return table_hashes(self.folder)
+
+
+def table_hashes(folder):
+    """SHA-256 of every table file of a run, by its name in the folder."""
+    return {
+        str(file.relative_to(folder)): file_sha256(file) for file in sorted(folder.rglob("*.parquet")) if file.is_file()
+    }
+
+
+def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"):
+    """Run a study given as TOML text in a folder; the tables come to stand in its subfolder `out`."""
+    file = folder / "study.toml"
+    file.write_text(text, encoding="utf-8")
+    plan = Plan(load_study(file), block_states=block_states)
+    target = RunFolder(folder / out, plan)
+    with target.locked():
+        outcome = run(target, jobs=jobs, stop=threading.Event(), progress=lambda _done, _all: None)
+        target.write_record(outcome.record)
+    return Swept(target.path, plan, outcome.record)
+
+
+@pytest.fixture(scope="session")
+def new_sweep():
+    """`sweep_text`, for tests in any folder."""
+    return sweep_text
+
+
+@pytest.fixture(scope="session")
+def hashes_in():
+    """`table_hashes`, for tests in any folder."""
+    return table_hashes
+
+
+@pytest.fixture(scope="session")
+def configs():
+    """The folder of the shipped studies."""
+    return CONFIGS
+
+
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    """An empty folder that is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def tendon(workplace, capsys):
+    """Run a command in this process and an empty folder."""
+
+    def call(*words):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as end:
+            cli.main([str(word) for word in words])
+        said = capsys.readouterr()
+        return Ran(end.value.code, said.out, said.err)
+
+    return call
+
+
+@pytest.fixture
+def outside(workplace):
+    """Run a command as a process of its own, in an empty folder: the console script, or Python with arguments."""
+
+    def call(*words, python=False, **options):
+        program = Path(sys.executable) if python else Path(sys.executable).with_name("tendon")
+        options = {"capture_output": True, "cwd": workplace} | options
+        ended = subprocess.run([program, *map(str, words)], check=False, text=True, timeout=120, **options)
+        return Ran(ended.returncode, ended.stdout, ended.stderr)
+
+    return call
+
+
+@pytest.fixture
+def small_parts(monkeypatch):
+    """Make parts so small that small studies have several; returns a function that does."""
+
+    def shrink(states, designs=None):
+        monkeypatch.setattr(plan_module, "STATES_PER_PART", states)
+        monkeypatch.setattr(plan_module, "DESIGNS_PER_PART", designs or states)
+
+    return shrink
+
+
+@pytest.fixture
+def muttered(monkeypatch):
+    """What Python would print of exceptions that nobody can catch, such as those of finalizers."""
+    said = []
+    monkeypatch.setattr(
+        sys, "unraisablehook", lambda fault: said.append(f"{fault.exc_type.__name__}: {fault.exc_value}")
+    )
+    yield said
+    gc.collect()

@@ -1,0 +1,127 @@
+"""A study that has everything, and what each of its designs is, written down by hand in SI."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from tendon_cli.model.actuator import Arm, Design, Side
+from tendon_cli.model.kinematics import Anchors
+
+STUDY = """
+name = "everything"
+
+[arm]
+upper_arm_angle = "20 deg"
+
+[tendon]
+pretension = ["60 N", "250 N"]
+
+[tendon.extensor]
+length = "1.5 m"
+
+[sheath]
+friction = [0.05, 0.1]
+
+[load]
+mass = ["0 kg", "6 kg"]
+
+[[cases]]
+name = "as it is"
+
+[[cases]]
+name = "bilateral"
+model = { slack = "bilateral" }
+spool = { ratio = 0.8 }
+
+[[cases]]
+name = "rough extensor"
+model = { reference = "initial" }
+sheath = { bend_angle = "270 deg", extensor = { friction = 0.2 } }
+spring = { flexor = { stiffness = "2 kN/m" } }
+
+[[cases]]
+name = "weightless"
+arm = { forearm_mass = "0 kg", b1 = "160 mm", upper_arm_angle = "-60 deg" }
+spool = { flexor_radius = "25 mm" }
+
+[motion]
+direction = ["extension", "flexion"]
+elbow_angle = ["90 deg", "-30 deg", "0 deg", "15 deg", "60 deg", "130 deg", "175 deg"]
+"""
+
+NEVER_PAST_THE_CENTRE = STUDY.replace('"-30 deg", ', "").replace(', "175 deg"', "")
+"""The same with angles at which the flexor always has a moment arm."""
+
+PRETENSION_PER_SIDE = NEVER_PAST_THE_CENTRE.replace(
+    'name = "rough extensor"', 'name = "rough extensor"\ntendon = { flexor = { pretension = "90 N" } }'
+).replace('pretension = ["60 N", "250 N"]', 'pretension = "150 N"\ndiameter = ["1 mm", "2 mm"]')
+
+BASE = {
+    "arm.a1": 0.04, "arm.b1": 0.15, "arm.a2": 0.02, "arm.b2": 0.15, "arm.elbow_radius": 0.045,
+    "arm.forearm_mass": 1.54, "arm.forearm_com": 0.174, "arm.load_distance": 0.32,
+    "arm.upper_arm_angle": math.radians(20.0),
+    "sheath.bend_angle": math.pi, "tendon.length": 2.0, "tendon.extensor.length": 1.5, "tendon.diameter": 0.0015,
+    "tendon.youngs_modulus": 145e9, "spring.stiffness": 3000.0, "spool.flexor_radius": 0.03, "spool.ratio": 1.0,
+    "unilateral": True, "from_initial": False,
+}  # fmt: skip
+
+CASES = {
+    "as it is": {},
+    "bilateral": {"unilateral": False, "spool.ratio": 0.8},
+    "rough extensor": {
+        "from_initial": True, "sheath.bend_angle": 1.5 * math.pi, "sheath.extensor.friction": 0.2,
+        "spring.flexor.stiffness": 2000.0,
+    },
+    "weightless": {
+        "arm.forearm_mass": 0.0, "arm.b1": 0.16, "arm.upper_arm_angle": math.radians(-60.0),
+        "spool.flexor_radius": 0.025,
+    },
+}  # fmt: skip
+
+AXES = {"tendon.pretension": (60.0, 250.0), "sheath.friction": (0.05, 0.1), "load.mass": (0.0, 6.0)}
+AXES_PER_SIDE = {"tendon.diameter": (0.001, 0.002), "sheath.friction": (0.05, 0.1), "load.mass": (0.0, 6.0)}
+
+SIDE_KEYS = {
+    "friction": "sheath.friction", "bend_angle": "sheath.bend_angle", "length": "tendon.length",
+    "diameter": "tendon.diameter", "youngs_modulus": "tendon.youngs_modulus", "spring_stiffness": "spring.stiffness",
+    "pretension": "tendon.pretension",
+}  # fmt: skip
+
+
+def all_numbers():
+    """The numbers of every design of STUDY, in the order of the product."""
+    for case, *values in itertools.product(CASES, *AXES.values()):
+        yield BASE | CASES[case] | dict(zip(AXES, values, strict=True))
+
+
+def all_numbers_per_side():
+    """The numbers of every design of PRETENSION_PER_SIDE."""
+    for case, *values in itertools.product(CASES, *AXES_PER_SIDE.values()):
+        own = {"tendon.flexor.pretension": 90.0} if case == "rough extensor" else {}
+        yield BASE | {"tendon.pretension": 150.0} | CASES[case] | own | dict(zip(AXES_PER_SIDE, values, strict=True))
+
+
+def on_side(numbers, key, side):
+    """What counts on a side: its own value before the common one."""
+    table, name = key.split(".")
+    return numbers.get(f"{table}.{side}.{name}", numbers.get(key))
+
+
+def design_of(numbers) -> Design:
+    """The model's design of plain numbers."""
+    sides = {
+        side: Side(**{name: on_side(numbers, key, side) for name, key in SIDE_KEYS.items()})
+        for side in ("flexor", "extensor")
+    }
+    anchors = Anchors(*(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")))
+    weight = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
+    return Design(
+        arm=Arm(anchors, *(numbers[f"arm.{name}"] for name in weight)),
+        **sides,
+        flexor_radius=numbers["spool.flexor_radius"],
+        ratio=numbers["spool.ratio"],
+        load_mass=numbers["load.mass"],
+        from_initial=numbers["from_initial"],
+        unilateral=numbers["unilateral"],
+    )

@@ -1,0 +1,195 @@
+"""How a product is cut into parts and blocks: every state exactly once, in order, whatever the shape."""
+
+import itertools
+import math
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tendon_cli.errors import SizeError, StudyError
+from tendon_cli.study.load import load_study, study_from
+from tendon_cli.sweep import plan as plan_module
+from tendon_cli.sweep.plan import Plan
+
+AXES = (("tendon", "pretension"), ("spring", "stiffness"), ("spool", "ratio"), ("load", "mass"))
+SHAPES = st.lists(st.integers(1, 6), min_size=0, max_size=4)
+searched = settings(deadline=None, derandomize=True, max_examples=80)
+
+HUGE = """
+[tendon]
+pretension = { from = "1 N", to = "2 N", num = 10000000 }
+[spring]
+stiffness = { from = "1 kN/m", to = "2 kN/m", num = 10000000 }
+[spool]
+ratio = { from = 0.5, to = 1.0, num = 1000000 }
+"""
+
+
+def study_of(shape, angles=3, directions=("flexion", "extension"), **rest):
+    content = {"name": "shape", **rest}
+    for (table, key), length in zip(AXES, shape, strict=False):
+        content.setdefault(table, {})[key] = [1.0 + index for index in range(length)]
+    content["motion"] = {"direction": list(directions), "elbow_angle": [0.1 * (1 + index) for index in range(angles)]}
+    return study_from(content)
+
+
+def rows_of(plan, block):
+    """Row numbers in the states table of a block's states, in the block's own order."""
+    ranges = [range(part.start, part.stop) for part in (*block.designs, block.directions, block.angles)]
+    full = (*plan.shape, len(plan.directions), len(plan.elbow_angles))
+    return [int(np.ravel_multi_index(position, full)) for position in itertools.product(*ranges)]
+
+
+@searched
+@given(SHAPES, st.integers(1, 7), st.integers(1, 60), st.data())
+def test_blocks_tile_any_range_of_designs_once_and_in_order(shape, angles, block_states, data):
+    plan = Plan(study_of(shape, angles), block_states=block_states)
+    start = data.draw(st.integers(0, plan.designs - 1))
+    designs = range(start, data.draw(st.integers(start + 1, plan.designs)))
+    rows = [row for block in plan.blocks(designs) for row in rows_of(plan, block)]
+    each = plan.states_per_design
+    assert rows == list(range(designs.start * each, designs.stop * each))
+
+
+@searched
+@given(SHAPES, st.integers(1, 7), st.integers(1, 60))
+def test_no_block_has_more_states_than_asked_for(shape, angles, block_states):
+    plan = Plan(study_of(shape, angles), block_states=block_states)
+    assert all(math.prod(block.shape) <= block_states for block in plan.blocks(range(plan.designs)))
+
+
+@searched
+@given(SHAPES, st.integers(1, 7), st.integers(1, 60))
+def test_blocks_know_their_designs_and_where_these_end(shape, angles, block_states):
+    plan = Plan(study_of(shape, angles), block_states=block_states)
+    finished = 0
+    for block in plan.blocks(range(plan.designs)):
+        assert block.first_design == finished
+        finished += block.design_count if plan.completes_designs(block) else 0
+    assert finished == plan.designs
+
+
+def test_a_single_design_with_more_states_than_a_block_is_cut_along_its_angles():
+    plan = Plan(study_of([], angles=10), block_states=4)
+    blocks = list(plan.blocks(range(1)))
+    assert [(block.directions.start, block.angles.start, block.angles.stop) for block in blocks] == [
+        (0, 0, 4), (0, 4, 8), (0, 8, 10), (1, 0, 4), (1, 4, 8), (1, 8, 10),
+    ]  # fmt: skip
+    assert [plan.completes_designs(block) for block in blocks] == [False] * 5 + [True]
+
+
+@searched
+@given(SHAPES, st.integers(1, 300), st.integers(1, 40))
+def test_parts_tile_the_designs_and_follow_from_the_study_alone(shape, part_states, block_states):
+    study = study_of(shape)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plan_module, "STATES_PER_PART", part_states)
+        plan, other = Plan(study), Plan(study, block_states=block_states)
+        parts = [plan.part(index) for index in range(plan.parts)]
+        assert [design for part in parts for design in part] == list(range(plan.designs))
+        assert {len(part) for part in parts[:-1]} <= {plan.part_designs}
+        assert parts == [other.part(index) for index in range(other.parts)]
+        assert sum(plan.rows("states", part) for part in parts) == plan.states
+        assert plan.part_designs == max(1, part_states // plan.states_per_design)
+
+
+def test_parts_are_longer_where_no_states_are_written():
+    with_states, without = study_of([6, 6]), study_of([6, 6], output={"tables": ["designs"]})
+    assert Plan(without).part_designs > Plan(with_states).part_designs
+
+
+@searched
+@given(SHAPES)
+def test_coordinates_invert_design_numbers(shape):
+    plan = Plan(study_of(shape))
+    found = [plan.coordinates(design) for design in range(plan.designs)]
+    assert found == list(itertools.product(*map(range, plan.shape)))
+
+
+def test_axes_vary_as_the_product_of_the_document_the_last_fastest(new_sweep, tmp_path):
+    text = """
+    [load]
+    mass = [0.0, 2.0]
+    [spool]
+    ratio = [1.0, 0.8, 0.9]
+    [tendon]
+    pretension = [90.0, 120.0]
+    [[cases]]
+    name = "b"
+    [[cases]]
+    name = "a"
+    [motion]
+    direction = ["extension", "flexion"]
+    elbow_angle = [1.0, 0.2]
+    """
+    swept = new_sweep(text, tmp_path)
+    product = list(itertools.product("ba", [0.0, 2.0], [1.0, 0.8, 0.9], [90.0, 120.0]))
+    columns = ["case", "load_mass", "spool_ratio", "pretension"]
+    assert list(swept.designs[columns].itertuples(index=False, name=None)) == product
+    assert swept.designs["design"].tolist() == list(range(len(product)))
+    states = [(*row, *state) for row in product for state in itertools.product(["extension", "flexion"], [1.0, 0.2])]
+    columns += ["direction", "elbow_angle"]
+    assert list(swept.states[columns].itertuples(index=False, name=None)) == states
+
+
+def test_a_new_axis_of_the_command_line_comes_last_and_a_known_one_keeps_its_place(tmp_path):
+    file = tmp_path / "study.toml"
+    file.write_text("[load]\nmass = [0.0, 2.0]\n[spool]\nratio = [1.0, 0.8]\n", encoding="utf-8")
+    settings_ = ("arm.b1=[0.15, 0.16]", 'load.mass=["1 kg", "2 kg", "3 kg"]')
+    plan = Plan(load_study(file, settings_))
+    assert [axis.key for axis in plan.axes] == ["load.mass", "spool.ratio", "arm.b1"]
+    assert plan.shape == (3, 2, 2)
+
+
+def test_a_product_of_10_to_the_20_is_refused_before_anything_is_allocated(tmp_path):
+    file = tmp_path / "huge.toml"
+    file.write_text(HUGE, encoding="utf-8")
+    study = load_study(file)
+    tracemalloc.start()
+    try:
+        with pytest.raises(SizeError, match="states"):
+            Plan(study)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 1_000_000
+
+
+def test_reading_a_huge_study_writes_no_grid_out(tmp_path):
+    file = tmp_path / "huge.toml"
+    file.write_text(HUGE, encoding="utf-8")
+    load_study(file)  # whatever is imported once
+    tracemalloc.start()
+    try:
+        load_study(file)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 5_000_000
+
+
+def test_a_huge_study_is_exit_2_on_the_command_line_and_leaves_nothing(tendon, workplace):
+    (workplace / "huge.toml").write_text(HUGE, encoding="utf-8")
+    for words in ((), ("--dry-run",)):
+        ran = tendon("sweep", "huge.toml", "--json", *words)
+        assert (ran.exit, ran.json["error"]["kind"]) == (2, "size")
+    assert [item.name for item in workplace.iterdir()] == ["huge.toml"]
+
+
+def test_an_axis_of_more_than_10_to_the_7_values_is_refused():
+    grid = {"from": "1 N", "to": "2 N", "num": 10**7 + 1}
+    with pytest.raises((SizeError, StudyError), match="axis"):
+        study_from({"name": "long", "tendon": {"pretension": grid}})
+
+
+def test_more_than_2_to_the_63_states_cannot_be_but_just_below_can():
+    grid = {"from": 1.0, "to": 2.0, "num": 10**7}
+    axes = {"tendon": {"pretension": grid}, "spring": {"stiffness": grid}}
+    below = {"name": "a", **axes, "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_000}}}
+    above = {"name": "a", **axes, "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_200}}}
+    assert Plan(study_from(below)).states < 2**63
+    with pytest.raises(SizeError):
+        Plan(study_from(above))

@@ -1,0 +1,417 @@
+"""Tables hold what the model says, state by state, and designs what their states come to."""
+
+import itertools
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tendon_cli.model import actuator
+from tendon_cli.model.statics import STATUS_NAMES
+
+from .studies import (
+    CASES,
+    NEVER_PAST_THE_CENTRE,
+    PRETENSION_PER_SIDE,
+    STUDY,
+    all_numbers,
+    all_numbers_per_side,
+    design_of,
+    on_side,
+)
+
+LEADING = ["design", "pretension", "spring_stiffness", "spool_ratio", "load_mass", "friction", "bend_angle"]
+STATE_COLUMNS = [
+    "direction", "elbow_angle", "status",
+    "flexor_tension_proximal", "flexor_tension_distal", "extensor_tension_proximal", "extensor_tension_distal",
+    "flexor_tendon_stretch", "extensor_tendon_stretch", "flexor_spring_stretch", "extensor_spring_stretch",
+    "flexor_slack", "extensor_slack", "elbow_torque", "motor_torque", "spool_angle", "elbow_stiffness",
+    "flexor_moment_arm", "flexor_travel", "extensor_travel",
+]  # fmt: skip
+DESIGN_COLUMNS = [
+    "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
+    "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
+    "first_slack_angle", "required_pretension", "margin", "feasible",
+]  # fmt: skip
+GEOMETRY = ["flexor_moment_arm", "flexor_travel", "extensor_travel"]
+RESULTS = [name for name in STATE_COLUMNS[3:] if name not in GEOMETRY]
+TENSIONS = [f"{side}_tension_{end}" for side in ("flexor", "extensor") for end in ("proximal", "distal")]
+SLACK = ("flexor slack", "extensor slack", "both slack")
+ANGLES = np.radians([90.0, -30.0, 0.0, 15.0, 60.0, 130.0, 175.0])
+MOTION = list(itertools.product(("extension", "flexion"), ANGLES))
+FEW_MOTION = [(direction, angle) for direction, angle in MOTION if -0.1 < angle < 3.0]
+
+
+@pytest.fixture(scope="module")
+def full(new_sweep, tmp_path_factory):
+    """The study with states beyond the joint's centre."""
+    return new_sweep(STUDY, tmp_path_factory.mktemp("full"))
+
+
+@pytest.fixture(scope="module")
+def solvable(new_sweep, tmp_path_factory):
+    """The study whose every state has an equilibrium."""
+    return new_sweep(NEVER_PAST_THE_CENTRE, tmp_path_factory.mktemp("solvable"))
+
+
+@pytest.fixture(scope="module")
+def per_side(new_sweep, tmp_path_factory):
+    """The study in one case of which the sides differ in pretension."""
+    return new_sweep(PRETENSION_PER_SIDE, tmp_path_factory.mktemp("per_side"))
+
+
+def one_state(numbers, direction, angle):
+    """A row of states, from the model called with plain numbers."""
+    design = design_of(numbers)
+    state = actuator.evaluate(design, float(angle), direction == "flexion")
+    change = {side: float(getattr(state.balance, side)) - getattr(design, side).pretension for side in CASES_SIDES}
+    row = {"direction": direction, "elbow_angle": float(angle), "status": STATUS_NAMES[int(state.status)]}
+    for side in CASES_SIDES:
+        row[f"{side}_tension_proximal"] = float(getattr(state, f"{side}_tension_proximal"))
+        row[f"{side}_tension_distal"] = float(getattr(state.balance, side))
+        row[f"{side}_tendon_stretch"] = float(getattr(state, side).tendon) * change[side]
+        row[f"{side}_spring_stretch"] = change[side] / getattr(design, side).spring_stiffness
+    for name in ("flexor_slack", "extensor_slack", "elbow_torque", "motor_torque", "spool_angle", "elbow_stiffness"):
+        row[name] = float(getattr(state, name))
+    return row | {name: float(getattr(state.motion, name)) for name in GEOMETRY}
+
+
+CASES_SIDES = ("flexor", "extensor")
+
+
+def assert_same(found, expected, tolerance=1e-10):
+    """Two columns agree, nulls included; zeros within a share of the largest."""
+    found, expected = found.to_numpy(float), expected.to_numpy(float)
+    largest = np.nanmax(np.abs(expected), initial=1e-300)
+    np.testing.assert_allclose(found, expected, rtol=tolerance, atol=1e-3 * tolerance * largest, equal_nan=True)
+
+
+# --- Rows ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("run", "numbers", "motion"),
+    [
+        ("full", all_numbers, MOTION),
+        ("solvable", all_numbers, FEW_MOTION),
+        ("per_side", all_numbers_per_side, FEW_MOTION),
+    ],
+)
+def test_states_are_those_of_a_plain_loop_over_the_product(request, run, numbers, motion):
+    states = request.getfixturevalue(run).states
+    expected = pd.DataFrame([one_state(each, *state) for each in numbers() for state in motion])
+    assert states["direction"].tolist() == expected["direction"].tolist()
+    assert states["status"].tolist() == expected["status"].tolist()
+    assert states["design"].tolist() == [row // len(motion) for row in range(len(expected))]
+    for name in ["elbow_angle", *STATE_COLUMNS[3:]]:
+        assert_same(states[name], expected[name])
+
+
+def test_the_study_of_these_tests_has_every_status(full):
+    assert set(full.states["status"]) == set(STATUS_NAMES)
+
+
+@pytest.mark.parametrize(("run", "numbers"), [("full", all_numbers), ("per_side", all_numbers_per_side)])
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_every_row_says_which_design_it_is(request, run, numbers, table):
+    rows = request.getfixturevalue(run).table(table).read().to_pandas().drop_duplicates("design")
+    everything = list(numbers())
+    for column, key in (("spool_ratio", "spool.ratio"), ("load_mass", "load.mass"), ("arm_b1", "arm.b1")):
+        if column in rows:
+            assert rows[column].tolist() == [each[key] for each in everything]
+    sided = {"friction": "sheath.friction", "spring_stiffness": "spring.stiffness", "tendon_length": "tendon.length"}
+    for (column, key), side in itertools.product(sided.items(), CASES_SIDES):
+        assert rows[f"{column}_{side}"].tolist() == [on_side(each, key, side) for each in everything]
+        assert rows[column].isna().all()
+    names = list(CASES)
+    assert rows["case"].tolist() == [names[row * len(names) // len(everything)] for row in range(len(everything))]
+
+
+# --- Reductions ------------------------------------------------------------------------------------------------------
+
+
+def stiffness_of(states, side):
+    """The column that holds a side's spring stiffness."""
+    return states.get(f"spring_stiffness_{side}", states["spring_stiffness"])
+
+
+def with_sign(values):
+    """The value of largest magnitude."""
+    return values.loc[values.abs().idxmax()] if values.notna().any() else math.nan
+
+
+def reduced(states):
+    """What each design's states come to, by pandas."""
+    extension = pd.concat(
+        [states[f"{side}_tension_distal"] / stiffness_of(states, side) for side in CASES_SIDES], axis=1
+    ).max(axis=1)
+    states = states.assign(
+        extension=extension,
+        longest=states[["flexor_slack", "extensor_slack"]].max(axis=1),
+        least_flexor=states[TENSIONS[:2]].min(axis=1),
+        least_extensor=states[TENSIONS[2:]].min(axis=1),
+        most=states[TENSIONS].max(axis=1),
+        loose=states["status"].isin(SLACK),
+        taut=states["status"] == "taut",
+    )
+    by = states.groupby("design")
+    return pd.DataFrame(
+        {
+            "min_flexor_tension": by["least_flexor"].min(),
+            "min_extensor_tension": by["least_extensor"].min(),
+            "max_tension": by["most"].max(),
+            "max_spring_extension": by["extension"].max(),
+            "peak_elbow_torque": by["elbow_torque"].agg(with_sign),
+            "peak_motor_torque": by["motor_torque"].agg(with_sign),
+            "min_elbow_stiffness": by["elbow_stiffness"].min(),
+            "max_slack": by["longest"].max(),
+            "slack_fraction": 1.0 - by["taut"].mean(),
+            "unstable_fraction": (states["elbow_stiffness"] < 0.0).groupby(states["design"]).mean(),
+            "first_slack_angle": states[states["loose"]].groupby("design")["elbow_angle"].min(),
+            "feasible": by["taut"].all(),
+        }
+    )
+
+
+@pytest.mark.parametrize("run", ["full", "solvable", "per_side"])
+@pytest.mark.parametrize("column", [name for name in DESIGN_COLUMNS if name not in ("required_pretension", "margin")])
+def test_designs_hold_what_pandas_finds_in_states(request, run, column):
+    swept = request.getfixturevalue(run)
+    assert_same(swept.designs[column], reduced(swept.states)[column])
+
+
+def is_taut_at(numbers, pretension, motion):
+    """Whether no state is slack with this pretension on both sides."""
+    design = design_of(numbers)
+    flexor, extensor = (replace(side, pretension=pretension) for side in (design.flexor, design.extensor))
+    design = replace(design, flexor=flexor, extensor=extensor)
+    angles = np.array([angle for _, angle in motion])
+    flexion = np.array([direction == "flexion" for direction, _ in motion])
+    return not actuator.evaluate(design, angles, flexion).status.any()
+
+
+def bisected(numbers, motion):
+    """The smallest pretension without slack, by trying."""
+    if is_taut_at(numbers, 0.0, motion):
+        return 0.0
+    low, high = 0.0, 1e5
+    while high - low > 1e-7:
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if is_taut_at(numbers, middle, motion) else (middle, high)
+    return high
+
+
+@pytest.mark.parametrize(("run", "numbers"), [("solvable", all_numbers), ("per_side", all_numbers_per_side)])
+def test_the_required_pretension_is_where_bisection_finds_it(request, run, numbers):
+    found = request.getfixturevalue(run).designs["required_pretension"]
+    np.testing.assert_allclose(found, [bisected(each, FEW_MOTION) for each in numbers()], rtol=1e-6, atol=1e-6)
+
+
+def test_the_margin_is_what_pretension_there_is_beyond_the_required(solvable):
+    designs = solvable.designs
+    assert_same(designs["margin"], designs["pretension"] - designs["required_pretension"], 1e-12)
+
+
+@pytest.mark.parametrize("run", ["solvable", "per_side"])
+def test_a_design_is_feasible_where_its_margin_is_not_negative(request, run):
+    designs = request.getfixturevalue(run).designs
+    assert (designs["feasible"] == (designs["margin"] >= 0.0)).all()
+    assert 0 < designs["feasible"].sum() < len(designs)
+
+
+def test_run_json_counts_what_the_tables_hold(full):
+    states, designs, record = full.states, full.designs, full.record
+    assert (record["designs"], record["states"]) == (len(designs), len(states))
+    assert record["feasible"] == designs["feasible"].sum()
+    assert record["slack"] == states["status"].isin(SLACK).sum()
+    assert record["no_equilibrium"] == (states["status"] == "no equilibrium").sum()
+    assert record["unstable"] == (states["elbow_stiffness"] < 0.0).sum()
+
+
+# --- Required pretension, met exactly --------------------------------------------------------------------------------
+
+
+AT = """
+[load]
+mass = {mass}
+[spool]
+ratio = {ratio}
+[tendon]
+pretension = {pretension!r}
+[model]
+slack = "{slack}"
+"""
+
+
+@pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
+@pytest.mark.parametrize(("mass", "ratio"), [(0.0, 1.0), (3.0, 1.0), (5.0, 0.7), (10.0, 1.1)])
+def test_at_the_required_pretension_the_margin_is_zero_and_the_design_feasible(new_sweep, tmp_path, slack, mass, ratio):
+    def row(pretension, out):
+        text = AT.format(mass=mass, ratio=ratio, pretension=pretension, slack=slack)
+        return new_sweep(text, tmp_path, out=out).designs.iloc[0]
+
+    required = row(100.0, "first")["required_pretension"]
+    at, below = row(float(required), "at"), row(float(required) * (1.0 - 1e-6), "below")
+    assert abs(at["margin"]) <= 1e-9 * required
+    assert at["feasible"]
+    assert at["slack_fraction"] == 0.0
+    assert not below["feasible"]
+    assert below["slack_fraction"] > 0.0
+    assert below["margin"] < 0.0
+
+
+# --- Nulls -----------------------------------------------------------------------------------------------------------
+
+
+def test_results_are_null_without_equilibrium_and_only_geometry_stands(full):
+    states = full.states
+    none = states[states["status"] == "no equilibrium"]
+    assert len(none)
+    assert none[RESULTS].isna().all(axis=None)
+    assert none[GEOMETRY].notna().all(axis=None)
+    assert (none["flexor_moment_arm"] <= 0.0).all()
+    assert (states.loc[states["status"] != "no equilibrium", "flexor_moment_arm"] > 0.0).all()
+
+
+def test_slack_lengths_and_spool_angle_are_null_where_both_are_slack(full):
+    states = full.states
+    both = states[(states["status"] == "both slack") & (states["case"] != "bilateral")]
+    assert len(both)
+    assert both[["flexor_slack", "extensor_slack", "spool_angle"]].isna().all(axis=None)
+    others = [name for name in RESULTS if name not in ("flexor_slack", "extensor_slack", "spool_angle")]
+    assert both[others].notna().all(axis=None)
+
+
+def test_slack_lengths_are_null_in_the_bilateral_model_and_nothing_else(full):
+    states = full.states
+    bilateral = states[(states["case"] == "bilateral") & (states["status"] != "no equilibrium")]
+    assert bilateral[["flexor_slack", "extensor_slack"]].isna().all(axis=None)
+    others = [name for name in RESULTS if name not in ("flexor_slack", "extensor_slack")]
+    assert bilateral[others].notna().all(axis=None)
+    assert full.designs.loc[full.designs["case"] == "bilateral", "max_slack"].isna().all()
+
+
+def test_nothing_else_is_null(full):
+    states = full.states
+    rest = states[states["status"].isin(["taut", "flexor slack", "extensor slack"]) & (states["case"] != "bilateral")]
+    assert rest[STATE_COLUMNS].notna().all(axis=None)
+
+
+def test_status_follows_the_signs_of_the_tensions_in_the_bilateral_model(full):
+    states = full.states
+    bilateral = states[(states["case"] == "bilateral") & (states["status"] != "no equilibrium")]
+    assert ((bilateral["flexor_tension_distal"] < 0) == bilateral["status"].isin(["flexor slack", "both slack"])).all()
+    signs = bilateral["extensor_tension_distal"] < 0
+    assert (signs == bilateral["status"].isin(["extensor slack", "both slack"])).all()
+
+
+def test_no_tension_is_negative_in_the_unilateral_model(full):
+    states = full.states
+    tensions = states.loc[states["case"] != "bilateral", TENSIONS]
+    assert tensions.min(axis=None) >= -1e-9 * tensions.max(axis=None)
+
+
+def test_required_pretension_and_margin_are_null_where_a_state_has_no_equilibrium(full):
+    designs = full.designs
+    assert designs[["required_pretension", "margin"]].isna().all(axis=None)
+    assert not designs["feasible"].any()
+    assert (designs["slack_fraction"] > 0.0).all()
+
+
+def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_sweep, tmp_path):
+    text = '[load]\nmass = [0.0, 3.0]\n[motion]\nelbow_angle = ["165 deg", "170 deg"]\n'
+    designs = new_sweep(text, tmp_path).designs
+    shares = ["slack_fraction", "unstable_fraction", "feasible"]
+    assert designs[[name for name in DESIGN_COLUMNS if name not in shares]].isna().all(axis=None)
+    assert designs["slack_fraction"].tolist() == [1.0, 1.0]
+    assert designs["unstable_fraction"].tolist() == [0.0, 0.0]
+    assert not designs["feasible"].any()
+
+
+def test_first_slack_angle_is_null_without_slack(solvable):
+    designs = solvable.designs
+    assert (designs["first_slack_angle"].isna() == designs["feasible"]).all()
+
+
+# --- Columns, units, metadata ----------------------------------------------------------------------------------------
+
+
+def test_the_tables_of_the_smallest_study_have_the_published_columns_in_order(new_sweep, tmp_path):
+    swept = new_sweep("", tmp_path)
+    assert list(swept.designs) == LEADING + DESIGN_COLUMNS
+    assert list(swept.states) == LEADING + STATE_COLUMNS
+
+
+def test_other_axes_and_sides_follow_the_six_columns_that_are_always_there(per_side):
+    columns = list(per_side.designs)
+    leading = columns[: columns.index("min_flexor_tension")]
+    assert [name for name in leading if name in LEADING] == LEADING
+    rest = {"tendon_diameter", "tendon_length", "case", "tendon_length_flexor", "tendon_length_extensor"}
+    rest |= {f"{name}_{side}" for name in ("pretension", "friction", "spring_stiffness") for side in CASES_SIDES}
+    assert set(leading) - set(LEADING) == rest
+    assert list(per_side.states)[: len(leading)] == leading
+    assert columns[len(leading) :] == DESIGN_COLUMNS
+    assert list(per_side.states)[len(leading) :] == STATE_COLUMNS
+
+
+def test_an_axis_of_one_side_alone_is_a_column_of_both_sides(new_sweep, tmp_path):
+    text = '[tendon]\npretension = "90 N"\n[tendon.extensor]\npretension = ["70 N", "80 N"]\n'
+    designs = new_sweep(text, tmp_path).designs
+    assert designs["pretension"].isna().all()
+    assert designs["pretension_flexor"].tolist() == [90.0, 90.0]
+    assert designs["pretension_extensor"].tolist() == [70.0, 80.0]
+
+
+UNITS = {
+    "design": "1", "pretension": "N", "spring_stiffness": "N/m", "spool_ratio": "1", "load_mass": "kg",
+    "friction": "1", "bend_angle": "rad", "tendon_length_flexor": "m", "case": "1",
+    "elbow_angle": "rad", "flexor_tension_distal": "N", "extensor_spring_stretch": "m", "flexor_slack": "m",
+    "elbow_torque": "N m", "motor_torque": "N m", "spool_angle": "rad", "elbow_stiffness": "N m/rad",
+    "flexor_moment_arm": "m", "flexor_travel": "m", "min_flexor_tension": "N", "max_spring_extension": "m",
+    "peak_motor_torque": "N m", "min_elbow_stiffness": "N m/rad", "max_slack": "m", "slack_fraction": "1",
+    "first_slack_angle": "rad", "required_pretension": "N", "margin": "N", "feasible": "1",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_fields_and_pandas_attributes_have_the_units(full, table):
+    file = full.folder / f"{table}.parquet"
+    schema, attributes = pq.read_schema(file), pd.read_parquet(file).attrs
+    assert set(attributes["units"]) == set(schema.names)
+    for field in schema:
+        assert field.metadata[b"unit"].decode() == attributes["units"][field.name]
+        assert field.metadata[b"long_name"].decode().strip()
+        assert UNITS.get(field.name, attributes["units"][field.name]) == attributes["units"][field.name]
+
+
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_text_is_a_dictionary_and_numbers_are_64_bit(full, table):
+    schema = full.table(table).read().schema
+    for name in {"case", "direction", "status"} & set(schema.names):
+        assert pa.types.is_dictionary(schema.field(name).type)
+        assert isinstance(full.table(table).read().to_pandas()[name].dtype, pd.CategoricalDtype)
+    assert schema.field("design").type == pa.int64()
+    numbers = [name for name in schema.names if name not in ("design", "case", "direction", "status", "feasible")]
+    assert {schema.field(name).type for name in numbers} == {pa.float64()}
+
+
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_a_table_tells_its_study_its_hash_and_its_versions(full, table):
+    metadata = pq.read_schema(full.folder / f"{table}.parquet").metadata
+    texts = [value.decode() for value in metadata.values()]
+    assert any(full.plan.study.hash in text for text in texts)
+    facts = full.table(table).facts
+    assert facts["study"]["study"] == json.loads(json.dumps(full.plan.study.document()))
+    assert {"tendon", "numpy", "pyarrow"} <= set(facts["versions"])
+    assert facts["table"] == table
+
+
+def test_only_the_tables_asked_for_are_written(new_sweep, tmp_path):
+    swept = new_sweep('[output]\ntables = "designs"\n', tmp_path)
+    assert sorted(swept.hashes) == ["designs.parquet"]
+    assert [entry["path"] for entry in swept.record["files"]] == ["designs.parquet"]

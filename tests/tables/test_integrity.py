@@ -1,0 +1,373 @@
+"""A table that is damaged, incomplete or foreign is refused; one that cannot be written leaves what was there."""
+
+import errno
+import gc
+import json
+import os
+import random
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tendon_cli.errors import InputError, OutputError
+from tendon_cli.files import write_whole
+from tendon_cli.sweep.part import PartMaker
+from tendon_cli.tables.digest import StampedSink
+from tendon_cli.tables.read import open_table
+from tendon_cli.tables.write import TableFile
+
+FEW = """
+[load]
+mass = [0.0, 3.0]
+[[cases]]
+name = "first"
+[[cases]]
+name = "second"
+[motion]
+elbow_angle = { from = "0 deg", to = "170 deg", num = 9 }
+"""
+OTHER = FEW.replace("[0.0, 3.0]", "[1.0, 4.0]")
+
+
+@pytest.fixture(scope="module")
+def small(new_sweep, tmp_path_factory):
+    """A finished run of small tables."""
+    return new_sweep(FEW, tmp_path_factory.mktemp("small"))
+
+
+@pytest.fixture
+def parted(new_sweep, tmp_path, small_parts):
+    """A finished run of four parts."""
+    small_parts(18)
+    swept = new_sweep(FEW, tmp_path)
+    assert swept.plan.parts == 4
+    return swept
+
+
+def contents(path):
+    table = open_table(path)
+    return table.read(), table.facts
+
+
+def refusal(path):
+    """The error with which a table is refused."""
+    with pytest.raises(InputError) as error:
+        contents(path)
+    assert error.value.exit == 3
+    assert error.value.message
+    return error.value
+
+
+def footer_start(content):
+    return len(content) - 8 - int.from_bytes(content[-8:-4], "little")
+
+
+def is_refused_or_unchanged(file, original):
+    try:
+        return contents(file) == original
+    except InputError as error:
+        return str(file) in str(error.where)
+
+
+# --- Damage ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("where", "flips"), [("pages", 150), ("footer", 300)])
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_no_flipped_byte_changes_anything_unnoticed(small, tmp_path, table, where, flips):
+    source = small.folder / f"{table}.parquet"
+    good, original = source.read_bytes(), contents(source)
+    start = footer_start(good)
+    places = range(start) if where == "pages" else range(start, len(good))
+    chance, file = random.Random(20), tmp_path / "table.parquet"  # noqa: S311 - a repeatable sample
+    for place in chance.sample(places, min(flips // 2, len(places))):
+        bad = bytearray(good)
+        bad[place] ^= chance.randrange(1, 256)
+        file.write_bytes(bad)
+        assert is_refused_or_unchanged(file, original), place
+
+
+def test_every_byte_around_the_digest_and_the_end_is_watched(small, tmp_path):
+    source = small.folder / "designs.parquet"
+    good, original, file = source.read_bytes(), contents(source), tmp_path / "table.parquet"
+    digest = good.index(b"tendon.digest")
+    for place in (*range(8), *range(digest - 4, digest + 90), *range(len(good) - 12, len(good))):
+        bad = bytearray(good)
+        bad[place] ^= 0x10
+        file.write_bytes(bad)
+        assert is_refused_or_unchanged(file, original), place
+
+
+def test_pages_have_checksums_that_other_readers_can_verify(small, tmp_path):
+    file = tmp_path / "states.parquet"
+    shutil.copy(small.folder / "states.parquet", file)
+    pq.read_table(file, page_checksum_verification=True)
+    metadata, content = pq.read_metadata(file), bytearray(file.read_bytes())
+    chunk = metadata.row_group(0).column(metadata.num_columns - 1)
+    content[chunk.data_page_offset + chunk.total_compressed_size - 3] ^= 1
+    file.write_bytes(content)
+    with pytest.raises(OSError, match="CRC"):
+        pq.read_table(file, page_checksum_verification=True)
+
+
+def test_a_table_truncated_anywhere_is_refused_by_name(small, tmp_path):
+    good, file = (small.folder / "designs.parquet").read_bytes(), tmp_path / "cut.parquet"
+    for length in (0, 1, 4, 7, 8, 11, 12, 100, footer_start(good), len(good) // 2, len(good) - 8, len(good) - 1):
+        file.write_bytes(good[:length])
+        assert "cut.parquet" in refusal(file).where
+
+
+def test_a_table_with_something_behind_it_is_refused(small, tmp_path):
+    good, file = (small.folder / "designs.parquet").read_bytes(), tmp_path / "long.parquet"
+    for tail in (b"\0", b"PAR1", good[-8:], good):
+        file.write_bytes(good + tail)
+        assert is_refused_or_unchanged(file, contents(small.folder / "designs.parquet"))
+
+
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_a_table_moved_and_renamed_is_still_whole(small, tmp_path, table):
+    shutil.copy(small.folder / f"{table}.parquet", tmp_path / "elsewhere.pq")
+    assert contents(tmp_path / "elsewhere.pq") == contents(small.folder / f"{table}.parquet")
+
+
+# --- Foreign files ---------------------------------------------------------------------------------------------------
+
+
+def write_pandas(file):
+    pd.DataFrame({"design": [0, 1], "margin": [1.0, 2.0]}).to_parquet(file)
+
+
+def write_rewritten(file):
+    """One of ours, read and written again by somebody else: it no longer vouches for itself."""
+    schema = pa.schema([pa.field("margin", pa.float64())], metadata={"tendon.study": "{}", "tendon.table": '"designs"'})
+    pq.write_table(pa.table({"margin": [1.0]}, schema=schema), file)
+
+
+FOREIGN = {
+    "pandas": write_pandas,
+    "rewritten": write_rewritten,
+    "empty": lambda file: file.write_bytes(b""),
+    "text": lambda file: file.write_text("design,margin\n0,1\n", encoding="utf-8"),
+    "magic alone": lambda file: file.write_bytes(b"PAR1"),
+    "two magics": lambda file: file.write_bytes(b"PAR1\0\0\0\0PAR1"),
+    "huge footer": lambda file: file.write_bytes(b"PAR1" + b"\xff\xff\xff\x7fPAR1"),
+    "noise": lambda file: file.write_bytes(b"PAR1" + random.Random(5).randbytes(3000) + b"\x40\0\0\0PAR1"),  # noqa: S311
+    "nothing there": lambda _file: None,
+    "empty folder": lambda file: file.mkdir(),
+    "folder of a text": lambda file: (file.mkdir(), (file / "part-00000.parquet").write_text("x", encoding="utf-8")),
+}
+
+
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_what_tendon_did_not_write_is_refused_by_name(tmp_path, kind):
+    file = tmp_path / "foreign.parquet"
+    FOREIGN[kind](file)
+    error = refusal(file)
+    assert "foreign.parquet" in error.where
+    assert "\n" not in error.message
+
+
+# --- Folders of parts ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("missing", [0, 1, 3])
+def test_a_missing_part_is_refused_and_named(parted, missing):
+    (parted.folder / f"states.parquet/part-{missing:05d}.parquet").unlink()
+    error = refusal(parted.folder / "states.parquet")
+    assert "states.parquet" in error.where
+    assert f"part {missing}" in error.message
+
+
+def test_a_damaged_part_is_refused_by_its_own_name(parted):
+    file = parted.folder / "states.parquet/part-00002.parquet"
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 4
+    file.write_bytes(content)
+    assert "part-00002.parquet" in refusal(parted.folder / "states.parquet").where
+
+
+def test_a_part_too_many_is_refused(parted):
+    folder = parted.folder / "states.parquet"
+    shutil.copy(folder / "part-00001.parquet", folder / "part-00004.parquet")
+    assert "states.parquet" in refusal(folder).where
+
+
+def test_parts_in_the_wrong_order_are_refused_or_put_in_order(parted):
+    folder = parted.folder / "states.parquet"
+    original = contents(folder)
+    (folder / "part-00001.parquet").rename(folder / "part-99999.parquet")
+    (folder / "part-00002.parquet").rename(folder / "part-00001.parquet")
+    (folder / "part-99999.parquet").rename(folder / "part-00002.parquet")
+    assert is_refused_or_unchanged(folder, original)
+
+
+def test_a_part_of_another_study_is_refused(parted, new_sweep, tmp_path):
+    (tmp_path / "other").mkdir()
+    other = new_sweep(OTHER, tmp_path / "other")
+    shutil.copy(other.folder / "states.parquet/part-00001.parquet", parted.folder / "states.parquet/part-00001.parquet")
+    refusal(parted.folder / "states.parquet")
+
+
+def test_a_part_of_another_table_is_refused(parted):
+    parts = [parted.folder / f"{table}.parquet/part-00001.parquet" for table in ("designs", "states")]
+    shutil.copy(*parts)
+    refusal(parted.folder / "states.parquet")
+
+
+# --- Writing that fails ----------------------------------------------------------------------------------------------
+
+
+def full_disk(*_args, **_options):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def fail_after(count):
+    """A write that works so many times before the disk is full."""
+    write, calls = StampedSink.write, []
+
+    def limited(self, data):
+        calls.append(1)
+        return write(self, data) if len(calls) <= count else full_disk()
+
+    return limited
+
+
+FAILURES = {
+    "first write": (StampedSink, "write", lambda: fail_after(0)),
+    "fifth write": (StampedSink, "write", lambda: fail_after(5)),
+    "fiftieth write": (StampedSink, "write", lambda: fail_after(50)),
+    "stamp": (StampedSink, "stamp", full_disk),
+    "flush to disk": (os, "fsync", full_disk),
+    "rename": (Path, "replace", full_disk),
+}
+
+
+@pytest.fixture
+def one_table(small):
+    """What it takes to write a table: its columns, its schema and one block of rows."""
+
+    def write(file):
+        maker = PartMaker(small.plan, file.parent)
+        columns, schema = maker.layout("states", 0)
+        with TableFile(file, columns, schema, row_group=1000, rows=small.plan.states) as table:
+            maker.fill({"states": table}, range(small.plan.designs))
+            return table.finish()
+
+    return write
+
+
+def write_with(failure, file, one_table):
+    owner, name, broken = FAILURES[failure]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(owner, name, broken() if broken is not full_disk else broken)
+        with pytest.raises(OutputError, match="space") as error:
+            one_table(file)
+    assert (error.value.exit, error.value.where) == (5, str(file))
+
+
+@pytest.mark.parametrize("failure", FAILURES)
+def test_a_write_that_fails_leaves_what_was_there(tmp_path, one_table, muttered, failure):
+    file = tmp_path / "states.parquet"
+    file.write_bytes(b"what stood there")
+    write_with(failure, file, one_table)
+    assert file.read_bytes() == b"what stood there"
+
+
+@pytest.mark.parametrize("failure", list(FAILURES))
+def test_a_write_that_fails_leaves_nothing_new(tmp_path, one_table, muttered, failure):
+    write_with(failure, tmp_path / "states.parquet", one_table)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("failure", FAILURES)
+def test_the_same_table_can_be_written_after_a_write_that_failed(tmp_path, one_table, muttered, failure):
+    write_with(failure, tmp_path / "states.parquet", one_table)
+    one_table(tmp_path / "states.parquet")
+    assert [item.name for item in tmp_path.iterdir()] == ["states.parquet"]
+    assert open_table(tmp_path / "states.parquet").rows > 0
+
+
+MUTTERS = {"first write": "a file whose first write fails is never closed, and Python says so when it collects it"}
+
+
+@pytest.mark.parametrize("failure", list(FAILURES))
+def test_a_write_that_fails_says_nothing_but_its_error(tmp_path, one_table, muttered, failure):
+    write_with(failure, tmp_path / "states.parquet", one_table)
+    gc.collect()
+    assert muttered == []
+
+
+def test_a_table_that_is_not_finished_says_nothing(tmp_path, small, muttered):
+    unfinished(tmp_path, small)
+    gc.collect()
+    assert muttered == []
+
+
+def unfinished(folder, small):
+    """Begin a table and leave it."""
+    maker = PartMaker(small.plan, folder)
+    columns, schema = maker.layout("designs", 0)
+    with TableFile(folder / "designs.parquet", columns, schema, row_group=10, rows=4):
+        assert len(list(folder.iterdir())) == 1
+
+
+def test_a_table_that_is_not_finished_leaves_nothing(tmp_path, small, muttered):
+    unfinished(tmp_path, small)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("owner", "name"), [(os, "fsync"), (Path, "replace")])
+def test_a_record_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch, owner, name):
+    file = tmp_path / "run.json"
+    file.write_text("{}", encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, full_disk)
+        with pytest.raises(OutputError):
+            write_whole(file, json.dumps({"new": 1}).encode())
+    assert [item.name for item in tmp_path.iterdir()] == ["run.json"]
+    assert file.read_text(encoding="utf-8") == "{}"
+
+
+def test_a_link_in_the_place_of_the_temporary_file_is_not_written_through(tmp_path, one_table):
+    precious = tmp_path / "precious"
+    precious.write_text("mine", encoding="utf-8")
+    (tmp_path / ".states.parquet.tmp").symlink_to(precious)
+    one_table(tmp_path / "states.parquet")
+    assert precious.read_text(encoding="utf-8") == "mine"
+    assert open_table(tmp_path / "states.parquet").rows > 0
+
+
+def test_a_table_that_is_a_link_is_replaced_and_not_written_through(tmp_path, one_table):
+    precious = tmp_path / "precious"
+    precious.write_text("mine", encoding="utf-8")
+    (tmp_path / "states.parquet").symlink_to(precious)
+    one_table(tmp_path / "states.parquet")
+    assert precious.read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("name", ["tendon.digest", "tendon.digest sha256:" + "0" * 64])
+def test_a_case_may_have_any_name(new_sweep, tmp_path, muttered, name):
+    text = f'[[cases]]\nname = "{name}"\n[[cases]]\nname = "zz"\n'
+    try:
+        new_sweep(text, tmp_path)
+    except (OutputError, ValueError) as error:
+        problem = str(error)
+    else:
+        problem = None
+    gc.collect()  # here, where what finalizers say is not heard
+    assert problem is None
+    file = tmp_path / "run/designs.parquet"
+    assert contents(file)[0]["case"].to_pylist() == [name, "zz"]
+    metadata = pq.read_metadata(file)
+    chunks = [metadata.row_group(0).column(index) for index in range(metadata.num_columns)]
+    assert {chunk.statistics.min for chunk in chunks if chunk.path_in_schema == "case"} == {name}
+
+
+def test_a_title_may_speak_of_digests(new_sweep, tmp_path):
+    text = f'title = "tendon.digest sha256:{"5" * 64}"\n'
+    swept = new_sweep(text, tmp_path)
+    assert swept.table("designs").facts["study"]["study"]["title"] == f"tendon.digest sha256:{'5' * 64}"

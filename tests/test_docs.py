@@ -1,0 +1,78 @@
+"""Documentation cannot lie: what it lists is what there is, and what it shows runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+import typer
+
+from tendon_cli import cli
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.study.load import study_from
+from tendon_cli.study.reading import read_toml
+from tendon_cli.study.study import keys, split_side
+from tendon_cli.sweep.columns import DESIGN_RESULTS, STATE_RESULTS
+from tendon_cli.units import UNITS
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+PAGES = {page.name: page.read_text() for page in (ROOT / "docs").glob("*.md")}
+EVERYTHING = "\n".join([README, *PAGES.values()])
+
+COMMANDS = typer.main.get_command(cli.app).commands
+COMMON_KEYS = [path for path in keys() if split_side(path)[1] is None]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_is_in_the_readme(command):
+    assert f"`tendon {command}" in README
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_option_is_documented(command):
+    options = [name for parameter in COMMANDS[command].params for name in parameter.opts if name.startswith("--")]
+    missing = [name for name in options if name != "--help" and name not in EVERYTHING]
+    assert not missing
+
+
+@pytest.mark.parametrize("path", COMMON_KEYS)
+def test_every_key_is_documented_with_its_meaning_and_column(path):
+    row = next(line for line in PAGES["study.md"].splitlines() if line.startswith(f"| `{path}` |"))
+    assert keys()[path].number.quantity.long_name in row
+    assert f"`{keys()[path].column}`" in row
+
+
+@pytest.mark.parametrize("column", [*STATE_RESULTS, *DESIGN_RESULTS])
+def test_every_result_is_documented_with_its_unit_and_meaning(column):
+    quantity = QUANTITIES[column]
+    assert f"| `{column}` | {quantity.unit} | {quantity.symbol} | {quantity.long_name} |" in PAGES["tables.md"]
+
+
+@pytest.mark.parametrize(
+    "unit", [unit.symbol for unit in UNITS.values() if unit.dimension in ("length", "force", "angle")]
+)
+def test_every_unit_is_documented(unit):
+    assert f"`{unit}`" in PAGES["study.md"]
+
+
+@pytest.mark.parametrize("page", ["README.md", *PAGES])
+def test_every_study_that_is_shown_is_one(page):
+    text = README if page == "README.md" else PAGES[page]
+    for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL):
+        if "friction_from" not in block:
+            study_from(read_toml(block).content)
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", *PAGES])
+def test_every_link_leads_somewhere(page):
+    file = ROOT / page if (ROOT / page).exists() else ROOT / "docs" / page
+    for target in re.findall(r"\]\(([^)#:]+)\)", file.read_text()):
+        assert (file.parent / target).exists(), target
+
+
+def test_the_exit_codes_of_the_readme_are_those_of_the_errors():
+    from tendon_cli import errors
+
+    kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.TendonError)]
+    for code in {kind.exit for kind in kinds}:
+        assert f"| {code} |" in README
