@@ -1,0 +1,87 @@
+"""What stands around the panels of a figure: a title above, the key to the signs and a few honest lines below."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tendon_cli.figures.engine import Figure
+from tendon_cli.figures.style import new_figure, plain
+
+_TITLE_LINE, _NOTE_LINE, _KEY_LINE, _PAD = 4.0, 3.3, 4.4, 1.5
+_TITLE_SIGN, _NOTE_SIGN = 1.75, 1.25
+"""Mean width of a sign of the title and of a note, mm."""
+_KEY_SIGN, _KEY_HANDLE = 1.42, 11.0
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Title, key and notes of a figure; how high they are follows from the width, in mm."""
+
+    width: float
+    title: str
+    """As the user wrote it."""
+    key: Sequence[Any] = ()
+    """Artists with a label."""
+    notes: Sequence[str] = ()
+    """Ready to draw, as is `subtitle`: they may hold formulas."""
+    subtitle: str = ""
+
+    @property
+    def title_lines(self) -> list[str]:
+        """The title, broken to the width."""
+        lines = plain(self.title, width=int(self.width / _TITLE_SIGN)).splitlines()
+        return [*lines, self.subtitle] if self.subtitle else lines
+
+    @property
+    def note_lines(self) -> list[str]:
+        """The notes, broken to the width."""
+        width = int(self.width / _NOTE_SIGN)
+        return [line for note in self.notes for line in textwrap.wrap(note, width, break_long_words=False)]
+
+    @property
+    def key_columns(self) -> int:
+        """How many entries of the key fit side by side."""
+        longest = max((_KEY_HANDLE + len(str(entry.get_label())) * _KEY_SIGN for entry in self.key), default=1.0)
+        return max(1, min(len(self.key), int(self.width / longest)))
+
+    @property
+    def head(self) -> float:
+        """Height above the panels, mm."""
+        return len(self.title_lines) * _TITLE_LINE + _PAD if self.title_lines else 0.0
+
+    @property
+    def foot(self) -> float:
+        """Height below the panels, mm."""
+        return self._key_height + len(self.note_lines) * _NOTE_LINE + _PAD
+
+    def figure(self, panels_height: float) -> Figure:
+        """A figure whose panels are `panels_height` mm high in all, framed."""
+        height = self.head + panels_height + self.foot
+        figure = new_figure(self.width, height, (0.0, self.foot / height, 1.0, panels_height / height))
+        if self.title_lines:
+            x, y = _PAD / self.width, 1.0 - 0.8 * _PAD / height
+            figure.text(x, y, "\n".join(self.title_lines), va="top", size=9.0, weight="bold", gid="title")
+        if self.note_lines:
+            text = "\n".join(self.note_lines)
+            y = 0.7 * _PAD / height
+            figure.text(_PAD / self.width, y, text, va="bottom", size=6.5, color="#4d4d4d", gid="notes")
+        if self.key:
+            anchor = (0.0, (len(self.note_lines) * _NOTE_LINE + _PAD) / height, 1.0, self._key_height / height)
+            figure.legend(handles=list(self.key), loc="center", bbox_to_anchor=anchor, ncols=self.key_columns,
+                          borderaxespad=0.0, columnspacing=1.6, handletextpad=0.6)  # fmt: skip
+        return figure
+
+    @property
+    def _key_height(self) -> float:
+        return math.ceil(len(self.key) / self.key_columns) * _KEY_LINE if self.key else 0.0
+
+
+def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int]:
+    """Rows and columns for a number of panels on a page; `in_row` panels belong side by side, where there are more."""
+    fits = 2 <= in_row <= most and panels % in_row == 0 and panels > in_row
+    columns = min(most, in_row if fits else {1: 1, 2: 2, 3: 3, 4: 2}.get(panels, 3))
+    return math.ceil(panels / columns), columns

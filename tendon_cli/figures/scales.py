@@ -1,0 +1,96 @@
+"""Where the values of an axis stand on a figure: their order, ticks, limits, and the cells around them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.figures.engine import Axes, ticker
+from tendon_cli.figures.labels import Shown, number
+from tendon_cli.figures.style import plain
+
+_FEW = 6
+"""Up to so many values each one has its tick."""
+_MOST_NAMES = 12
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The values of one axis in the unit shown, ascending; names stand at 0, 1, 2, ..."""
+
+    label: str
+    places: npt.NDArray[np.float64]
+    order: npt.NDArray[np.intp]
+    """Position of each place among the values as they were given."""
+    is_log: bool = False
+    names: tuple[str, ...] = ()
+
+    @cached_property
+    def edges(self) -> npt.NDArray[np.float64]:
+        """Borders of the cells around the places."""
+        at = np.log(self.places) if self.is_log else self.places
+        middles = (at[:-1] + at[1:]) / 2.0
+        step = at[1] - at[0] if len(at) > 1 else max(abs(at[0]), 1.0) * 0.1
+        last = at[-1] - at[-2] if len(at) > 1 else step
+        edges = np.concatenate(([at[0] - step / 2.0], middles, [at[-1] + last / 2.0]))
+        return np.exp(edges) if self.is_log else edges
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """From the first value to the last; names and a single value with their whole cells."""
+        ends = self.edges if self.names or len(self.places) == 1 else self.places
+        return float(ends[0]), float(ends[-1])
+
+    def apply(self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6) -> None:
+        """Set scale, limits and at most so many ticks of the x or y axis of a panel."""
+        axis = axes.xaxis if which == "x" else axes.yaxis
+        set_scale, set_limits = (axes.set_xscale, axes.set_xlim) if which == "x" else (axes.set_yscale, axes.set_ylim)
+        if self.is_log:
+            set_scale("log")
+        self._set_ticks(axis, which, ticks)
+        set_limits(*self.limits)
+
+    def _set_ticks(self, axis: Any, which: str, ticks: int) -> None:
+        if self.names:
+            every = math.ceil(len(self.names) / _MOST_NAMES)
+            texts = [plain(name, width=16 if which == "y" else 13, lines=2) for name in self.names]
+            axis.set_ticks(self.places[::every], texts[::every])
+            return
+        axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: number(value)))
+        if len(self.places) < _FEW:
+            axis.set_major_locator(ticker.FixedLocator(list(self.places)))
+            axis.set_minor_locator(ticker.NullLocator())
+        elif self.is_log:
+            decades = math.log10(self.places[-1] / self.places[0])
+            axis.set_major_locator(ticker.LogLocator(subs=(1.0, 2.0, 5.0) if decades < 3.5 else (1.0,), numticks=12))
+            axis.set_minor_formatter(ticker.NullFormatter())
+        else:
+            axis.set_major_locator(ticker.MaxNLocator(ticks, steps=_steps(self.label)))
+            axis.set_major_formatter(plain_numbers())
+
+
+def scale_of(values: npt.NDArray[Any], shown: Shown | None, *, is_log: bool) -> Scale:
+    """The scale of the values of an axis; without `shown` they are names."""
+    if shown is None:
+        names = tuple(str(value) for value in values)
+        count = np.arange(len(names))
+        return Scale("case", count.astype(np.float64), count, names=names)
+    order = np.argsort(values, kind="stable")
+    return Scale(shown.label, shown.scaled(values)[order], order, is_log=is_log and bool(np.all(values > 0.0)))
+
+
+def plain_numbers() -> Any:
+    """Tick labels with the same number of decimals, without an offset."""
+    formatter = ticker.ScalarFormatter(useOffset=False)
+    formatter.set_powerlimits((-4, 7))
+    return formatter
+
+
+def _steps(label: str) -> list[float]:
+    """Round steps; those of degrees divide a right angle."""
+    return [1, 1.5, 3, 4.5, 6, 9, 10] if "(deg)" in label or "(°)" in label else [1, 2, 2.5, 5, 10]

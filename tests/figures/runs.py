@@ -1,0 +1,51 @@
+"""Small runs to draw, computed as `tendon sweep` does."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.study.load import study_from
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.run import run
+from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.tables.read import TableFiles, open_table
+
+LOADS = ["0 kg", "3 kg", "5 kg", "10 kg"]
+
+
+def grid(start: str, stop: str, num: int, **more: str) -> dict[str, Any]:
+    return {"from": start, "to": stop, "num": num, **more}
+
+
+def _axis_order(content: dict[str, Any], prefix: str = "") -> tuple[str, ...]:
+    """Keys in the order in which a test speaks of them; the load is last unless it is spoken of."""
+    found: list[str] = []
+    for name, value in content.items():
+        is_part = isinstance(value, dict) and "from" not in value
+        found += _axis_order(value, f"{prefix}{name}.") if is_part else [f"{prefix}{name}"]
+    return tuple(found)
+
+
+def sweep(folder: Path, content: dict[str, Any]) -> Path:
+    """Run a study into a folder; axes vary in the order of `content`."""
+    study = study_from({"name": "test", "load": {"mass": ["0 kg"]}, **content}, order=_axis_order(content))
+    target = RunFolder(folder, Plan(study))
+    with target.locked():
+        run(target, jobs=1, stop=threading.Event(), progress=lambda *_: None, resume=False)
+    return folder
+
+
+def table(folder: Path, name: str) -> TableFiles:
+    return open_table(folder / f"{name}.parquet")
+
+
+def designs(folder: Path, content: dict[str, Any]) -> TableFiles:
+    angles = {"motion": {"elbow_angle": grid("0 deg", "90 deg", 7)}}
+    return table(sweep(folder, {**angles, "output": {"tables": ["designs"]}, **content}), "designs")
+
+
+def states(folder: Path, content: dict[str, Any]) -> TableFiles:
+    angles = {"motion": {"elbow_angle": grid("0 deg", "90 deg", 16)}}
+    return table(sweep(folder, {**angles, **content}), "states")

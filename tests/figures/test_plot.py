@@ -1,0 +1,254 @@
+"""What `tendon plot` draws, read from the figures themselves."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from matplotlib.text import Text
+
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.figures.curve_plan import STATE_PAIRS
+from tendon_cli.figures.plot import plot, plot_figures
+from tendon_cli.figures.product import product_of
+from tendon_cli.figures.request import PlotRequest
+from tendon_cli.figures.style import render
+from tendon_cli.tables.read import TableFiles, open_table
+from tests.figures.runs import LOADS, designs, grid, states, sweep, table
+
+CONTENT: dict[str, Any] = {"spool": {"ratio": [0.7, 0.8, 1.0]}, "load": {"mass": LOADS}}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    motion = {"elbow_angle": grid("0 deg", "90 deg", 16)}
+    return sweep(tmp_path_factory.mktemp("plot") / "run", {**CONTENT, "motion": motion})
+
+
+def figures_of(of: TableFiles, **request: Any) -> list[Any]:
+    return plot_figures(product_of(of), PlotRequest(**request))
+
+
+def panels(figure: Any) -> list[Any]:
+    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
+
+
+def curves(axes: Any) -> list[Any]:
+    return [line for line in axes.lines if line.get_gid() == "curve"]
+
+
+def words(figure: Any) -> str:
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_states_by_default(run: Path) -> None:
+    (figure,) = figures_of(table(run, "states"))
+    shown = panels(figure)
+    assert len(shown) == len(STATE_PAIRS) == 8
+    assert shown[0].get_title() == "flexor tension at the elbow $F_{o}^{f}$"
+    assert [axes.get_ylabel() for axes in shown[::2]] == ["force (N)", "force (N)", "torque (N m)", "length (mm)"]
+    assert shown[-1].get_xlabel() == "elbow angle θ (deg)"
+    np.testing.assert_allclose(shown[0].get_xlim(), (0.0, 90.0))
+    assert "At η = 0.8" in words(figure)
+    labels = [line.get_label() for line in curves(shown[0])]
+    assert labels == [f"{mass} load, {way}" for mass in LOADS for way in ("flexion", "extension")]
+    solid, dashed = curves(shown[0])[:2]
+    assert solid.get_linestyle() == "-"
+    assert dashed.get_linestyle() == "--"
+    assert solid.get_color() == dashed.get_color() != curves(shown[0])[2].get_color()
+
+
+def test_lines_are_the_columns(run: Path) -> None:
+    request = {"quantities": ("motor_torque",), "panels": "spool_ratio", "colour": "load_mass"}
+    of = table(run, "states")
+    (figure,) = figures_of(of, **request)
+    read = of.read(["spool_ratio", "load_mass", "direction", "elbow_angle", "motor_torque"]).to_pandas()
+    shown = panels(figure)
+    assert [axes.get_title() for axes in shown] == ["η = 0.7", "η = 0.8", "η = 1"]
+    for ratio, axes in zip((0.7, 0.8, 1.0), shown, strict=True):
+        for line in curves(axes):
+            mass, way = line.get_label().split(" load, ")
+            rows = read[(read.spool_ratio == ratio) & (read.load_mass == float(mass[:-3])) & (read.direction == way)]
+            np.testing.assert_allclose(line.get_xdata(), np.degrees(rows.elbow_angle))
+            np.testing.assert_allclose(line.get_ydata(), rows.motor_torque)
+
+
+def test_slack_is_shown_by_a_band_of_its_own_side(run: Path) -> None:
+    of = table(run, "states")
+    (figure,) = figures_of(of, quantities=("extensor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
+    read = of.read(["spool_ratio", "load_mass", "direction", "status"]).to_pandas()
+    rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 10.0) & (read.direction == "flexion")]
+    band = next(line for line in panels(figure)[0].lines if line.get_gid() == "slack")
+    np.testing.assert_array_equal(np.isfinite(band.get_ydata()), (rows.status == "extensor slack").to_numpy())
+    assert "a tendon is slack" in words(figure)
+    (other,) = figures_of(of, quantities=("flexor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
+    assert not [line for line in panels(other)[0].lines if line.get_gid() == "slack"]
+
+
+def test_units_and_any_x(run: Path) -> None:
+    of = table(run, "states")
+    (figure,) = figures_of(
+        of, quantities=("motor_torque",), x="elbow_torque", units=("N·mm",), where=("spool_ratio = 1",)
+    )
+    (axes,) = panels(figure)
+    assert axes.get_xlabel() == "elbow torque $τ_{a}$ (N·mm)"
+    read = of.read(["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]).to_pandas()
+    rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 3.0) & (read.direction == "flexion")]
+    line = next(line for line in curves(axes) if line.get_label() == "3 kg load, flexion")
+    np.testing.assert_allclose(line.get_xdata(), 1e3 * rows.elbow_torque)
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * rows.motor_torque)
+
+
+def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -> None:
+    (lines,) = figures_of(table(run, "designs"))
+    assert panels(lines)[0].get_xlabel() == "spool ratio η"
+    content = {"tendon": {"pretension": grid("0 N", "300 N", 5)}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    of = designs(tmp_path / "map", {**content, "load": {"mass": LOADS}})
+    (maps,) = figures_of(of)
+    assert len(panels(maps)) == 4
+    (one,) = figures_of(of, where=("load_mass = 3 kg", "pretension > 0 N"))
+    assert [axes.get_title() for axes in panels(one)] == ["3 kg load"]
+    assert panels(one)[0].get_xlim() == (75.0, 300.0)
+    (drawn,) = figures_of(of, quantities=("max_tension", "max_spring_extension"), x="pretension")
+    assert panels(drawn)[0].get_title() == "max tension"
+    only_load = designs(tmp_path / "load", {"load": {"mass": LOADS}})
+    (margin,) = figures_of(only_load)
+    np.testing.assert_allclose(curves(panels(margin)[0])[0].get_xdata(), [0.0, 3.0, 5.0, 10.0])
+
+
+def test_several_quantities_and_panels_give_pages(run: Path) -> None:
+    figures = figures_of(table(run, "states"), panels="spool_ratio")
+    assert len(figures) == 3
+    assert "η = 0.7" in words(figures[0])
+    (grid_figure,) = figures_of(table(run, "states"), panels="spool_ratio", quantities=("elbow_torque", "motor_torque"))
+    assert len(panels(grid_figure)) == 6
+
+
+@pytest.mark.parametrize(
+    ("request_", "hint"),
+    [
+        ({"quantities": ("motor_tork",)}, "motor_torque"),
+        ({"quantities": ("status",)}, None),
+        ({"colour": "motor_torque"}, "axes: spool_ratio"),
+        ({"colour": "load_mass", "panels": "load_mass"}, "different axes"),
+        ({"units": ("Nmm",)}, "N·mm"),
+        ({"size": "huge"}, "column"),
+        ({"size": "3 mm"}, "40 mm"),
+        ({"format": "gif"}, "png"),
+        ({"where": ("motor_torque > 1 kN m",)}, "wider"),
+        ({"quantities": (*STATE_PAIRS, "spool_angle")}, None),
+    ],
+)
+def test_what_does_not_fit_is_one_clear_error(run: Path, tmp_path: Path, request_: dict[str, Any], hint: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        plot(table(run, "states"), PlotRequest(**request_), tmp_path)
+    assert hint is None or hint in (refused.value.hint or "")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("size", "width", "height"), [("column", 85, None), ("page", 175, None), ("12 x 9 cm", 120, 90)]
+)
+def test_sizes(run: Path, size: str, width: float, height: float | None) -> None:
+    (figure,) = figures_of(table(run, "states"), quantities=("motor_torque",), size=size)
+    assert figure.get_figwidth() * 25.4 == pytest.approx(width)
+    assert height is None or figure.get_figheight() * 25.4 == pytest.approx(height)
+
+
+def test_files_and_their_names(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    of = table(run, "states")
+    monkeypatch.chdir(tmp_path)
+    small = {"quantities": ("motor_torque",), "size": "column"}
+    assert plot(of, PlotRequest(**small)) == [Path("test-states-motor_torque.png")]
+    assert plot(of, PlotRequest(**small, format="pdf"), tmp_path)[0].read_bytes()[:5] == b"%PDF-"
+    assert b"<svg" in plot(of, PlotRequest(**small), tmp_path / "a.svg")[0].read_bytes()[:1000]
+    several = PlotRequest(quantities=STATE_PAIRS[:5], panels="spool_ratio", size="80 x 120 mm")
+    pages = plot(of, several, tmp_path / "b.png")
+    assert [page.name for page in pages] == ["b.png", "b-2.png", "b-3.png"]
+    with pytest.raises(UsageError, match="do not fit"):
+        plot(of, PlotRequest(size="40 x 60 mm"), tmp_path / "c.png")
+    with pytest.raises(UsageError, match="no ending"):
+        plot(of, PlotRequest(), tmp_path / "a.gif")
+
+
+def test_one_row(tmp_path: Path) -> None:
+    motion = {"motion": {"elbow_angle": ["60 deg"], "direction": ["flexion"]}}
+    folder = sweep(tmp_path / "run", motion)
+    (figure,) = figures_of(table(folder, "states"))
+    assert all(len(curves(axes)) == 1 and curves(axes)[0].get_marker() != "None" for axes in panels(figure))
+    with pytest.raises(UsageError, match="one design"):
+        figures_of(table(folder, "designs"))
+
+
+def test_only_nulls(tmp_path: Path) -> None:
+    motion = {"motion": {"elbow_angle": grid("165 deg", "170 deg", 3)}}
+    folder = sweep(tmp_path / "run", {**motion, "tendon": {"pretension": ["50 N", "90 N"]}})
+    for name in ("states", "designs"):
+        with pytest.raises(UsageError, match="all null"):
+            figures_of(table(folder, name))
+
+
+def test_some_nulls_are_hatched(tmp_path: Path) -> None:
+    of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("90 deg", "170 deg", 17)}})
+    (figure,) = figures_of(of, quantities=("motor_torque",))
+    assert "no equilibrium" in words(figure)
+    assert any(patch.get_hatch() for patch in panels(figure)[0].patches)
+
+
+def test_a_table_moved_away_from_its_folder(run: Path, tmp_path: Path) -> None:
+    moved = shutil.copy(run / "states.parquet", tmp_path / "found.parquet")
+    (path,) = plot(open_table(Path(moved)), PlotRequest(quantities=("motor_torque",), size="column"), tmp_path)
+    assert path.name == "test-states-motor_torque.png"
+
+
+def test_formulas_and_hostile_names_are_drawn_as_meant(tmp_path: Path) -> None:
+    content = {
+        "title": "$a_{ " + "$" * 301,
+        "cases": [{"name": "_a $x^"}, {"name": "$" * 199}],
+        "arm": {"elbow_radius": ["45 mm", "50 mm"]},
+        "tendon": {"pretension": ["50 N", "90 N"]},
+    }
+    content["title"] = content["title"][:300]
+    of = states(tmp_path / "run", content)
+    first, second = figures_of(of, panels="arm_elbow_radius", colour="case")
+    assert "$R_{elb}$ = 45 mm" in words(first)
+    (fixed,) = figures_of(of, colour="case", quantities=("motor_torque",), panels="pretension")
+    assert "At $R_{elb}$ = 50 mm; --where" in words(fixed)
+    (legend,) = fixed.legends
+    assert legend.get_texts()[0].get_text() == r" _a \$x^"
+    assert [render(figure, "svg", must_fit=True)[:5] for figure in (first, second, fixed)] == [b"<?xml"] * 3
+
+
+def test_many_angles_are_thinned_and_it_says_so(tmp_path: Path) -> None:
+    of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("0 deg", "90 deg", 5001)}})
+    (figure,) = figures_of(of, quantities=("motor_torque",))
+    line = curves(panels(figure)[0])[0]
+    assert len(line.get_xdata()) == 1000
+    assert line.get_xdata()[-1] == pytest.approx(90.0)
+    assert "1000 of 5001 values of elbow angle drawn" in words(figure)
+
+
+@pytest.mark.parametrize(
+    "metadata",
+    [
+        {},
+        {"tendon.table": '"limits"'},
+        {"tendon.table": '"designs"', "tendon.study": "{}", "tendon.part": "{}"},
+        {"tendon.table": '"designs"', "tendon.study": "[not json"},
+        {
+            "tendon.table": '"designs"',
+            "tendon.study": '{"study": {}, "axes": ["load.mass"]}',
+            "tendon.part": '{"of": 1}',
+        },
+    ],
+)
+def test_a_foreign_table_is_one_clear_error(tmp_path: Path, metadata: dict[str, str]) -> None:
+    path = tmp_path / "foreign.parquet"
+    pq.write_table(pa.table({"load_mass": [1.0, 2.0]}).replace_schema_metadata(metadata), path)
+    with pytest.raises(InputError, match="not a table of designs or states"):
+        plot(TableFiles((path,)), PlotRequest(), tmp_path / "x.png")

@@ -1,0 +1,217 @@
+"""What slack maps show, read from the figures themselves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from tendon_cli.errors import OutputError
+from tendon_cli.figures.map_panel import colour_scale, zero_crossings
+from tendon_cli.figures.product import product_of
+from tendon_cli.figures.slack_map import draw_slack_maps, slack_map_figures
+from tendon_cli.tables.read import TableFiles
+from tests.figures.runs import LOADS, designs, grid
+
+STIFFNESS = {"stiffness": grid("0.5 kN/m", "6 kN/m", 12)}
+PRETENSION = {"pretension": grid("0 N", "300 N", 31)}
+
+
+def figure_of(table: TableFiles) -> Any:
+    figures = slack_map_figures(product_of(table))
+    assert not isinstance(figures, str), figures
+    assert len(figures) == 1
+    return figures[0]
+
+
+def panels(figure: Any) -> list[Any]:
+    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
+
+
+def by_gid(holder: Any, gid: str) -> list[Any]:
+    return holder.findobj(lambda artist: artist.get_gid() == gid)
+
+
+def words(figure: Any) -> str:
+    return "\n".join(text.get_text() for text in figure.findobj(Text))
+
+
+def test_panels_axes_and_units(tmp_path: Path) -> None:
+    content = {"title": "Springs & $ons", "tendon": PRETENSION, "spring": STIFFNESS, "load": {"mass": LOADS}}
+    figure = figure_of(designs(tmp_path / "run", content))
+    shown = panels(figure)
+    assert [axes.get_title() for axes in shown] == [f"{mass} load" for mass in LOADS]
+    assert shown[2].get_xlabel() == "pretension F₀ (N)"
+    assert shown[0].get_ylabel() == "spring stiffness K (kN/m)"
+    for axes in shown:
+        np.testing.assert_allclose(axes.get_xlim(), (0.0, 300.0))
+        np.testing.assert_allclose(axes.get_ylim(), (0.5, 6.0))
+    text = words(figure)
+    assert "Springs & \\$ons" in text
+    assert "F₀ − F₀* (N)" in text
+    assert "ticks on the slack side" in text
+    assert "no equilibrium" not in text
+
+
+def test_colours_are_the_margins_and_zero_is_in_the_middle(tmp_path: Path) -> None:
+    table = designs(tmp_path / "run", {"tendon": PRETENSION, "spring": STIFFNESS, "load": {"mass": LOADS}})
+    margins = np.array(table.read(["margin"])["margin"]).reshape(31, 12, 4)
+    figure = figure_of(table)
+    for at, axes in enumerate(panels(figure)):
+        (mesh,) = by_gid(axes, "margin")
+        np.testing.assert_allclose(np.asarray(mesh.get_array()), margins[:, :, at].T)
+        assert mesh.norm(0.0) == pytest.approx(0.5)
+        assert mesh.norm.vmin == -mesh.norm.vmax
+        red, _, blue, _ = mesh.cmap(mesh.norm(-mesh.norm.vmax / 2))
+        assert red > blue
+
+
+def test_the_boundary_is_the_required_pretension(tmp_path: Path) -> None:
+    table = designs(tmp_path / "run", {"tendon": PRETENSION, "spring": STIFFNESS, "load": {"mass": ["3 kg"]}})
+    required = np.array(table.read(["required_pretension"])["required_pretension"]).reshape(31, 12)[0]
+    stiffness = np.linspace(0.5, 6.0, 12)
+    (axes,) = panels(figure_of(table))
+    (boundary,) = by_gid(axes, "boundary")
+    vertices = np.concatenate([path.vertices for path in boundary.get_paths()])
+    for at, value in zip(stiffness, required, strict=True):
+        nearest = vertices[np.isclose(vertices[:, 1], at)]
+        assert np.abs(nearest[:, 0] - value).min() < 1e-6 * 300.0
+
+
+def test_the_ticks_stand_on_the_slack_side(tmp_path: Path) -> None:
+    cases = {"cases": [{"name": "one"}, {"name": "two"}]}
+    for name, content in (
+        ("map", {"tendon": PRETENSION, "spring": STIFFNESS}),
+        ("names", {"tendon": PRETENSION, **cases}),
+    ):
+        (axes,) = panels(figure_of(designs(tmp_path / name, content)))
+        for boundary in by_gid(axes, "boundary"):
+            (ticks,) = [effect for effect in boundary.get_path_effects() if hasattr(effect, "_angle")]
+            assert ticks._angle == -90.0  # to the right of the line
+            paths = boundary.get_paths() if hasattr(boundary, "get_paths") else [boundary.get_path()]
+            for path in paths:
+                step = np.diff(path.vertices, axis=0)
+                # More pretension is a larger margin: it grows to the left, along x in the map, along y over names.
+                left = -step[:, 1] if name == "map" else step[:, 0]
+                assert (left > 0.0).all()
+
+
+def test_logarithmic_axis(tmp_path: Path) -> None:
+    log = {"stiffness": grid("0.3 kN/m", "30 kN/m", 9, spacing="log")}
+    (axes,) = panels(figure_of(designs(tmp_path / "run", {"spring": log, "spool": {"ratio": [0.7, 1.0, 1.3]}})))
+    assert axes.get_xscale() == "log"
+    assert axes.get_yscale() == "linear"
+    assert axes.get_ylabel() == "spool ratio η"
+    np.testing.assert_allclose(axes.get_xlim(), (0.3, 30.0))
+
+
+def test_designs_without_equilibrium_are_hatched_and_explained(tmp_path: Path) -> None:
+    arm = {"a1": grid("10 mm", "80 mm", 8), "b1": grid("60 mm", "250 mm", 9)}
+    motion = {"elbow_angle": grid("0 deg", "170 deg", 18)}
+    table = designs(tmp_path / "run", {"arm": arm, "motion": motion})
+    margins = np.array(table.read(["margin"])["margin"], dtype=float)
+    assert 0 < np.isnan(margins).sum() < margins.size
+    figure = figure_of(table)
+    (axes,) = panels(figure)
+    assert axes.patch.get_hatch()
+    (mesh,) = by_gid(axes, "margin")
+    assert np.ma.getmaskarray(mesh.get_array()).sum() == np.isnan(margins).sum()
+    assert "no equilibrium at some elbow angle" in words(figure)
+
+
+def test_one_axis_gives_lines_with_the_slack_side_shaded(tmp_path: Path) -> None:
+    figure = figure_of(designs(tmp_path / "run", {"tendon": PRETENSION, "load": {"mass": LOADS}}))
+    (axes,) = panels(figure)
+    lines = [line for line in axes.lines if line.get_gid() != "boundary"]
+    assert [line.get_label() for line in lines] == [f"{mass} load" for mass in LOADS]
+    assert len({line.get_color() for line in lines}) == len({line.get_marker() for line in lines}) == 4
+    (shade,) = by_gid(axes, "slack")
+    assert shade.get_extents().transformed(axes.transData.inverted()).y1 == pytest.approx(0.0, abs=1e-9)
+    assert by_gid(axes, "boundary")[0].get_ydata()[0] == 0.0
+
+
+def test_names_on_an_axis(tmp_path: Path) -> None:
+    cases = [{"name": "child", "arm": {"forearm_mass": "0.6 kg"}}, {"name": "a $50 man"}]
+    table = designs(tmp_path / "run", {"cases": cases, "tendon": PRETENSION})
+    required = np.array(table.read(["required_pretension"])["required_pretension"]).reshape(2, 31)[:, 0]
+    (axes,) = panels(figure_of(table))
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["child", r"a \$50 man"]
+    strokes = by_gid(axes, "boundary")
+    np.testing.assert_allclose([stroke.get_ydata()[0] for stroke in strokes], required, rtol=1e-9)
+    only_cases = figure_of(designs(tmp_path / "cases", {"cases": cases}))
+    assert panels(only_cases)[0].lines[0].get_linestyle() == "None"
+
+
+def test_two_by_two(tmp_path: Path) -> None:
+    content = {"tendon": {"pretension": ["200 N", "100 N"]}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    (axes,) = panels(figure_of(designs(tmp_path / "run", {**content, "load": {"mass": ["5 kg"]}})))
+    (mesh,) = by_gid(axes, "margin")
+    assert mesh.get_array().shape == (2, 2)
+    assert mesh.get_array()[1, 0] < 0.0 < mesh.get_array()[1, 1]
+    assert list(axes.get_xticks()) == [100.0, 200.0]
+
+
+def test_many_combinations_are_chosen_evenly_and_it_says_so(tmp_path: Path) -> None:
+    content = {
+        "tendon": {"pretension": grid("0 N", "300 N", 4), "length": ["1 m", "2 m", "3 m"]},
+        "spring": {"stiffness": grid("1 kN/m", "5 kN/m", 3)},
+        "spool": {"ratio": [0.7, 0.8, 0.9]},
+        "load": {"mass": LOADS},
+    }
+    figure = figure_of(designs(tmp_path / "run", content))
+    assert len(panels(figure)) == 12
+    assert "12 of 36 combinations" in words(figure)
+    assert "All panels at η = 0.8." in words(figure)
+    titles = [axes.get_title().replace("\n", " ") for axes in panels(figure)]
+    assert titles[4] == "0 kg load, K = 3 kN/m"
+    assert len(set(titles)) == 12
+
+
+def test_more_panels_than_a_page_go_on_a_second(tmp_path: Path) -> None:
+    content = {"tendon": {"pretension": ["50 N", "150 N"]}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    content |= {"sheath": {"friction": [0.05, 0.07, 0.09, 0.1]}, "load": {"mass": LOADS}}
+    maps = draw_slack_maps(designs(tmp_path / "run", content), tmp_path)
+    assert [path.name for path in maps.files] == ["slack_map.png", "slack_map-2.png"]
+    assert all(path.read_bytes()[:4] == b"\x89PNG" for path in maps.files)
+    assert not list(tmp_path.glob(".*.tmp"))
+
+
+def test_long_axes_are_thinned_and_it_says_so(tmp_path: Path) -> None:
+    content = {"tendon": {"pretension": grid("0 N", "300 N", 901)}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    figure = figure_of(designs(tmp_path / "run", content))
+    (mesh,) = by_gid(figure, "margin")
+    assert mesh.get_array().shape == (2, 400)
+    assert "400 of 901 values of pretension drawn" in words(figure)
+
+
+def test_no_map_has_a_reason(tmp_path: Path) -> None:
+    maps = draw_slack_maps(designs(tmp_path / "run", {"load": {"mass": LOADS}}), tmp_path)
+    assert not maps.files
+    assert maps.reason == "no axis other than the load has more than one value"
+    motion = {"elbow_angle": grid("160 deg", "170 deg", 2)}
+    nowhere = designs(tmp_path / "nowhere", {"tendon": PRETENSION, "motion": motion})
+    assert "no design has a margin" in str(draw_slack_maps(nowhere, tmp_path).reason)
+
+
+def test_where_it_cannot_be_written(tmp_path: Path) -> None:
+    table = designs(tmp_path / "run", {"tendon": PRETENSION})
+    with pytest.raises(OutputError):
+        draw_slack_maps(table, tmp_path / "missing")
+
+
+def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:
+    scale = colour_scale([np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])])
+    assert scale.limit == 120.0
+    assert scale.extend == "min"
+    assert 0.0 in scale.levels
+    assert colour_scale([np.array([-90.0, 110.0])]).extend == "neither"
+    assert colour_scale([np.zeros(3)]).limit > 0.0
+
+
+def test_zero_crossings() -> None:
+    places = np.array([0.0, 1.0, 2.0, 3.0])
+    assert zero_crossings(places, np.array([-1.0, 1.0, np.nan, -1.0])) == [(0.5, True)]
+    assert zero_crossings(places, np.array([3.0, -1.0, -1.0, -1.0])) == [(0.75, False)]

@@ -1,0 +1,82 @@
+"""The same input gives the same bytes, whatever stands in the working directory or the environment."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tendon_cli.figures.engine import mpl
+from tendon_cli.figures.style import house_style, new_figure, plain, render, wrapped
+from tests.figures.runs import designs, grid
+
+DRAW = """
+import hashlib, sys
+from pathlib import Path
+from tendon_cli.figures.arm import arm_figure
+from tendon_cli.figures.product import product_of
+from tendon_cli.figures.slack_map import slack_map_figures
+from tendon_cli.figures.style import render
+from tendon_cli.study.load import study_from
+from tendon_cli.tables.read import open_table
+(figure,) = slack_map_figures(product_of(open_table(Path(sys.argv[1]))))
+arm = arm_figure(study_from({"name": "arm"}))
+for drawn, kind in ((figure, "png"), (figure, "pdf"), (arm, "svg")):
+    print(hashlib.sha256(render(drawn, kind)).hexdigest())
+"""
+
+SETTINGS = b"axes.facecolor: red\nfont.size: 40\nsvg.hashsalt: x\naxes.formatter.use_locale: True\nbackend: nonsense\n"
+HOSTILE: dict[str, tuple[dict[str, str], bytes]] = {
+    "settings": ({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS),
+    "not text": ({"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"}, b"\xff\xfe\x00 : {"),
+    "backend": ({"MPLBACKEND": "nonsense", "PYTHONHASHSEED": "7"}, b"text.usetex: True\n"),
+    "no place": ({"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"}, b""),
+}
+
+
+@pytest.fixture(scope="module")
+def table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("style") / "run"
+    content = {"tendon": {"pretension": grid("0 N", "300 N", 9)}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
+    designs(folder, content)
+    return folder / "designs.parquet"
+
+
+def draw(table: Path, folder: Path, extra: dict[str, str], settings: bytes | None) -> subprocess.CompletedProcess[str]:
+    folder.mkdir()
+    if settings is not None:
+        (folder / "matplotlibrc").write_bytes(settings)
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("MPL", "MATPLOTLIB"))}
+    command = [sys.executable, "-c", DRAW, str(table)]
+    return subprocess.run(command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True)
+
+
+def test_bytes_do_not_depend_on_the_surroundings(table_path: Path, tmp_path: Path) -> None:
+    calm = draw(table_path, tmp_path / "calm", {"PYTHONHASHSEED": "1"}, None)
+    assert len(calm.stdout.splitlines()) == 3
+    assert not calm.stderr
+    for at, (name, (extra, settings)) in enumerate(HOSTILE.items()):
+        hostile = draw(table_path, tmp_path / f"hostile-{at}", extra, settings)
+        assert not hostile.stderr, name
+        assert hostile.stdout == calm.stdout, name
+
+
+def test_the_style_leaves_nothing_behind() -> None:
+    before = dict(mpl.rcParams)
+    with house_style():
+        assert mpl.rcParams["font.size"] != before["font.size"]
+    assert dict(mpl.rcParams) == before
+
+
+def test_hostile_titles_are_drawn_as_text() -> None:
+    assert plain("a\x00b\n$x$ \u202e") == r"a b \$x\$"
+    assert plain("word " * 200, width=40, lines=3).count("\n") == 2
+    assert wrapped("5 kg load, $F_{o}$ = 3 N, η = 1", 12) == "5 kg load,\n$F_{o}$ = 3 N,\nη = 1"
+    with house_style():
+        figure = new_figure(80.0, 40.0)
+        figure.text(0.0, 0.5, plain("$ {\\frac 図 \U0001f980 ^_"))
+    assert render(figure, "svg") == render(figure, "svg")
+    assert render(figure, "png")[:4] == b"\x89PNG"
