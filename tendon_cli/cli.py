@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
 
-from tendon_cli.errors import EXIT_BUG, EXIT_NO_EQUILIBRIUM, TendonError, UsageError
-from tendon_cli.terminal import print_note, print_result, progress
+from tendon_cli.errors import EXIT_NO_EQUILIBRIUM, OutputError, TendonError, UsageError
+from tendon_cli.terminal import flush_results, prepare_streams, print_note, print_result, progress
 from tendon_cli.version import __version__
 
 app = typer.Typer(
@@ -99,6 +99,9 @@ def sweep(
         bool, typer.Option("--allow-no-equilibrium", help="exit 0 although states have no equilibrium")
     ] = False,
     no_lock: Annotated[bool, typer.Option("--no-lock", help="for file systems that cannot lock")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="tcp://HOST:PORT", help="compute on this running Dask cluster")
+    ] = None,
 ) -> None:
     """Run a study over every combination: Parquet tables and slack maps."""
     from tendon_cli import sweep_command
@@ -108,7 +111,14 @@ def sweep(
         raise UsageError("--resume and --overwrite exclude each other", hint="--resume keeps what is done")
     loaded = load_study(study, tuple(settings or ()))
     request = sweep_command.Request(
-        loaded, out, jobs, resume=resume, overwrite=overwrite, figures=not no_figures, lock=not no_lock
+        loaded,
+        out,
+        jobs,
+        resume=resume,
+        overwrite=overwrite,
+        figures=not no_figures,
+        lock=not no_lock,
+        scheduler=scheduler,
     )
     if dry_run:
         _print_unless(quiet, sweep_command.dry_run(request, as_json=as_json))
@@ -118,6 +128,47 @@ def sweep(
     _print_unless(quiet, _json(done.record) if as_json else done.text())
     if done.record["no_equilibrium"] and not allow_no_equilibrium:
         raise typer.Exit(EXIT_NO_EQUILIBRIUM)
+
+
+@app.command()
+def plot(
+    source: Annotated[
+        Path, typer.Argument(metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm")
+    ],
+    arm: Annotated[
+        bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")
+    ] = False,
+    table: Annotated[str | None, typer.Option(metavar="states|designs", help="which table of a run folder")] = None,
+    quantity: Annotated[
+        list[str] | None, typer.Option("--quantity", "-y", metavar="COLUMN", help="what to draw; repeatable")
+    ] = None,
+    x: Annotated[str | None, typer.Option("--x", "-x", metavar="COLUMN", help="what to draw it against")] = None,
+    colour: Annotated[str | None, typer.Option(metavar="AXIS", help="axis with a colour per value")] = None,
+    panels: Annotated[str | None, typer.Option(metavar="AXIS", help="axis with a panel per value")] = None,
+    where: Annotated[
+        list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")
+    ] = None,
+    unit: Annotated[list[str] | None, typer.Option(metavar="UNIT", help="show its dimension in it, such as cm")] = None,
+    angle: Annotated[list[str] | None, typer.Option(metavar="ANGLE", help="with --arm: elbow angle to draw")] = None,
+    settings: Settings = None,
+    format_: Annotated[str, typer.Option("--format", metavar="png|svg|pdf", help="format of the figure")] = "png",
+    size: Annotated[str, typer.Option(metavar="SIZE", help="column, page, '120 mm' or '120 x 80 mm'")] = "page",
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="file or folder to write to")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Draw figures from a run folder, or from any one of its tables moved elsewhere."""
+    from tendon_cli import plot_command
+    from tendon_cli.figures.request import PlotRequest
+
+    if arm:
+        drawn = plot_command.draw_geometry(source, tuple(settings or ()), angle or (), out)
+    else:
+        request = PlotRequest(
+            tuple(quantity or ()), x, colour, panels, tuple(where or ()), tuple(unit or ()), format_, size
+        )
+        drawn = plot_command.draw_table(source, table, request, out)
+    written = [str(file) for file in drawn]
+    print_result(_json({"figures": written}) if as_json else "\n".join(written))
 
 
 @app.command("fit-friction")
@@ -164,52 +215,55 @@ def _json(content: dict[str, Any]) -> str:
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run a command and leave with its exit code."""
+    prepare_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given
     words = [word for word in given if word != "--debug"]
-    sys.exit(_run(words, debug))
+    sys.exit(_run(words or ["--help"], debug))
 
 
 def _run(words: list[str], debug: bool) -> int:
     """The exit code of a command; every error becomes one message here."""
-    wants_json = "--json" in words
     try:
         code = app(words, prog_name="tendon", standalone_mode=False)
-    except TendonError as error:
-        if debug:
-            raise
-        _print_error(error.exit, error.kind, error.message, error.where, error.hint, wants_json)
-        return error.exit
-    except typer.Abort:
+        flush_results()
+    except (typer.Abort, KeyboardInterrupt):
         return 130
-    except KeyboardInterrupt:
-        return 130
-    except _USAGE as error:
-        _print_error(
-            UsageError.exit, "usage", error.format_message(), None, "tendon --help lists the commands", wants_json
-        )
-        return UsageError.exit
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001 - whatever it is, it ends in one message and a code
+        fault = _as_fault(error)
         if debug:
-            raise
-        message = f"{type(error).__name__}: {error}"
-        _print_error(EXIT_BUG, "bug", message, None, "this is a bug in tendon; --debug shows where", wants_json)
-        return EXIT_BUG
+            traceback.print_exception(error)
+        _print_error(fault, as_json="--json" in words)
+        return fault.exit
     return code if isinstance(code, int) else 0
+
+
+def _as_fault(error: Exception) -> TendonError:
+    """Any exception as one of the errors that people are told of."""
+    if isinstance(error, TendonError):
+        return error
+    if isinstance(error, _USAGE):
+        return UsageError(error.format_message(), hint="tendon --help lists the commands")
+    if isinstance(error, OSError):
+        return OutputError(f"input or output failed: {error.strerror or error}")
+    return TendonError(f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where")
 
 
 # Typer's own class of a wrong call, wherever the installed version keeps it.
 _USAGE: Any = typer.BadParameter.__mro__[2]
 
 
-def _print_error(code: int, kind: str, message: str, where: str | None, hint: str | None, as_json: bool) -> None:
+def _print_error(fault: TendonError, *, as_json: bool) -> None:
+    names = ("exit", "kind", "message", "where", "hint")
     if as_json:
-        fault = {"exit": code, "kind": kind, "message": message, "where": where, "hint": hint}
-        with contextlib.suppress(TendonError):
-            print_result(_json({"error": fault}))
-        return
-    place = f"{where}: " if where else ""
-    print_note(f"tendon: error: {place}{message}" + (f"\n  hint: {hint}" if hint else ""))
+        try:
+            print_result(_json({"error": {name: getattr(fault, name) for name in names}}))
+        except OutputError:
+            pass  # nobody takes it there, so it is told as a line
+        else:
+            return
+    place = f"{fault.where}: " if fault.where else ""
+    print_note(f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else ""))
 
 
 if __name__ == "__main__":

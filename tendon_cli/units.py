@@ -20,6 +20,7 @@ _PI = Fraction("3.14159265358979323846264338327950288419716939937511")
 
 # Mantissas and exponents are bounded, so that reading "1e999999999 m" costs no memory.
 _NUMBER = r"[+-]?(?:\d{1,80}(?:\.\d{0,80})?|\.\d{1,80})(?:[eE][+-]?\d{1,3})?"
+_PLAIN_DIGITS = 16  # numbers of more places than that are written with an exponent
 _QUANTITY = re.compile(rf"({_NUMBER})(?:[ \t]*([^\s\d].*))?")
 
 
@@ -62,6 +63,8 @@ SI_UNIT = {
     "time": "s",
 }
 
+# Pi does not terminate, so that degrees stay degrees where a text has to be exact.
+_UNIT_WITH_PI = {"angle": "deg", "rotational stiffness": "N m/deg"}
 
 EXAMPLES = {
     "number": "0.07",
@@ -105,20 +108,26 @@ class Measure:
         return to_float(self.exact)
 
     def document(self) -> float | str:
-        """How a study file says exactly this measure: the same for "1000 g" and "1.0 kg"."""
-        base = UNITS[SI_UNIT[self.unit.dimension]]
-        digits = _terminating(self.exact / base.factor)
-        if digits is None:  # degrees, which are no terminating number of radians
-            base = UNITS["deg"]
-            digits = _terminating(self.exact / base.factor) or self.text
-        return float(digits) if base.symbol == "1" else f"{digits} {base.symbol}"
+        """How a study file says exactly this measure, the same for "1000 g" and "1.0 kg"; without unit, a float."""
+        dimension = self.unit.dimension
+        if dimension == "number" and math.isfinite(self.si) and Fraction(repr(self.si)) == self.exact:
+            return self.si
+        said: list[str] = []
+        for symbol in filter(None, (SI_UNIT[dimension], _UNIT_WITH_PI.get(dimension))):
+            digits = _terminating(self.exact / UNITS[symbol].factor)
+            said += [] if digits is None else [f"{digits} {symbol}".removesuffix(" 1")]
+        return min(said, key=len) if said else f"{self.text} {self.unit.symbol}"
 
 
 def _terminating(value: Fraction) -> str | None:
-    """A rational number in decimal digits, where these come to an end."""
+    """A rational number in decimal digits, where these come to an end and can be read back."""
     with localcontext(prec=200) as context:
-        digits = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
-        return None if context.flags[Inexact] else str(digits)
+        context.clear_flags()
+        number = (Decimal(value.numerator) / Decimal(value.denominator)).normalize()
+        if context.flags[Inexact]:
+            return None
+    digits = format(number, "f") if abs(number.adjusted()) < _PLAIN_DIGITS else str(number)
+    return digits if re.fullmatch(_NUMBER, digits) else None
 
 
 def to_float(value: Fraction) -> float:
@@ -136,19 +145,27 @@ def known_units(dimension: str) -> list[str]:
 
 def parse_measure(text: str, dimension: str) -> Measure:
     """Read one number and one unit of `dimension`; raises UnitError saying what was expected."""
-    expected = EXAMPLES[dimension]
+    expected = wanted(dimension)
     match = _QUANTITY.fullmatch(text.strip()) if len(text) <= 200 else None
-    if match is None:
-        raise UnitError(f'"{shorten(text)}" is not one number and one unit, expected such as {expected}')
-    number, symbol = match.group(1), (match.group(2) or "").strip()
-    if symbol.startswith(","):
-        raise UnitError(f'"{shorten(text)}" is not one number and one unit', "the decimal sign is a point")
+    number, symbol = (match.group(1), (match.group(2) or "").strip()) if match else ("", "")
+    if match is None or symbol.startswith(","):
+        problem = f'"{shorten(text)}" is not one number and one unit, expected {expected}'
+        raise UnitError(problem, _advice(text[:200]))
     if not symbol:
         if dimension == "number":
             return Measure(number, UNITS["1"])
-        hint = f'write "{number} {known_units(dimension)[0]}", or without quotes for {SI_UNIT[dimension]}'
-        raise UnitError(f'"{number}" has no unit, expected such as {expected}', hint)
+        hint = f'write "{number} {known_units(dimension)[0]}"'
+        raise UnitError(f'"{number}" has no unit, expected {expected}', hint)
     return Measure(number, _find_unit(symbol, dimension, expected))
+
+
+def _advice(text: str) -> str | None:
+    """What to mend where text is no number and unit for a common reason."""
+    if not text.isprintable():
+        return "a sign that cannot be printed is shown as ?"
+    if re.search(r"\d,\d", text):
+        return "the decimal sign is a point"
+    return "digits stand together, without spaces" if re.search(r"\d +\d", text) else None
 
 
 def measure_of_number(value: float, dimension: str) -> Measure:
@@ -162,20 +179,29 @@ def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
         same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
         near = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"known units: {', '.join(known_units(dimension))}"
-        raise UnitError(f'unknown unit "{shorten(symbol)}", expected such as {expected}', hint)
+        if any(sign.isdigit() for sign in symbol):
+            hint = "only one number may stand in the text; several stand in a list, a range as { from, to, num }"
+        raise UnitError(f'unknown unit "{shorten(symbol)}", expected {expected}', hint)
     if unit.dimension != dimension:
-        article = "an" if unit.dimension[0] in "aeiou" else "a"
-        raise UnitError(
-            f'"{symbol}" is {article} {unit.dimension}, expected a {dimension} such as {expected}',
-            f"units of {dimension}: {', '.join(known_units(dimension))}",
-        )
+        known = ", ".join(known_units(dimension))
+        hint = "a number without unit, or %" if dimension == "number" else f"units of {dimension}: {known}"
+        raise UnitError(f'"{symbol}" is {_with_article(unit.dimension)}, expected {expected}', hint)
     return unit
+
+
+def wanted(dimension: str) -> str:
+    """What an error says was expected: "a length such as ..."."""
+    return f"{_with_article(dimension)} such as {EXAMPLES[dimension]}"
+
+
+def _with_article(word: str) -> str:
+    return f"an {word}" if word[0] in "aeiou" else f"a {word}"
 
 
 def described(value: object) -> str:
     """A value as the author of a study would name it, short and fit to print."""
     if isinstance(value, str):
-        return shorten(value)
+        return f'"{shorten(value)}"'
     if value is None:
         return "nothing"
     if isinstance(value, bool):

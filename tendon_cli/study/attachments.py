@@ -73,9 +73,12 @@ class Attachments:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
             coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
-            raise InputError("not a friction fragment", where=name, hint=hint) from None
-        if not (0.0 <= coefficient <= 10.0 and error >= 0.0):
+            problem = "not a friction fragment, expected a table [friction] with coefficient and standard_error"
+            raise InputError(problem, where=name, hint=hint) from None
+        if not 0.0 <= coefficient <= 10.0:
             raise InputError(f"the coefficient {coefficient:g} is not between 0 and 10", where=name, hint=hint)
+        if not error >= 0.0:
+            raise InputError(f"the standard error {error:g} is not 0 or more", where=name, hint=hint)
         source = fit.get("source")
         self._note(
             key, name, content, friction=coefficient, standard_error=error,
@@ -97,7 +100,8 @@ class Attachments:
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
             return None
         if len(content) > most:
-            raise InputError(f"larger than {most // 1000:,} kB", where=name)
+            size = f"{most // 1000} kB" if most < 10**6 else f"{most // 10**6} MB"
+            raise InputError(f"larger than {size}, expected less", where=name)
         return content
 
     def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from tendon_cli.errors import Fault
 from tendon_cli.study.parts import Part
 from tendon_cli.study.study import SIDES, Study, numbers_in
+from tendon_cli.units import shorten
 
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
@@ -18,9 +19,9 @@ MAX_FRICTION_EXPONENT = 100.0
 _MOST_ARMS_TO_CHECK = 100_000
 
 
-def contradictions(study: Study) -> list[Fault]:
-    """Every fault between keys of a study whose single keys are right."""
-    return [*_two_sources(study), *_case_faults(study)]
+def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
+    """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
+    return [*_two_sources(study, at_fault), *_case_faults(study)]
 
 
 def impossibilities(study: Study) -> list[Fault]:
@@ -28,14 +29,15 @@ def impossibilities(study: Study) -> list[Fault]:
     return [*_friction_faults(study), *_anchor_faults(study)]
 
 
-def _two_sources(study: Study) -> Iterator[Fault]:
-    """A number that is given twice: as itself and by a file."""
+def _two_sources(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """A number that is given twice, as itself and by a file, or a smoothing of no file."""
     for key, sheath in _sheaths(study):
         for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
             if number in sheath.model_fields_set and getattr(sheath, file) is not None:
                 yield Fault(f"{key}.{number}", f"stands beside {file}, which gives it too", "leave one of them out")
-        if sheath.path_smoothing is not None and sheath.path is None:
-            yield Fault(f"{key}.path_smoothing", "smooths a route, but there is no path")
+        if sheath.path_smoothing is not None and sheath.path is None and f"{key}.path" not in at_fault:
+            problem = "smooths a route, but this table names none"
+            yield Fault(f"{key}.path_smoothing", problem, 'add path = "route.csv", or leave it out')
 
 
 def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
@@ -68,14 +70,21 @@ def case_numbers(case: Part) -> dict[str, float]:
     }
 
 
+def _overrides(study: Study) -> list[tuple[str, dict[str, float]]]:
+    """The numbers of every case, with how an error names it; one that overrides nothing where there are none."""
+    named = [(f' in the case "{shorten(str(getattr(case, "name", "")))}"', case_numbers(case)) for case in study.cases]
+    return named or [("", {})]
+
+
 def _friction_faults(study: Study) -> Iterator[Fault]:
     """A product of friction and bend angle, on one side, beyond any sheath."""
-    for case in [case_numbers(case) for case in study.cases] or [{}]:
+    for where, case in _overrides(study):
         for side in SIDES:
             friction, bend_angle = (_largest(study, case, name, side) for name in ("friction", "bend_angle"))
             if friction * bend_angle > MAX_FRICTION_EXPONENT:
-                reached = f"friction x bend_angle reaches {friction * bend_angle:.4g} on the {side}'s side"
-                yield Fault("sheath.friction", f"{reached}, expected {MAX_FRICTION_EXPONENT:g} at most")
+                reached = f"friction x bend_angle reaches {friction * bend_angle:.4g} on the {side}'s side{where}"
+                problem = f"{reached}, expected {MAX_FRICTION_EXPONENT:g} at most"
+                yield Fault("sheath.friction", problem, "a bend angle without unit is in rad")
                 return
 
 
@@ -92,7 +101,7 @@ def _largest(study: Study, case: dict[str, float], name: str, side: str) -> floa
 def _anchor_faults(study: Study) -> Iterator[Fault]:
     """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
     arms = [study.numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2")]
-    overrides: list[dict[str, float]] = [case_numbers(case) for case in study.cases] or [{}]
+    overrides = _overrides(study)
     count = len(overrides)
     for values in arms:
         count *= len(values)
@@ -100,7 +109,7 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
         return  # such states are found one by one when the study runs, as states without equilibrium
     angles = study.motion.elbow_angle
     low, high = angles.extremes
-    for override in overrides:
+    for where, override in overrides:
         choices = [
             [override[key]] if (key := f"arm.{name}") in override else values.array.tolist()
             for name, values in zip(("a1", "b1", "a2", "b2"), arms, strict=True)
@@ -112,7 +121,7 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
             if low <= meeting <= high and np.min(np.abs(angles.array - meeting)) < 1e-9:
                 yield Fault(
                     "arm",
-                    f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting):.6g} deg",
+                    f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting):.6g} deg{where}",
                     "make a1, b1 and a2, b2 differ, or leave this angle out",
                 )
                 return

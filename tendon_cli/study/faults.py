@@ -34,7 +34,12 @@ def in_order(faults: list[Fault]) -> list[Fault]:
 def _fault(detail: Any, places: KeyPlaces) -> Fault:
     path = [str(part) for part in detail["loc"]]
     problem, hint = _words(detail, path)
-    return Fault(shorten(".".join(path), 120), problem, hint, places.line_of(".".join(path)))
+    line = places.line_of(".".join(path))
+    if path == ["name"] and line is None:
+        hint = hint or "where a study has no name, it is called as its file"
+    if detail["type"] == "literal_error" and path[-1].isdigit():
+        path.pop()  # one word of a list, or the only one, which needs no list
+    return Fault(shorten(".".join(path), 120), problem, hint, line)
 
 
 def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
@@ -45,17 +50,22 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if detail["type"] == "extra_forbidden":
         return _unknown(path)
     if detail["type"] == "literal_error":
-        expected = context["expected"]
+        expected = context["expected"].replace("'", '"')
         return f"{given} is not possible, expected {expected}", _near(given, expected)
+    if detail["type"] == "model_type":
+        found = "has no value" if detail["input"] is None else f"{given} is not a table"
+        return f"{found}, expected a table of keys", f"its keys: {', '.join(_valid_names(path))}"
+    if detail["type"] == "tuple_type" and _valid_names(path):
+        return f"{given} is not a list, expected a list of tables", f"in TOML, each of them starts with [[{path[-1]}]]"
     problems = {
-        "missing": "is missing",
-        "model_type": f"{given} is a single value, expected a table of keys",
-        "string_pattern_mismatch": f'"{given}" is not a name, expected letters, digits, . _ - (64 at most)',
+        "missing": f"is missing, each entry of {path[0]} needs it",
+        "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ - (64 at most)",
         "string_type": f"{given} is not text, expected text in quotes",
-        "tuple_type": f"{given} is not a list, expected a list",
-        "too_short": "an empty list, expected at least one",
-        "string_too_short": "is empty",
-        "string_too_long": "is too long",
+        "string_unicode": "holds a sign that is not Unicode, expected text",
+        "tuple_type": f"{given} is not a list of words, expected a word in quotes or a list of them",
+        "too_short": "an empty list, expected at least one value",
+        "string_too_short": "is empty, expected text",
+        "string_too_long": f"is too long, expected {context.get('max_length')} characters at most",
     }
     return problems.get(detail["type"], detail["msg"][:1].lower() + detail["msg"][1:]), None
 
@@ -102,6 +112,6 @@ def _schema() -> dict[str, Any]:
 
 
 def _near(given: str, expected: str) -> str | None:
-    choices = [word.strip(" '") for word in expected.replace(" or ", ",").split(",")]
-    near = difflib.get_close_matches(given, choices, n=1, cutoff=0.5)
+    choices = [word.strip(' "') for word in expected.replace(" or ", ",").split(",")]
+    near = difflib.get_close_matches(given.strip('"'), choices, n=1, cutoff=0.5)
     return f'did you mean "{near[0]}"?' if near else None

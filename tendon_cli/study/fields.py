@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -15,7 +16,17 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.values import MAX_AXIS_LENGTH, Grid, Values
-from tendon_cli.units import EXAMPLES, Measure, UnitError, described, known_units, measure_of_number, parse_measure
+from tendon_cli.units import (
+    Measure,
+    UnitError,
+    described,
+    known_units,
+    measure_of_number,
+    parse_measure,
+    shorten,
+    to_float,
+    wanted,
+)
 
 _LARGEST_INTEGER = 1000  # bits; a float64 has room for 1023
 _GRID_KEYS = ("from", "to", "num", "spacing")
@@ -49,7 +60,7 @@ class Number:
         if value is None or isinstance(value, Values):
             return value
         if isinstance(value, (list, tuple, dict)) and not self.axis:
-            raise fault("a list or grid cannot stand here, expected one value", f"such as {self._example}")
+            raise fault(f"a list or grid cannot stand here, expected one value, {self._wanted}")
         if isinstance(value, dict):
             return Values(self._grid(value), is_axis=True)
         if isinstance(value, (list, tuple)):
@@ -57,8 +68,8 @@ class Number:
         return Values.of(self._bounded(self._measure(value)))
 
     @property
-    def _example(self) -> str:
-        return EXAMPLES[self.quantity.dimension]
+    def _wanted(self) -> str:
+        return wanted(self.quantity.dimension)
 
     def _measure(self, value: object) -> Measure:
         dimension = self.quantity.dimension
@@ -68,24 +79,26 @@ class Number:
             except UnitError as error:
                 raise fault(error.problem, error.hint) from None
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise fault(f"{described(value)} is not a number, expected such as {self._example}")
+            raise fault(f"{described(value)} is not a number, expected {self._wanted}")
         if isinstance(value, int) and value.bit_length() > _LARGEST_INTEGER:
-            raise fault(f"{described(value)} is out of range, expected such as {self._example}")
+            raise fault(f"{described(value)} is out of range, expected {self._wanted}")
         if not math.isfinite(value):
-            raise fault(f"{value} is not a finite number, expected such as {self._example}")
+            raise fault(f"{value} is not a finite number, expected {self._wanted}")
         return measure_of_number(float(value), dimension)
 
     def _bounded(self, measure: Measure) -> float:
         value = measure.si
         if self.low <= value <= self.high:
             return value
-        unit = "" if self.quantity.unit == "1" else f" {self.quantity.unit}"
-        given = f"{value:.6g}{unit}"
+        unit = f" {measure.unit.symbol}".removesuffix(" 1")
+        number = to_float(Fraction(measure.text))
+        given = f"{number:.6g}{unit}" if math.isfinite(number) else f"{shorten(measure.text)}{unit}"
+        low, high = (to_float(Fraction(bound) / measure.unit.factor) for bound in (self.low, self.high))
         if value < self.low == 0.0:
             raise fault(f"{given} is negative, expected 0{unit} or more")
         if value <= 0.0 < self.low:
             raise fault(f"{given} is impossible, expected a value above 0{unit}")
-        raise fault(f"{given} is out of range, expected {self.low:.6g} to {self.high:.6g}{unit}")
+        raise fault(f"{given} is out of range, expected {low:.6g} to {high:.6g}{unit}")
 
     def _list(self, items: list[Any] | tuple[Any, ...]) -> tuple[float, ...]:
         if not items:
@@ -104,23 +117,29 @@ class Number:
         unknown = [described(key) for key in table if key not in _GRID_KEYS]
         missing = [key for key in _GRID_KEYS[:3] if key not in table]
         if unknown or missing:
-            found = f'unknown "{unknown[0]}"' if unknown else f'"{missing[0]}" is missing'
-            raise fault(f"{found} in a grid, expected from, to, num and optionally spacing")
-        num, spacing = table["num"], table.get("spacing", "linear")
-        if isinstance(num, bool) or not isinstance(num, int) or num < 1:
-            raise fault(f"num = {described(num)} is not a count, expected a whole number of at least 1")
-        if num > MAX_AXIS_LENGTH:
-            count = f"{num:.6g}" if num.bit_length() <= _LARGEST_INTEGER else described(num)
-            raise fault(f"num = {count} values, at most {MAX_AXIS_LENGTH:.0e} are possible in an axis")
+            found = f"unknown {unknown[0]}" if unknown else f'"{missing[0]}" is missing'
+            problem = f"{found} in a grid, expected from, to, num and optionally spacing"
+            raise fault(problem, None if "from" in table else f"a single value is {self._wanted}")
+        num, spacing = _count(table["num"]), table.get("spacing", "linear")
         if not isinstance(spacing, str) or spacing not in ("linear", "log"):
             raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
-        grid = Grid(self._measure(table["from"]), self._measure(table["to"]), num, log=spacing == "log")
-        start, stop = self._bounded(grid.start), self._bounded(grid.stop)
+        grid = Grid(self._end(table, "from"), self._end(table, "to"), num, log=spacing == "log")
+        start, stop = grid.start.si, grid.stop.si
         if grid.log and min(start, stop) <= 0.0:
-            raise fault("a grid with log spacing starts and ends above zero")
+            raise fault("a log grid that reaches zero, expected from and to above zero")
         if num > 1 and start == stop:
-            raise fault("a grid of several values whose from and to are equal")
+            raise fault("a grid of several values whose from and to are equal, expected two different ends")
         return grid
+
+    def _end(self, table: dict[Any, Any], name: str) -> Measure:
+        """One end of a grid; its faults say which end it is."""
+        try:
+            measure = self._measure(table[name])
+            self._bounded(measure)
+        except PydanticCustomError as error:
+            context = error.context or {}
+            raise fault(f"{name}: {context['problem']}", context["hint"]) from None
+        return measure
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """One plain validator: one fault gives one error."""
@@ -155,3 +174,13 @@ class Number:
         pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
         number = {"type": "number", "minimum": self.low, "maximum": self.high}
         return {"anyOf": [number, {"type": "string", "pattern": pattern}]}
+
+
+def _count(num: object) -> int:
+    """How many values a grid has."""
+    if isinstance(num, bool) or not isinstance(num, int) or num < 1:
+        raise fault(f"num = {described(num)} is not a count, expected a whole number of at least 1")
+    if num > MAX_AXIS_LENGTH:
+        count = f"{num:,}" if num < 10**15 else described(num)
+        raise fault(f"num = {count} is too many, expected {MAX_AXIS_LENGTH:,} values in an axis at most")
+    return num

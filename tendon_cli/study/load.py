@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,8 @@ def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
         document = read_document(path)
         before = _axes_in_order(document)
         changed = [_apply(document.content, setting) for setting in settings]
+        for key in changed:
+            document.places.forget(key)
         document.content.setdefault("name", path.stem)
         return study_from(document.content, document.places, folder=path.parent, order=(*before, *changed))
     except TendonError as error:
@@ -46,12 +47,12 @@ def study_from(
     them.
     """
     places = places or KeyPlaces()
-    given, found = _without_nothing(content, places)
+    given, found = _without_nothing(content)
     study, invalid = _validated(given, places)
     found += invalid
     files = Attachments(folder)
     if study is not None:
-        found += contradictions(study)
+        found += contradictions(study, {fault.key for fault in found})
         try:
             study = files.resolve(study)
         except InputError:
@@ -64,16 +65,26 @@ def study_from(
     return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
 
 
-def _without_nothing(content: dict[str, Any], places: KeyPlaces) -> tuple[dict[str, Any], list[Fault]]:
-    """The content without keys that have no value, as YAML allows, and a fault for each of them."""
+def _without_nothing(content: dict[str, Any], prefix: str = "") -> tuple[dict[str, Any], list[Fault]]:
+    """The content without keys that have no value, as YAML allows, and a fault for each of them.
+
+    What stands inside a number is left to its field, which knows what a grid needs.
+    """
     kept: dict[str, Any] = {}
     found: list[Fault] = []
     for name, value in content.items():
+        path = f"{prefix}{name}"
         if value is None:
-            found.append(Fault(name, "has no value", "leave the key out, or give it one", places.line_of(name)))
-        elif isinstance(value, dict):
-            kept[name], inner = _without_nothing(value, KeyPlaces())
-            found += [replace(fault, key=f"{name}.{fault.key}") for fault in inner]
+            found.append(Fault(shorten(path, 120), "has no value", "leave the key out, or give it a value"))
+        elif isinstance(value, dict) and path not in keys():
+            kept[name], inner = _without_nothing(value, f"{path}.")
+            found += inner
+        elif isinstance(value, list):
+            kept[name] = list(value)
+            for at, entry in enumerate(value):
+                if isinstance(entry, dict):
+                    kept[name][at], inner = _without_nothing(entry, f"{path}.{at}.")
+                    found += inner
         else:
             kept[name] = value
     return kept, found
@@ -81,29 +92,34 @@ def _without_nothing(content: dict[str, Any], places: KeyPlaces) -> tuple[dict[s
 
 def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None, list[Fault]]:
     """The study, and the faults of its single keys; with faults, the study without the keys at fault if that is one."""
-    try:
-        return Study.model_validate(content), []
-    except ValidationError as error:
-        found = faults_of(error, places)
-        rest = deepcopy(content)
-        for detail in error.errors(include_url=False):
-            _drop(rest, detail["loc"])
-        with contextlib.suppress(ValidationError):
+    found: list[Fault] = []
+    rest = deepcopy(content)
+    while True:
+        try:
             return Study.model_validate(rest), found
-        return None, found
+        except ValidationError as error:
+            found = found or faults_of(error, places)
+            at_fault = [_innermost(rest, detail["loc"]) for detail in error.errors(include_url=False)]
+            for table, name in filter(None, at_fault):
+                table.pop(name, None)
+            if not any(at_fault):
+                return None, found
 
 
-def _drop(content: dict[str, Any], path: tuple[int | str, ...]) -> None:
-    """Remove the key at a path, or the last table on the way to it."""
+def _innermost(content: dict[str, Any], path: tuple[int | str, ...]) -> tuple[dict[str, Any], Any] | None:
+    """The table and the name of the key at a path, or of the last key on the way to it.
+
+    An entry of a list is never found by itself: without it, those after it would change their places.
+    """
     table: Any = content
-    for part in path[:-1]:
-        inner = table.get(part) if isinstance(table, dict) else None
-        if not isinstance(inner, dict):
-            if isinstance(table, dict):
-                table.pop(part, None)
-            return
-        table = inner
-    table.pop(path[-1], None)
+    found: tuple[dict[str, Any], Any] | None = None
+    for part in path:
+        if isinstance(table, dict) and part in table:
+            found = table, part
+        elif not (isinstance(table, list) and isinstance(part, int) and part < len(table)):
+            break
+        table = table[part]
+    return found
 
 
 def _axes_in_order(document: Document) -> list[str]:
@@ -133,19 +149,20 @@ def _apply(content: dict[str, Any], setting: str) -> str:
     key, equals, text = setting.partition("=")
     parts = key.strip().split(".")
     if not equals or not all(parts) or len(parts) > MAX_KEY_PARTS:
-        raise UsageError(f"--set {shorten(setting)} is not KEY=VALUE", hint="such as --set 'arm.b1=160 mm'")
+        raise UsageError(f'--set "{shorten(setting)}" is not KEY=VALUE', hint="such as --set 'arm.b1=160 mm'")
     key, text = shorten(key), text.strip()
     try:
         value = read_value(text) if text[:1] in ("[", "{", '"', "'") else text
     except StudyError as error:
         raise UsageError(
-            f"--set {key}: {error.faults[0].problem}", hint="the value is TOML, quoted for the shell"
+            f"--set {key}: {error.faults[0].problem}",
+            hint='what starts with [, { or a quote is TOML, such as --set \'load.mass=["3 kg", "5 kg"]\'',
         ) from None
     table = content
     for part in parts[:-1]:
         inner = table.setdefault(part, {})
         if not isinstance(inner, dict):
-            raise UsageError(f"--set {key}: {part} is not a table of keys")
+            raise UsageError(f"--set {key}: {part} is not a table of keys", hint="set the whole value")
         table = inner
     table[parts[-1]] = value
     return ".".join(parts)

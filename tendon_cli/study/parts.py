@@ -37,8 +37,9 @@ def _as_list(value: object) -> object:
 
 
 def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
-    if len(set(words)) < len(words):
-        raise fault(f"{', '.join(words)} names one twice, expected each once")
+    twice = [word for word in words if words.count(word) > 1]
+    if twice:
+        raise fault(f'"{twice[0]}" stands in the list twice, expected each word once')
     return words
 
 

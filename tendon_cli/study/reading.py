@@ -13,14 +13,27 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, StudyError
-from tendon_cli.study.toml_scan import MAX_DEPTH, KeyPlaces, scan
+from tendon_cli.study.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, scan
 from tendon_cli.units import shorten
 
 MAX_BYTES = 256_000
 YAML_SUFFIXES = (".yaml", ".yml")
 
+_OF_THE_PARSER = {
+    "Cannot overwrite a value": "a key that stands twice, expected each key once",
+    "Expected newline or end of document after a statement": "more follows the value, expected the end of the line",
+    "Illegal character '\\n'": "text that is not closed on its line, expected a quote at its end",
+    "Invalid value": "no value that TOML knows, expected a number, a list, or text in quotes",
+    "Invalid statement": 'neither a key nor a table, expected such as name = "fig07" or [arm]',
+    "Expected '=' after a key in a key/value pair": 'a key without a value, expected such as name = "fig07"',
+    "Unclosed array": "a list that is not closed, expected ] at its end",
+    "Unclosed inline table": "a table that is not closed, expected } at its end",
+    "Unterminated string": "text that is not closed, expected a quote at its end",
+}
+"""What the parser says, in the words of someone who writes a study."""
+
 _TUPLE = re.compile(r"\('(.*?)',?\)")
-_LONG_INTEGER = re.compile(r"[\d_]{4301,}")
+_MANY_DIGITS = re.compile(r"[\d_]{4301,}")
 
 
 @dataclass(frozen=True)
@@ -68,13 +81,15 @@ def _bytes(path: Path) -> bytes:
 
 
 def _text(content: bytes) -> str:
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise StudyError([Fault("", "UTF-16 text, expected UTF-8", "save the file as UTF-8")])
     if content.startswith((b"PAR1", b"\x89PNG", b"PK\x03\x04")) or b"\0" in content[:4096]:
         raise StudyError([Fault("", "this is a binary file, expected a study in TOML or YAML")])
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise StudyError([Fault("", "not UTF-8 text", "save the file as UTF-8", line)]) from None
+        raise StudyError([Fault("", "not UTF-8 text, expected UTF-8", "save the file as UTF-8", line)]) from None
 
 
 def read_toml(text: str) -> Document:
@@ -85,19 +100,17 @@ def read_toml(text: str) -> Document:
     except tomllib.TOMLDecodeError as error:
         message, _, place = str(error).partition(" (at ")
         line = int(place.split()[1].strip(",")) if place.startswith("line ") else text.count("\n") + 1
-        problem = _TUPLE.sub(lambda match: match.group(1).replace("', '", "."), message)
-        raise StudyError(
-            [Fault("", f"not TOML: {problem[:1].lower()}{problem[1:]}", _toml_hint(text, line), line)]
-        ) from None
+        raise StudyError([Fault("", f"not TOML: {_problem(message)}", _toml_hint(text, line), line)]) from None
     except ValueError:
-        raise StudyError([_long_integer("TOML", text)]) from None
+        found = _MANY_DIGITS.search(text)
+        line_of_it = text[: found.start()].count("\n") + 1 if found else None
+        raise StudyError([Fault("", LONG_INTEGER, None, line_of_it)]) from None
 
 
-def _long_integer(grammar: str, text: str) -> Fault:
-    """The one thing that both parsers refuse beyond their grammars: an integer of more digits than Python converts."""
-    found = _LONG_INTEGER.search(text)
-    line = text[: found.start()].count("\n") + 1 if found else None
-    return Fault("", f"not {grammar}: an integer of more than 4300 digits", None, line)
+def _problem(message: str) -> str:
+    """What the parser of TOML found, without the Python in it."""
+    said = _OF_THE_PARSER.get(message) or f"{message[:1].lower()}{message[1:]}"
+    return _TUPLE.sub(lambda match: match.group(1).replace("', '", "."), said)
 
 
 def _toml_hint(text: str, line: int) -> str | None:

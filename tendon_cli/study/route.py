@@ -31,12 +31,12 @@ def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
         raise InputError("not UTF-8 text", where=where, hint="save the route as CSV in UTF-8") from None
     numbered = [(at, line) for at, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
     if not numbered:
-        raise InputError("holds no way-points", where=where)
+        raise InputError("holds no way-points, expected a header x, y, z and a line for each", where=where)
     separator = next((sign for sign in ";\t" if sign in numbered[0][1]), ",")
     columns, scales = _columns(_split(numbered[0][1], separator), where)
     rows = [_row(_split(line, separator), columns, scales, f"{where}, line {at}") for at, line in numbered[1:]]
     if len({tuple(row) for row in rows}) < 2:
-        raise InputError("holds fewer than two different way-points", where=where)
+        raise InputError("holds fewer than two different way-points, expected two at least", where=where)
     return np.array(rows)
 
 
@@ -107,7 +107,8 @@ def _row(cells: list[str], columns: list[int], scales: list[float], where: str) 
         try:
             number = float(cell)
         except ValueError:
-            raise InputError(f'{axis} is "{shorten(cell)}", expected a number', where=where) from None
+            hint = "the decimal sign is a point" if "," in cell else None
+            raise InputError(f'{axis} is "{shorten(cell)}", expected a number', where=where, hint=hint) from None
         if not math.isfinite(number) or abs(number) > 1e6:
             raise InputError(f"{axis} is {number}, expected a finite length", where=where)
         numbers.append(number * scale)

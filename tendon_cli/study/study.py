@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints, crea
 from pydantic.fields import FieldInfo
 
 from tendon_cli.study.fields import Number, fault
+from tendon_cli.study.figures import DeclaredFigure, check_figures
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.values import Values
 
@@ -22,12 +23,20 @@ CASE_AXIS = "case"
 
 def _not_dots(name: str) -> str:
     if set(name) == {"."}:
-        raise fault(f'"{name}" names a folder of its own, expected a name such as fig07')
+        raise fault(f'"{name}" cannot name a run folder, expected a name such as fig07')
     return name
 
 
+def _printable(text: str) -> str:
+    """Text that can stand in a table's metadata, a figure and a terminal."""
+    if not text.isprintable():
+        raise fault("holds characters that cannot be printed, expected plain text")
+    return text
+
+
 RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
-CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True)]
+CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(_printable)]
+Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(_printable)]
 
 _SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
 
@@ -80,13 +89,17 @@ Case: type[Part] = create_model(
 )
 
 
+def _with_known_columns(figures: tuple[DeclaredFigure, ...]) -> tuple[DeclaredFigure, ...]:
+    return check_figures(figures, {path: (key.column, key.number.quantity) for path, key in keys().items()})
+
+
 class Study(Part):
     """A parameter study: every combination of its axes, in the order of the document, is one design."""
 
     name: RunName = Field(
         default="study", description="name of the run folder; without it, the stem of the file's name"
     )
-    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = Field(default="", description="for figures")
+    title: Title = Field(default="", description="for figures")
     arm: Arm = Arm()
     sheath: Sheath = Sheath()
     tendon: Tendon = Tendon()
@@ -98,6 +111,10 @@ class Study(Part):
     output: Output = Output()
     cases: tuple[Case, ...] = Field(  # type: ignore[valid-type]
         default=(), description="one axis of linked values, such as persons"
+    )
+
+    figure: Annotated[tuple[DeclaredFigure, ...], AfterValidator(_with_known_columns)] = Field(
+        default=(), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
     )
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)
@@ -162,8 +179,10 @@ def numbers_in(part: Part, prefix: str) -> list[tuple[str, Values]]:
 
 def _document(part: Part) -> dict[str, Any]:
     shown: dict[str, Any] = {}
-    for name in type(part).model_fields:
+    for name, field in type(part).model_fields.items():
         value = getattr(part, name)
+        if field.exclude:
+            continue
         if isinstance(value, Part):
             shown[name] = _document(value)
         elif isinstance(value, Values):

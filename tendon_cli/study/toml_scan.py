@@ -13,6 +13,8 @@ from tendon_cli.errors import Fault, StudyError
 
 MAX_DEPTH = 32
 MAX_KEY_PARTS = 16
+LONG_INTEGER = "an integer of more than 4300 digits, no study needs that"
+"""The one thing that the parsers refuse beyond their grammars: Python converts no longer one."""
 
 _MARK = re.compile(
     r'"""(?:\\.|[^\\])*?(?:"""|\Z)'  # strings of several lines
@@ -30,7 +32,12 @@ _KEY_PART = re.compile(r"""\s*("(?:\\.|[^"\\])*"|'[^']*'|[^."'\s]+)\s*(?:\.|$)""
 class KeyPlaces:
     """Where keys stand: `lines[path]` is the line of a dotted key, in the order of the document."""
 
-    lines: dict[str, int] = field(default_factory=dict)
+    lines: dict[str, int | None] = field(default_factory=dict)
+
+    def forget(self, path: str) -> None:
+        """A key that the command line sets has no line, and no key inside it."""
+        inside = (key for key in self.lines if key.startswith(f"{path}."))
+        self.lines |= dict.fromkeys((path, *inside))
 
     def line_of(self, path: str) -> int | None:
         """The line of a key, else of the first key inside it, else of the nearest table around it."""

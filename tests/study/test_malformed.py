@@ -2,11 +2,8 @@
 
 import os
 import resource
-import signal
 import subprocess
 import sys
-import time
-from contextlib import contextmanager
 
 import pytest
 
@@ -14,7 +11,7 @@ from tendon_cli.errors import InputError, SizeError, StudyError, TendonError, Us
 from tendon_cli.study.load import load_study
 
 from .malformed import ROWS
-from .malformed.row import SLOW
+from .malformed.guard import LONGEST_TIME, at_most
 
 MOST_MEMORY_KB = 300_000
 LONGEST_MESSAGE = 4000
@@ -38,22 +35,6 @@ OF_PYTHON = (
 )
 
 
-@contextmanager
-def at_most(seconds):
-    """Interrupts what takes longer."""
-
-    def stop(*_):
-        raise TimeoutError(f"longer than {seconds} s")
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-
-
 def as_bytes(text):
     return text if isinstance(text, bytes) else text.encode()
 
@@ -72,7 +53,7 @@ def content_of(folder):
 
 
 def error_of(row, path):
-    with at_most(row.seconds), pytest.raises(TendonError) as caught:
+    with at_most(LONGEST_TIME), pytest.raises(TendonError) as caught:
         load_study(path, row.settings)
     return caught.value
 
@@ -95,10 +76,8 @@ def check_it_is_fit_for_a_terminal(row, error):
 
 @pytest.mark.parametrize(
     "row",
-    [
-        pytest.param(row, id=row.label, marks=pytest.mark.xfail(strict=True, reason=row.not_yet) if row.not_yet else ())
-        for row in ROWS
-    ],
+    ROWS,
+    ids=lambda row: row.label,
 )
 def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
     path = written(row, tmp_path)
@@ -167,7 +146,7 @@ def test_an_unreadable_file_is_one_fault(tmp_path):
 @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file here")  # noqa: PTH110
 def test_an_endless_file_is_read_no_further_than_a_study_needs(tmp_path):
     (tmp_path / "study.toml").symlink_to("/dev/zero")
-    with at_most(5.0), pytest.raises(StudyError, match="larger than 256 kB"):
+    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="larger than 256 kB"):
         load_study(tmp_path / "study.toml")
 
 
@@ -175,106 +154,6 @@ def test_an_endless_file_is_read_no_further_than_a_study_needs(tmp_path):
 def test_an_empty_file_is_the_baseline(tmp_path, suffix):
     (tmp_path / f"empty{suffix}").touch()
     assert load_study(tmp_path / f"empty{suffix}").name == "empty"
-
-
-# --- All faults at once ----------------------------------------------------------------------------------------------
-
-TEN_FAULTS = """\
-name = "a/b"
-titel = "x"
-[arm]
-b1 = "1 kg"
-b3 = 1
-[sheath]
-friction = -1
-[tendon.flexor]
-lenght = "2 m"
-[spring]
-stiffness = "3 kn/m"
-[load]
-mass = [1, true]
-[model]
-slack = "both"
-[[cases]]
-name = "a"
-arm.b1 = [1, 2]
-[limits]
-"""
-
-TEN_FAULTS_YAML = """\
-name: a/b
-titel: x
-arm:
-  b1: 1 kg
-  b3: 1
-sheath:
-  friction: -1
-tendon:
-  flexor:
-    lenght: 2 m
-spring: {stiffness: 3 kn/m}
-load: {mass: [1, true]}
-model: {slack: both}
-cases:
-  - name: a
-    arm: {b1: [1, 2]}
-limits: {}
-"""
-
-KEYS_AT_FAULT = [
-    "name", "titel", "arm.b1", "arm.b3", "sheath.friction", "tendon.flexor.lenght", "spring.stiffness", "load.mass",
-    "model.slack", "cases.0.arm.b1", "limits",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("suffix", "text", "lines"),
-    [
-        (".toml", TEN_FAULTS, [1, 2, 4, 5, 7, 9, 11, 13, 15, 18, 19]),
-        (".yaml", TEN_FAULTS_YAML, [1, 2, 4, 5, 7, 10, 11, 12, 13, 16, 17]),
-    ],
-)
-def test_all_faults_come_at_once_in_the_order_of_the_lines(tmp_path, suffix, text, lines):
-    path = tmp_path / f"study{suffix}"
-    path.write_text(text)
-    with pytest.raises(StudyError) as caught:
-        load_study(path)
-    assert [fault.key for fault in caught.value.faults] == KEYS_AT_FAULT
-    assert [fault.line for fault in caught.value.faults] == lines
-    assert len(str(caught.value).splitlines()) == len(KEYS_AT_FAULT) + 1
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("[[cases]]\nname = 'a'\n[[cases]]\nname = 'a'\n[sheath]\npath_smoothing = 1\n", 2),
-        pytest.param(
-            "colour = 'red'\n[sheath]\nfriction = 0.1\nfriction_from = 'f.toml'\n",
-            2,
-            marks=pytest.mark.xfail(strict=True, reason="keys that contradict each other are told only afterwards"),
-        ),
-        pytest.param(
-            "colour = 'red'\n[sheath]\npath = 'r.csv'\n",
-            2,
-            marks=pytest.mark.xfail(strict=True, reason="missing files are told only afterwards"),
-        ),
-    ],
-)
-def test_faults_of_different_kinds_come_at_once(tmp_path, text, expected):
-    path = tmp_path / "study.toml"
-    path.write_text(text)
-    with pytest.raises(StudyError) as caught:
-        load_study(path)
-    assert len(caught.value.faults) == expected
-
-
-@pytest.mark.xfail(strict=True, reason=SLOW)
-def test_a_thousand_faults_come_at_once_and_soon(tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text("\n".join(f"k{i} = 1" for i in range(1000)))
-    with at_most(2.0), pytest.raises(StudyError) as caught:
-        load_study(path)
-    assert [fault.line for fault in caught.value.faults] == list(range(1, 1001))
 
 
 # --- Nothing is ever executed, and little is needed ------------------------------------------------------------------
@@ -296,9 +175,9 @@ def test_nothing_that_a_study_says_is_executed(tmp_path):
 def test_a_grid_as_long_as_an_axis_may_be_costs_neither_time_nor_memory(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text("[load]\nmass = { from = 0, to = 1, num = 10_000_000 }\n")
-    memory, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.perf_counter()
-    assert len(load_study(path).load.mass) == 10**7
-    assert time.perf_counter() - start < 1.0
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with at_most(LONGEST_TIME):
+        assert len(load_study(path).load.mass) == 10**7
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < 20_000
 
 
@@ -328,6 +207,6 @@ def test_hostile_files_are_refused_in_little_memory(tmp_path):
         (tmp_path / name).write_text(text)
     paths = [str(tmp_path / name) for name in hostile]
     done = subprocess.run(
-        [sys.executable, "-c", HUNGRY, *paths], capture_output=True, text=True, timeout=20, check=False
+        [sys.executable, "-c", HUNGRY, *paths], capture_output=True, text=True, timeout=120, check=False
     )
     assert (done.stdout.split(), done.stderr) == (["2"] * len(hostile), "")

@@ -29,21 +29,13 @@ def tables():
 
 
 KEYS = [(table, key) for table, properties in tables().items() for key in properties]
-NOT_DESCRIBED = {
-    ("Case", "name"), ("CaseModel", "slack"), ("CaseModel", "reference"), ("CaseSheath", "friction_from"),
-    ("CaseSheath", "path"), ("CaseSheathSide", "friction_from"), ("CaseSheathSide", "path"),
-}  # fmt: skip
-NO_DESCRIPTION = pytest.mark.xfail(strict=True, reason="words and names of a case have no description")
 
 
 def test_it_is_a_schema():
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
 
-@pytest.mark.parametrize(
-    ("table", "key"),
-    [pytest.param(*pair, marks=NO_DESCRIPTION if pair in NOT_DESCRIBED else ()) for pair in KEYS],
-)
+@pytest.mark.parametrize(("table", "key"), KEYS)
 def test_every_key_is_described(table, key):
     described = [node["description"] for node in resolved(tables()[table][key]) if node.get("description")]
     assert described
@@ -81,10 +73,6 @@ def test_it_takes_every_unit_of_a_key_and_no_other(unit):
             assert CHECK.is_valid({"name": "a", table: {name: text}}) is fits
 
 
-NAME_NEEDED = pytest.mark.xfail(strict=True, reason="the schema asks for a name, which has a default")
-ONE_WORD = pytest.mark.xfail(strict=True, reason="the schema asks for a list where one word may stand")
-
-
 @pytest.mark.parametrize(
     "content",
     [
@@ -94,17 +82,14 @@ ONE_WORD = pytest.mark.xfail(strict=True, reason="the schema asks for a list whe
         {"name": "a", "sheath": {"path": "route.csv", "path_smoothing": "1 mm", "friction_from": "friction.toml"}},
         {"name": "a", "cases": [{"name": "b", "arm": {"b1": "160 mm"}, "model": {"slack": "bilateral"}}]},
         {"name": "a", "spool": {"ratio": {"from": 0.1, "to": "10", "num": 3, "spacing": "log"}}},
-        pytest.param({}, marks=NAME_NEEDED),
-        pytest.param({"load": {"mass": "5 kg"}}, marks=NAME_NEEDED),
-        pytest.param({"name": "a", "motion": {"direction": "flexion"}}, marks=ONE_WORD),
-        pytest.param({"name": "a", "output": {"tables": "designs"}}, marks=ONE_WORD),
+        {},
+        {"load": {"mass": "5 kg"}},
+        {"name": "a", "motion": {"direction": "flexion"}},
+        {"name": "a", "output": {"tables": "designs"}},
     ],
 )
 def test_it_takes_what_a_study_file_may_say(content):
     assert list(CHECK.iter_errors(content)) == []
-
-
-EMPTY = pytest.mark.xfail(strict=True, reason="the schema takes an empty list of words")
 
 
 @pytest.mark.parametrize(
@@ -142,7 +127,7 @@ EMPTY = pytest.mark.xfail(strict=True, reason="the schema takes an empty list of
         {"model": {"slack": "both"}},
         {"model": {"slack": True}},
         {"motion": {"direction": ["up"]}},
-        pytest.param({"motion": {"direction": []}}, marks=EMPTY),
+        {"motion": {"direction": []}},
         {"output": {"tables": ["results"]}},
         {"cases": {"name": "a"}},
         {"cases": [{"arm": {"b1": 1}}]},

@@ -156,7 +156,6 @@ def test_a_unit_and_a_bare_number_in_si_are_the_same():
     assert one("load.mass", ["1 kg", "500 g"]).hash == one("load.mass", [1, 0.5]).hash
 
 
-@pytest.mark.xfail(strict=True, reason="a grid is hashed as it is written, not by its numbers")
 @pytest.mark.parametrize(("start", "stop"), [("0 g", "1000 g"), ("0.0 kg", "1.0 kg"), ("0.00 kg", "1 kg")])
 def test_a_grid_in_another_unit_is_the_same_study(start, stop):
     written = one("load.mass", {"from": start, "to": stop, "num": 5})
@@ -325,7 +324,7 @@ def test_the_order_within_a_line_counts(load):
 
 def test_strings_comments_and_lists_of_several_lines_do_not_disturb_the_order(load):
     text = (
-        'title = """\n[spool]\nratio = [1, 2]\n"""\n# [load]\n[tendon] # first\n'
+        'title = """\n[spool]\\\nratio = [1, 2]\\\n"""\n# [load]\n[tendon] # first\n'
         "length = [ # x = 1\n  2,\n  3, # [arm]\n]\n"
         "[load]\nmass = [1,\n2]\n['arm'] # a = 1\n\"b1\" = [0.1, 0.2]\n[spool]\nratio = [1, 2]\n"
     )
@@ -435,7 +434,6 @@ def test_a_case_may_override_one_side(load):
     assert study.cases[0].sheath.extensor.friction.single == 0.1
 
 
-@pytest.mark.xfail(strict=True, reason="the friction of one side is multiplied by the bend of the other")
 def test_each_side_has_its_own_friction_and_bend():
     sheath = {"flexor": {"friction": 9, "bend_angle": 1}, "extensor": {"friction": 0.01, "bend_angle": 50}}
     assert study_from({"name": "a", "sheath": sheath}).axes == ()
@@ -674,7 +672,6 @@ def test_a_setting_may_name_a_fragment(load):
     assert load("", "sheath.friction_from=f.toml", f_toml=FRAGMENT).sheath.friction.single == 0.073
 
 
-@pytest.mark.xfail(strict=True, reason="`source` is kept as it was read, so that a date or nan cannot be kept as JSON")
 def test_a_record_with_any_source_can_be_kept_as_json(load):
     study = load("[sheath]\nfriction_from = 'f.toml'\n", f_toml=FRAGMENT.replace("'readings.csv'", "2024-01-01"))
     json.dumps(study.record(), allow_nan=False)
