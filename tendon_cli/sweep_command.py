@@ -20,7 +20,7 @@ from tendon_cli.summary import estimate_text, run_text, warnings_of
 from tendon_cli.sweep.estimate import estimate
 from tendon_cli.sweep.part import Stopped
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run import Progress, available_cores, run
+from tendon_cli.sweep.run import Progress, Runner, available_cores, check_disk, run
 from tendon_cli.sweep.run_folder import RunFolder
 
 
@@ -35,6 +35,8 @@ class Request:
     overwrite: bool = False
     figures: bool = True
     lock: bool = True
+    scheduler: str | None = None
+    """Address of a Dask cluster that computes the parts; without one they are computed here."""
 
     @property
     def folder(self) -> Path:
@@ -85,11 +87,12 @@ def stop_on_signals() -> Iterator[Stop]:
         yield stop
         return
     signals = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.signal(number, ask) for number in signals]
+    heard = [number for number in signals if signal.getsignal(number) is not signal.SIG_IGN]  # nohup stays nohup
+    before = [signal.signal(number, ask) for number in heard]
     try:
         yield stop
     finally:
-        for number, handler in zip(signals, before, strict=True):
+        for number, handler in zip(heard, before, strict=True):
             signal.signal(number, handler)
 
 
@@ -108,7 +111,8 @@ def dry_run(request: Request, *, as_json: bool) -> str:
 def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
     """Run a study; raises TendonError, with exit code 130, 143 or 129 where a signal stopped it."""
     folder = RunFolder(request.folder, Plan(request.study))
-    with folder.locked(use_lock=request.lock):
+    check_disk(folder)
+    with _runner(request) as runner, folder.locked(use_lock=request.lock):
         try:
             outcome = run(
                 folder,
@@ -117,6 +121,7 @@ def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
                 progress=progress,
                 resume=request.resume,
                 overwrite=request.overwrite,
+                runner=runner,
             )
         except Stopped:
             raise InterruptError(stop.number, where=str(request.folder)) from None
@@ -127,6 +132,18 @@ def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
         record["figures"], note = _figures(request, record) if request.figures else ([], None)
         folder.write_record(record)
     return Done(record, request.folder, up_to_date=False, note=note)
+
+
+@contextlib.contextmanager
+def _runner(request: Request) -> Iterator[Runner | None]:
+    """What computes the parts, where that is not this process."""
+    if request.scheduler is None:
+        yield None
+        return
+    from tendon_cli.sweep.cluster import connected
+
+    with connected(request.scheduler, request.jobs) as cluster:
+        yield cluster.results
 
 
 def _warnings(study: Study, record: dict[str, Any]) -> list[str]:

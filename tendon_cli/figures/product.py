@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError
+from tendon_cli.study.study import keys
 from tendon_cli.tables.read import TableFiles
 
 Ints = npt.NDArray[np.int64]
@@ -70,7 +71,11 @@ class Product:
     def values(self, axis: Axis, positions: Ints | None = None) -> npt.NDArray[Any]:
         """Values of an axis at its positions, all by default."""
         at = np.arange(axis.length, dtype=np.int64) if positions is None else positions
-        return self.gather(at * axis.stride, (axis.column,))[axis.column]
+        found = self.gather(at * axis.stride, (axis.column,))[axis.column]
+        if not axis.is_text and np.isnan(found).any():
+            # A case that sets this number for one side makes the plain column null; the study still has the axis.
+            found = _in_study(self.table.facts["study"]["study"], axis.key)[at]
+        return found
 
     def gather(self, rows: Ints, columns: Sequence[str]) -> Columns:
         """Columns at some rows, in the shape of `rows`; null becomes NaN or ""."""
@@ -133,6 +138,15 @@ def _grid(study: Mapping[str, Any], key: str) -> tuple[int, bool]:
     if isinstance(value, Mapping):
         return int(value["num"]), value.get("spacing") == "log"
     return (len(value), False) if isinstance(value, list) else (1, False)
+
+
+def _in_study(study: Mapping[str, Any], key: str) -> npt.NDArray[np.float64]:
+    """The values of an axis in SI, from the study that the table knows."""
+    said: Any = study
+    for name in key.split("."):
+        said = said[name]
+    values = keys()[key].number.read(said)
+    return values.array if values is not None else np.full(1, np.nan)
 
 
 def _axis(schema: pa.Schema, key: str, length: int, stride: int, is_log: bool) -> Axis:

@@ -37,9 +37,10 @@ def connected(address: str, jobs: int | None) -> Iterator[Cluster]:
     """
     check_address(address)
     library()
-    with asyncio.Runner() as loop, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the library's, on other versions of what no table depends on
-        client = loop.run(connect(address))
+    with asyncio.Runner() as loop:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the library's, on other versions of what no table depends on
+            client = loop.run(connect(address))
         try:
             yield Cluster(client, loop, jobs)
         finally:

@@ -13,6 +13,7 @@ import platform
 import threading
 import time
 import uuid
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -25,10 +26,12 @@ from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.part import PartMaker, PartResult, Stopped, file_name
 from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.run_folder import RECORD
 from tendon_cli.tables.write import TableFile
 from tendon_cli.version import RESULTS_VERSION
 
 _MOST_RUNS = 4
+_HEAD = 2**14
 _PATIENCE = 5.0
 """Seconds after which a network file system should show what was written elsewhere."""
 
@@ -64,12 +67,15 @@ class Assignment:
         return study_from(record["study"], order=axes).ordered(axes, record["sources"])
 
     def stands_in_folder(self) -> bool:
-        """Whether the run folder is to be seen from here, and still holds this run, unfinished."""
-        try:
-            with (Path(self.folder) / JOURNAL).open("rb") as file:
-                return f'"study_hash": "{self.study_hash}"'.encode() in file.readline()
-        except OSError:
-            return False
+        """Whether the run folder is to be seen from here, and holds this study, unfinished or to be repaired."""
+        return any(f'"study_hash": "{self.study_hash}"'.encode() in head for head in self._heads())
+
+    def _heads(self) -> Iterator[bytes]:
+        """The beginnings of the files that say what stands in the folder."""
+        with contextlib.suppress(OSError), (Path(self.folder) / JOURNAL).open("rb") as file:
+            yield file.readline()
+        with contextlib.suppress(OSError), (Path(self.folder) / RECORD).open("rb") as file:
+            yield file.read(_HEAD)
 
 
 @dataclass(frozen=True)

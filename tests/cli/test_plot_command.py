@@ -1,0 +1,84 @@
+"""`tendon plot`, as it is called: which table it takes, what it writes, and what it refuses."""
+
+import pytest
+
+PERSONS = """
+[[cases]]
+name = "small"
+arm = { b1 = "140 mm" }
+[[cases]]
+name = "tall"
+tendon = { extensor = { pretension = "90 N" } }
+
+[tendon]
+pretension = ["80 N", "120 N", "160 N"]
+
+[load]
+mass = ["0 kg", "5 kg"]
+"""
+
+
+@pytest.fixture
+def run_folder(tendon, workplace):
+    (workplace / "persons.toml").write_text(PERSONS)
+    assert tendon("sweep", "persons.toml", "--out", "run", "--no-figures").exit == 0
+    return workplace / "run"
+
+
+def figures(ran):
+    assert (ran.exit, ran.err) == (0, "")
+    return ran.json["figures"]
+
+
+def test_an_axis_that_a_case_overrides_on_one_side_is_still_an_axis(tendon, run_folder):
+    assert figures(tendon("plot", run_folder, "--table", "designs", "--out", "map.png", "--json")) == ["map.png"]
+
+
+def test_a_run_folder_gives_its_states_unless_told_otherwise(tendon, run_folder, workplace):
+    figures(tendon("plot", run_folder, "--out", "folder.svg", "--json"))
+    figures(tendon("plot", run_folder / "states.parquet", "--out", "states.svg", "--json"))
+    assert (workplace / "folder.svg").read_bytes() == (workplace / "states.svg").read_bytes()
+
+
+def test_a_column_of_designs_is_found_in_designs(tendon, run_folder):
+    asked = ("--quantity", "required_pretension", "--x", "case", "--out", "lines.pdf", "--json")
+    assert figures(tendon("plot", run_folder, *asked)) == ["lines.pdf"]
+
+
+def test_a_table_moved_away_from_its_folder_is_drawn(tendon, run_folder, workplace):
+    moved = workplace / "elsewhere.parquet"
+    (run_folder / "states.parquet").rename(moved)
+    assert figures(tendon("plot", moved, "--out", "moved.png", "--json")) == ["moved.png"]
+
+
+def test_the_arm_of_a_study_is_drawn_at_angles_with_units(tendon, run_folder):
+    drawn = figures(tendon("plot", "--arm", "persons.toml", "--angle", "30 deg", "--angle", "1 rad", "--json"))
+    assert drawn == ["persons-arm.png"]
+
+
+def test_a_route_is_drawn_beside_the_arm(tendon, workplace):
+    (workplace / "route.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,0.2,0.1\n")
+    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
+    assert figures(tendon("plot", "--arm", "study.toml", "--json")) == ["study-arm.png", "study-arm-route.png"]
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("--where", "load_mas = 5 kg"), 2, "load_mass"),
+        (("--where", "load_mass = 4 kg"), 2, "5 kg"),
+        (("--table", "sums"), 2, "states"),
+        (("--format", "gif"), 2, "svg"),
+        (("--out", "nowhere/figure.png"), 5, "nowhere"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told_with_what_could_be(tendon, run_folder, words, code, said):
+    ran = tendon("plot", run_folder, *words)
+    assert ran.exit == code
+    assert said in ran.err
+    assert "Traceback" not in ran.err
+
+
+def test_a_folder_without_tables_is_refused(tendon, workplace):
+    (workplace / "empty").mkdir()
+    assert tendon("plot", "empty").exit == 3

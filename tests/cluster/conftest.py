@@ -1,0 +1,177 @@
+"""A real scheduler and real workers, as processes of this machine, with accidents at hand."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+STATES_PER_PART = 200
+STUDY = """
+[tendon]
+pretension = { from = "60 N", to = "240 N", num = 13 }
+[spring]
+stiffness = ["1 kN/m", "2 kN/m", "3 kN/m"]
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 25 }
+"""
+"""39 designs of 50 states, 4 designs in a part: 10 parts."""
+PARTS = 10
+
+
+@dataclass
+class DaskCluster:
+    """A scheduler and workers; `hazards` is the folder whose files ask for accidents."""
+
+    folder: Path
+    workers: list[subprocess.Popen] = field(default_factory=list)
+
+    def __post_init__(self):
+        self.hazards.mkdir(parents=True)
+        file = self.folder / "scheduler.json"
+        options = ("--no-dashboard", "--no-jupyter", "--idle-timeout", "100s", "--scheduler-file", file)
+        self.scheduler = self._start("scheduler", "--port", "0", *options)
+        self.address = wait_for(lambda: json.loads(file.read_text("utf-8"))["address"], OSError, ValueError)
+
+    @property
+    def hazards(self):
+        return self.folder / "hazards"
+
+    @property
+    def processes(self):
+        return [self.scheduler, *self.workers]
+
+    def add_workers(self, count, *, nanny=False):
+        options = (
+            "--nthreads",
+            "1",
+            "--no-dashboard",
+            "--memory-limit",
+            "0",
+            "--local-directory",
+            self.folder / "spill",
+        )
+        preload = ("--preload", Path(__file__).with_name("hazards.py"))
+        kind = "--nanny" if nanny else "--no-nanny"
+        self.workers += [self._start("worker", self.address, kind, *options, *preload) for _ in range(count)]
+        return self
+
+    def set(self, **accidents):
+        """Ask for accidents, and for no others any more."""
+        for old in self.hazards.iterdir():
+            old.unlink()
+        for name, value in accidents.items():
+            (self.hazards / name).write_text(str(value), encoding="utf-8")
+
+    def close(self):
+        """End all of it, and see that no process is left of it."""
+        for process in self.processes:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait(10)
+            process.log.close()
+        wait_for(lambda: not any(_is_alive(process.pid) for process in self.processes), seconds=10)
+
+    def _start(self, role, *words):
+        log = (self.folder / f"{role}-{len(self.workers)}.log").open("w", encoding="utf-8")
+        environment = {"TENDON_TEST_HAZARDS": str(self.hazards), "TENDON_TEST_STATES_PER_PART": str(STATES_PER_PART)}
+        process = subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.dask_{role}", "--host", "127.0.0.1", *map(str, words)],
+            stdout=log, stderr=log, env=os.environ | environment, cwd=self.folder, start_new_session=True,
+        )  # fmt: skip
+        process.log = log
+        return process
+
+
+def _is_alive(group):
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def wait_for(read, *errors, seconds=30.0):
+    """What a function gives as soon as it gives something."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        with contextlib.suppress(*errors):
+            found = read()
+            if found:
+                return found
+        time.sleep(0.02)
+    return pytest.fail(f"nothing within {seconds} s")
+
+
+@pytest.fixture(scope="module")
+def start_cluster(tmp_path_factory):
+    """Start a scheduler with workers; all of them are gone after the module."""
+    started = []
+
+    def start(workers, *, nanny=False, **accidents):
+        cluster = DaskCluster(tmp_path_factory.mktemp("cluster") / "dask")
+        started.append(cluster)
+        cluster.set(**accidents)
+        return cluster.add_workers(workers, nanny=nanny)
+
+    yield start
+    for cluster in started:
+        cluster.close()
+
+
+@pytest.fixture(scope="module")
+def shared_cluster(start_cluster):
+    return start_cluster(2)
+
+
+@pytest.fixture
+def cluster(shared_cluster):
+    """Two workers that do as they should."""
+    shared_cluster.set()
+    yield shared_cluster
+    shared_cluster.set()
+
+
+@pytest.fixture
+def study(workplace, small_parts):
+    """A study of ten parts in the current folder."""
+    small_parts(STATES_PER_PART)
+    path = workplace / "study.toml"
+    path.write_text(STUDY, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def local(study, new_sweep):
+    """The same study computed in this process."""
+    (study.parent / "here").mkdir()
+    return new_sweep(STUDY, study.parent / "here")
+
+
+@pytest.fixture
+def outside_sweep(study):
+    """Start a sweep in a process of its own, to be sent signals."""
+    code = (
+        "import sys; from tendon_cli import cli; from tendon_cli.sweep import plan; "
+        f"plan.STATES_PER_PART = {STATES_PER_PART}; cli.main(sys.argv[1:])"
+    )
+    started = []
+
+    def start(*words):
+        command = [sys.executable, "-c", code, "sweep", study, "--no-figures", *words]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        started.append(subprocess.Popen(list(map(str, command)), text=True, cwd=study.parent, **pipes))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.kill()
+        process.communicate()

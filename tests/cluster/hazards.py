@@ -1,0 +1,51 @@
+"""Loaded by the workers of the tests: small parts, and accidents that files in a folder ask for.
+
+`kill`, `fail` and `full` hold the first design of the part that they strike, `slow` the seconds that every part takes
+longer, `old` the version that pyarrow shall seem to have; `blind` hides the run folder.
+"""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pyarrow as pa
+
+from tendon_cli.errors import OutputError
+from tendon_cli.sweep import cluster_task
+from tendon_cli.sweep import plan as plan_module
+from tendon_cli.sweep.part import PartMaker, Stopped
+
+HAZARDS = Path(os.environ["TENDON_TEST_HAZARDS"])
+fill = getattr(PartMaker, "harmless_fill", PartMaker.fill)  # this module is loaded twice
+
+
+def asked(name):
+    try:
+        return (HAZARDS / name).read_text("utf-8")
+    except FileNotFoundError:
+        return None
+
+
+def dangerous(self, tables, designs):
+    first = str(designs.start)
+    if asked("kill") == first:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if asked("fail") == first:
+        raise FloatingPointError("something odd")
+    if asked("full") == first:
+        raise OutputError("cannot be written: No space left on device")
+    end = time.monotonic() + float(asked("slow") or 0)
+    while time.monotonic() < end:
+        if self.stop.is_set():
+            raise Stopped
+        time.sleep(0.01)
+    return fill(self, tables, designs)
+
+
+PartMaker.fill, PartMaker.harmless_fill = dangerous, fill
+plan_module.STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
+pa.__version__ = asked("old") or pa.__version__
+if asked("blind"):
+    cluster_task.JOURNAL = cluster_task.RECORD = "not-to-be-seen"
+    cluster_task._PATIENCE = 0.3

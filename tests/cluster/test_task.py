@@ -1,0 +1,127 @@
+"""What a worker does, without a cluster around it."""
+
+import json
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tendon_cli.study.load import load_study
+from tendon_cli.sweep import cluster_task
+from tendon_cli.sweep.cluster_task import Assignment, Refusal, halt, make_part, tidy, unlike
+from tendon_cli.sweep.part import PartMaker, PartResult
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.run_folder import RunFolder
+
+
+@pytest.fixture
+def maker(study):
+    """A run that has been begun in a locked folder, as the client sees it."""
+    folder = RunFolder(Path("run"), Plan(load_study(study)))
+    with folder.locked():
+        journal = {**folder.identity(), "parts": folder.plan.parts}
+        (folder.path / "journal.jsonl").write_text("00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8")
+        for table in ("designs", "states"):
+            folder.prepare(table)
+        yield PartMaker(folder.plan, folder.path)
+
+
+@pytest.fixture
+def assignment(maker):
+    return Assignment.of(maker)
+
+
+def names():
+    return sorted(path.name for path in Path("run").glob("*.parquet/*"))
+
+
+def test_every_shipped_study_is_the_same_when_a_worker_rebuilds_it(configs, tmp_path):
+    for path in sorted(configs.rglob("*.toml")):
+        ours = PartMaker(Plan(load_study(path)), tmp_path)
+        theirs = PartMaker(Plan(Assignment.of(ours).study()), tmp_path)
+        assert theirs.plan.study.hash == ours.plan.study.hash
+        for table in ours.plan.study.output.tables:
+            assert theirs.layout(table, 0)[1].equals(ours.layout(table, 0)[1], check_metadata=True)
+
+
+def test_an_assignment_is_small_and_survives_the_way(assignment):
+    assert pickle.loads(pickle.dumps(assignment)) == assignment  # noqa: S301 - our own
+    assert len(pickle.dumps(assignment)) < 5000
+    assert Path(assignment.folder).is_absolute()
+
+
+def test_a_part_is_made_under_its_name(assignment, local):
+    result = make_part(assignment, 1)
+    assert isinstance(result, PartResult)
+    assert pickle.loads(pickle.dumps(result)) == result  # noqa: S301 - our own
+    assert names() == ["part-00001.parquet"] * 2
+    assert {name: file.sha256 for name, file in result.files.items()}.items() <= local.hashes.items()
+
+
+@pytest.mark.parametrize("end", ["another study", "gone"])
+def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypatch):
+    """It was thought dead, the run went on without it, and perhaps another study stands in the folder by now."""
+    fill = PartMaker.fill
+
+    def slowly(self, tables, designs):
+        totals = fill(self, tables, designs)
+        journal = Path("run/journal.jsonl")
+        if end == "another study":
+            journal.write_text(journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0"), "utf-8")
+        else:
+            journal.unlink()
+        return totals
+
+    monkeypatch.setattr(PartMaker, "fill", slowly)
+    refusal = make_part(assignment, 1)
+    assert isinstance(refusal, Refusal)
+    assert refusal.kind == "unfit"
+    assert names() == []
+
+
+def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
+    fill = PartMaker.fill
+
+    def meanwhile(self, tables, designs):
+        monkeypatch.setattr(PartMaker, "fill", fill)
+        assert isinstance(make_part(replace(assignment, run="another process"), 1), PartResult)
+        return fill(self, tables, designs)
+
+    monkeypatch.setattr(PartMaker, "fill", meanwhile)
+    result = make_part(assignment, 1)
+    assert isinstance(result, PartResult)
+    assert names() == ["part-00001.parquet"] * 2
+    assert RunFolder(Path("run"), local.plan).intact({1: result})
+
+
+def test_a_part_that_is_halted_leaves_nothing(assignment):
+    assert cluster_task.ready(assignment) is None
+    halt(assignment.run)
+    refusal = make_part(assignment, 1)
+    assert isinstance(refusal, Refusal)
+    assert refusal.kind == "stopped"
+    assert names() == []
+
+
+def test_other_versions_or_another_plan_are_refused(assignment, monkeypatch):
+    monkeypatch.setattr(cluster_task, "_PATIENCE", 0.0)
+    assert unlike(assignment.versions) is None
+    for wrong, words in [
+        ({"versions": assignment.versions | {"numpy": "1.0"}}, "instead of 1.0"),
+        ({"part_designs": 5}, "understands the study otherwise"),
+        ({"folder": "/nowhere"}, "does not see the run folder"),
+    ]:
+        refusal = make_part(replace(assignment, run=words, **wrong), 0)
+        assert isinstance(refusal, Refusal)
+        assert (refusal.kind, words in refusal.reason) == ("unfit", True)
+    assert names() == []
+
+
+def test_what_dead_workers_left_is_removed_and_nothing_else(maker):
+    states = Path("run/states.parquet")
+    keep = [states / "part-00000.parquet", states / ".part-00001.parquet.tmp", states / ".mine"]
+    for file in (*keep, states / ".part-00001.parquet.0af.own", states / "..part-00001.parquet.0af.own.tmp"):
+        file.touch()
+    tidy(maker.plan, maker.folder)
+    assert set(states.iterdir()) == set(keep)
