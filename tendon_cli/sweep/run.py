@@ -7,7 +7,7 @@ import os
 import shutil
 import threading
 import time
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -91,7 +91,14 @@ def run(
     plan = folder.plan
     journal.start({**folder.identity(), "tables": list(plan.study.output.tables), "parts": plan.parts})
     resumed = len(done)
-    _compute(folder, journal, runner or _in_threads(min(jobs, plan.parts)), stop, progress)
+
+    def take(result: PartResult) -> None:
+        journal.add(result)
+        progress(len(journal.parts), plan.parts)
+
+    progress(resumed, plan.parts)
+    missing = (index for index in range(plan.parts) if index not in done)
+    _compute(folder, runner or _in_threads(min(jobs, plan.parts)), missing, stop, take)
     return Outcome(_finish(folder, journal, resumed, time.monotonic() - started), up_to_date=False)
 
 
@@ -99,18 +106,13 @@ def _repaired(
     folder: RunFolder, record: dict[str, Any], damaged: list[str], runner: Runner, stop: threading.Event
 ) -> Outcome:
     """A finished run whose damaged parts are computed again; the same parts give the same bytes."""
-    for table in folder.plan.study.output.tables:
-        folder.prepare(table)
-    maker = PartMaker(folder.plan, folder.path, stop)
-    failures: list[PartFailure] = []
     entries = {entry["path"]: entry for entry in record["files"]}
-    for result in runner(maker, iter(sorted({part_index(path) for path in damaged}))):
-        if isinstance(result, PartFailure):
-            failures.append(result)
-            continue
+
+    def take(result: PartResult) -> None:
         for name, file in result.files.items():
             entries[name].update(asdict(file))
-    _raise_for(failures, maker)
+
+    _compute(folder, runner, sorted({part_index(path) for path in damaged}), stop, take)
     return Outcome({**record, "repaired": damaged}, up_to_date=False)
 
 
@@ -148,23 +150,22 @@ def check_disk(folder: RunFolder) -> None:
         )
 
 
-def _compute(folder: RunFolder, journal: Journal, runner: Runner, stop: threading.Event, progress: Progress) -> None:
-    plan = folder.plan
-    for table in plan.study.output.tables:
+def _compute(
+    folder: RunFolder, runner: Runner, parts: Iterable[int], stop: threading.Event, take: Callable[[PartResult], None]
+) -> None:
+    """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
+    for table in folder.plan.study.output.tables:
         folder.prepare(table)
-    maker = PartMaker(plan, folder.path, stop)
-    missing = (index for index in range(plan.parts) if index not in journal.parts)
+    maker = PartMaker(folder.plan, folder.path, stop)
     failures: list[PartFailure] = []
-    progress(len(journal.parts), plan.parts)
-    with contextlib.closing(runner(maker, missing)) as results:  # so that nothing is out when the folder is let go
+    with contextlib.closing(runner(maker, iter(parts))) as results:  # nothing is out when the folder is let go
         for result in results:
-            if isinstance(result, PartFailure):
-                failures.append(result)
-                if isinstance(result.error, OutputError):
-                    stop.set()  # the next part would not fit either
+            if isinstance(result, PartResult):
+                take(result)
                 continue
-            journal.add(result)
-            progress(len(journal.parts), plan.parts)
+            failures.append(result)
+            if isinstance(result.error, OutputError):
+                stop.set()  # the next part would not fit either
     _raise_for(failures, maker)
 
 
