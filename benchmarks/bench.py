@@ -45,17 +45,15 @@ class Measured:
 
     def lines(self) -> list[str]:
         """The figures, one a line."""
-        seconds = self.tendon.seconds
-        rate = self.designs / seconds
-        plain = self.designs / self.per_design_rate
-        million_states = self.states / seconds / 1e6
-        memory = self.tendon.memory / 1e6
+        seconds, memory = self.tendon.seconds, self.tendon.memory / 1e6
+        designs, states = self.designs / seconds, self.states / seconds / 1e6
+        limit, plain = seconds / self.bare_write, self.designs / self.per_design_rate
         return [
             f"{self.name}: {self.designs:,} designs, {self.states:,} states",
-            f"  tendon, whole process       {seconds:8.2f} s  {rate:10,.0f} designs/s, {million_states:.1f} M states/s",
-            f"    peak memory               {memory:8.0f} MB",
-            f"  bare write of its tables    {self.bare_write:8.2f} s  tendon takes {seconds / self.bare_write:.2f} x that",
-            f"  joblib over designs         {plain:8.2f} s  tendon is {rate / self.per_design_rate:.0f} x as fast",
+            f"  tendon, whole process    {seconds:9.2f} s  {designs:,.0f} designs/s, {states:.1f} M states/s",
+            f"  its peak memory          {memory:9.0f} MB",
+            f"  bare write of its tables {self.bare_write:9.2f} s  tendon takes {limit:.2f} x that",
+            f"  joblib over designs      {plain:9.2f} s  tendon is {plain / seconds:.0f} x as fast",
         ]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import traceback
 from pathlib import Path
@@ -10,8 +9,9 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from tendon_cli.errors import EXIT_NO_EQUILIBRIUM, OutputError, TendonError, UsageError
-from tendon_cli.terminal import flush_results, prepare_streams, print_note, print_result, progress
+from tendon_cli import options
+from tendon_cli.errors import EXIT_NOT_AS_HOPED, OutputError, TendonError, UsageError
+from tendon_cli.terminal import as_json_text, flush_results, prepare_streams, print_error, print_result, progress
 from tendon_cli.version import __version__
 
 app = typer.Typer(
@@ -24,13 +24,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML")]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="override a key, such as 'arm.b1=160 mm'; repeatable"),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 
 
 def _print_version(value: bool) -> None:
@@ -50,9 +43,7 @@ def _options(
 
 
 @app.command()
-def init(
-    file: Annotated[Path, typer.Argument(metavar="[FILE]", help="TOML or YAML, by its ending")] = Path("study.toml"),
-) -> None:
+def init(file: options.StarterFile = Path("study.toml")) -> None:
     """Write a commented starter study."""
     from tendon_cli.study.starter import write_starter
 
@@ -70,38 +61,34 @@ def schema() -> None:
 
 @app.command()
 def state(
-    study: StudyFile,
-    settings: Settings = None,
-    case: Annotated[str | None, typer.Option(help="which of the study's cases")] = None,
-    as_json: AsJson = False,
+    study: options.StudyFile,
+    settings: options.Settings = None,
+    case: options.Case = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Work one state out, with the equations' numbers, for a check by hand."""
     from tendon_cli.state_page import state_page
     from tendon_cli.study.load import load_study
 
     page = state_page(load_study(study, tuple(settings or ())), case)
-    print_result(_json(page.record()) if as_json else page.text())
+    print_result(as_json_text(page.record()) if as_json else page.text())
 
 
 @app.command()
 def sweep(
-    study: StudyFile,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help="run folder; default results/<name>")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="parts computed at once; default all cores")] = None,
-    settings: Settings = None,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="show size and cost, write nothing")] = False,
-    resume: Annotated[bool, typer.Option("--resume", help="finish an interrupted run")] = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the run that stands in the folder")] = False,
-    as_json: AsJson = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")] = False,
-    no_figures: Annotated[bool, typer.Option("--no-figures", help="draw no slack maps")] = False,
-    allow_no_equilibrium: Annotated[
-        bool, typer.Option("--allow-no-equilibrium", help="exit 0 although states have no equilibrium")
-    ] = False,
-    no_lock: Annotated[bool, typer.Option("--no-lock", help="for file systems that cannot lock")] = False,
-    scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="compute on this running Dask cluster")
-    ] = None,
+    study: options.StudyFile,
+    out: options.RunFolderName = None,
+    jobs: options.Jobs = None,
+    settings: options.Settings = None,
+    dry_run: options.DryRun = False,
+    resume: options.Resume = False,
+    overwrite: options.Overwrite = False,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
+    no_figures: options.NoFigures = False,
+    allow_no_equilibrium: options.AllowNoEquilibrium = False,
+    no_lock: options.NoLock = False,
+    scheduler: options.Scheduler = None,
 ) -> None:
     """Run a study over every combination: Parquet tables and slack maps."""
     from tendon_cli import sweep_command
@@ -125,36 +112,28 @@ def sweep(
         return
     with progress(loaded.name, quiet=quiet or as_json) as show, sweep_command.stop_on_signals() as stop:
         done = sweep_command.sweep(request, stop, show)
-    _print_unless(quiet, _json(done.record) if as_json else done.text())
+    _print_unless(quiet, as_json_text(done.record) if as_json else done.text())
     if done.record["no_equilibrium"] and not allow_no_equilibrium:
-        raise typer.Exit(EXIT_NO_EQUILIBRIUM)
+        raise typer.Exit(EXIT_NOT_AS_HOPED)
 
 
 @app.command()
 def plot(
-    source: Annotated[
-        Path, typer.Argument(metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm")
-    ],
-    arm: Annotated[
-        bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")
-    ] = False,
-    table: Annotated[str | None, typer.Option(metavar="states|designs", help="which table of a run folder")] = None,
-    quantity: Annotated[
-        list[str] | None, typer.Option("--quantity", "-y", metavar="COLUMN", help="what to draw; repeatable")
-    ] = None,
-    x: Annotated[str | None, typer.Option("--x", "-x", metavar="COLUMN", help="what to draw it against")] = None,
-    colour: Annotated[str | None, typer.Option(metavar="AXIS", help="axis with a colour per value")] = None,
-    panels: Annotated[str | None, typer.Option(metavar="AXIS", help="axis with a panel per value")] = None,
-    where: Annotated[
-        list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")
-    ] = None,
-    unit: Annotated[list[str] | None, typer.Option(metavar="UNIT", help="show its dimension in it, such as cm")] = None,
-    angle: Annotated[list[str] | None, typer.Option(metavar="ANGLE", help="with --arm: elbow angle to draw")] = None,
-    settings: Settings = None,
-    format_: Annotated[str, typer.Option("--format", metavar="png|svg|pdf", help="format of the figure")] = "png",
-    size: Annotated[str, typer.Option(metavar="SIZE", help="column, page, '120 mm' or '120 x 80 mm'")] = "page",
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="file or folder to write to")] = None,
-    as_json: AsJson = False,
+    source: options.Source,
+    arm: options.DrawsArm = False,
+    table: options.TableName = None,
+    quantity: options.Quantities = None,
+    x: options.Against = None,
+    colour: options.Colour = None,
+    panels: options.Panels = None,
+    where: options.Where = None,
+    unit: options.Units = None,
+    angle: options.Angles = None,
+    settings: options.Settings = None,
+    format_: options.Format = "png",
+    size: options.Size = "page",
+    out: options.OutFile = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Draw figures from a run folder, or from any one of its tables moved elsewhere."""
     from tendon_cli import plot_command
@@ -163,31 +142,24 @@ def plot(
     if arm:
         drawn = plot_command.draw_geometry(source, tuple(settings or ()), angle or (), out)
     else:
-        request = PlotRequest(
-            tuple(quantity or ()), x, colour, panels, tuple(where or ()), tuple(unit or ()), format_, size
-        )
-        drawn = plot_command.draw_table(source, table, request, out)
+        several = (tuple(quantity or ()), x, colour, panels, tuple(where or ()), tuple(unit or ()))
+        drawn = plot_command.draw_table(source, table, PlotRequest(*several, format_, size), out)
     written = [str(file) for file in drawn]
-    print_result(_json({"figures": written}) if as_json else "\n".join(written))
+    print_result(as_json_text({"figures": written}) if as_json else "\n".join(written))
 
 
 @app.command("fit-friction")
 def fit_friction(
-    csv: Annotated[Path, typer.Argument(metavar="CSV", help="readings of two load cells, one at each end of a sheath")],
-    bend_angle: Annotated[
-        str | None,
-        typer.Option(metavar="ANGLE", help="total bend of the sheath, such as '144 deg' or '144 deg +/- 2 deg'"),
-    ] = None,
-    cell_1: Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")] = None,
-    cell_2: Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")] = None,
-    motor: Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")] = None,
-    offset: Annotated[bool, typer.Option("--offset", help="fit a zero offset of each cell, too")] = False,
-    robust: Annotated[bool, typer.Option("--robust", help="let outliers weigh less")] = False,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="write a fragment for [sheath] friction_from")
-    ] = None,
-    as_json: AsJson = False,
+    csv: options.Readings,
+    bend_angle: options.BendAngle = None,
+    cell_1: options.FirstCell = None,
+    cell_2: options.SecondCell = None,
+    motor: options.MotorCell = None,
+    offset: options.FitsOffset = False,
+    robust: options.IsRobust = False,
+    plot: options.FitFigure = None,
+    out: options.Fragment = None,
+    as_json: options.AsJson = False,
 ) -> None:
     """Fit the friction coefficient to load-cell readings, with its uncertainty."""
     from tendon_cli import friction
@@ -201,16 +173,29 @@ def fit_friction(
         draw(fit, plot)
     if out is not None:
         friction.write_fragment(fit, out)
-    print_result(_json(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
+    print_result(as_json_text(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
+
+
+@app.command()
+def paper(
+    out: options.PaperFolder = Path("results/paper"),
+    jobs: options.Jobs = None,
+    quiet: options.Quiet = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Reproduce the paper: every figure, and a ledger of every finding."""
+    from tendon_cli import sweep_command
+
+    with progress("paper", quiet=quiet or as_json) as show, sweep_command.stop_on_signals() as stop:
+        done = sweep_command.paper(out, jobs, stop, show)
+    _print_unless(quiet, as_json_text(done.record()) if as_json else done.text())
+    if not done.holds:
+        raise typer.Exit(EXIT_NOT_AS_HOPED)
 
 
 def _print_unless(quiet: bool, text: str) -> None:
     if not quiet or text.startswith("{"):
         print_result(text)
-
-
-def _json(content: dict[str, Any]) -> str:
-    return json.dumps(content, indent=2, ensure_ascii=False)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
@@ -233,7 +218,7 @@ def _run(words: list[str], debug: bool) -> int:
         fault = _as_fault(error)
         if debug:
             traceback.print_exception(error)
-        _print_error(fault, as_json="--json" in words)
+        print_error(fault, as_json="--json" in words)
         return fault.exit
     return code if isinstance(code, int) else 0
 
@@ -251,19 +236,6 @@ def _as_fault(error: Exception) -> TendonError:
 
 # Typer's own class of a wrong call, wherever the installed version keeps it.
 _USAGE: Any = typer.BadParameter.__mro__[2]
-
-
-def _print_error(fault: TendonError, *, as_json: bool) -> None:
-    names = ("exit", "kind", "message", "where", "hint")
-    if as_json:
-        try:
-            print_result(_json({"error": {name: getattr(fault, name) for name in names}}))
-        except OutputError:
-            pass  # nobody takes it there, so it is told as a line
-        else:
-            return
-    place = f"{fault.where}: " if fault.where else ""
-    print_note(f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else ""))
 
 
 if __name__ == "__main__":

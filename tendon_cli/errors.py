@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 EXIT_OK = 0
 EXIT_BUG = 1
-EXIT_NO_EQUILIBRIUM = 4
+EXIT_NOT_AS_HOPED = 4
+"""Finished, but some states have no equilibrium, or a finding of the paper fails."""
 
 
 class TendonError(Exception):

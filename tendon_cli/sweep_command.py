@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tendon_cli.errors import InterruptError
 from tendon_cli.study.study import Study
@@ -22,6 +22,9 @@ from tendon_cli.sweep.part import Stopped
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.run import Progress, Runner, available_cores, check_disk, run
 from tendon_cli.sweep.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from tendon_cli.paper.reproduce import Reproduction
 
 
 @dataclass(frozen=True)
@@ -125,13 +128,26 @@ def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
             )
         except Stopped:
             raise InterruptError(stop.number, where=str(request.folder)) from None
-        if outcome.up_to_date:
-            return Done(outcome.record, request.folder, up_to_date=True)
         record = outcome.record
+        if outcome.up_to_date:
+            if request.figures and request.study.figure:  # declared figures may have changed, the tables have not
+                record["figures"], _ = _figures(request, record)
+                folder.write_record(record)
+            return Done(record, request.folder, up_to_date=True)
         record["warnings"] = _warnings(request.study, record)
         record["figures"], note = _figures(request, record) if request.figures else ([], None)
         folder.write_record(record)
     return Done(record, request.folder, up_to_date=False, note=note)
+
+
+def paper(out: Path, jobs: int | None, stop: Stop, progress: Progress) -> Reproduction:
+    """Reproduce the paper into a folder; raises TendonError, as `sweep` does where a signal stopped it."""
+    from tendon_cli.paper.reproduce import reproduce
+
+    try:
+        return reproduce(out, jobs=jobs or available_cores(), progress=progress, stop=stop.event)
+    except Stopped:
+        raise InterruptError(stop.number, where=str(out)) from None
 
 
 @contextlib.contextmanager
@@ -153,11 +169,18 @@ def _warnings(study: Study, record: dict[str, Any]) -> list[str]:
 
 
 def _figures(request: Request, record: dict[str, Any]) -> tuple[list[str], str | None]:
-    """Slack maps in the run folder, where the study has axes for one; else why there are none."""
-    if "designs" not in request.study.output.tables or record["designs"] < 2:
-        return [], None
-    from tendon_cli.figures.slack_map import draw_slack_maps
-    from tendon_cli.tables.read import open_table
+    """Slack maps where the study has axes for one, else why there are none; and the figures that it declares."""
+    files: list[Path] = []
+    reason = None
+    if "designs" in request.study.output.tables and record["designs"] > 1:
+        from tendon_cli.figures.slack_map import draw_slack_maps
+        from tendon_cli.tables.read import open_table
 
-    maps = draw_slack_maps(open_table(request.folder / "designs.parquet"), request.folder)
-    return [file.name for file in maps.files], maps.reason
+        maps = draw_slack_maps(open_table(request.folder / "designs.parquet"), request.folder)
+        files += maps.files
+        reason = None if request.study.figure else maps.reason
+    if request.study.figure:
+        from tendon_cli.paper.declared import draw_declared
+
+        files += draw_declared(request.study, request.folder)
+    return [file.name for file in files], reason

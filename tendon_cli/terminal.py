@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import json
 import os
 import sys
 from collections.abc import Callable, Iterator
+from typing import Any
 
-from tendon_cli.errors import OutputError
+from tendon_cli.errors import OutputError, TendonError
 
 
 def print_result(text: str) -> None:
@@ -55,6 +57,25 @@ def print_note(text: str) -> None:
     with contextlib.suppress(OSError, ValueError, AttributeError):
         sys.stderr.write(text + "\n")
         sys.stderr.flush()
+
+
+def print_error(fault: TendonError, *, as_json: bool) -> None:
+    """Tell of an error: one message on stderr, or with `as_json` one object on stdout."""
+    if as_json:
+        names = ("exit", "kind", "message", "where", "hint")
+        try:
+            print_result(as_json_text({"error": {name: getattr(fault, name) for name in names}}))
+        except OutputError:
+            pass  # nobody takes it there, so it is told as a line
+        else:
+            return
+    place = f"{fault.where}: " if fault.where else ""
+    print_note(f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else ""))
+
+
+def as_json_text(content: dict[str, Any]) -> str:
+    """A result as the one JSON object that `--json` prints."""
+    return json.dumps(content, indent=2, ensure_ascii=False)
 
 
 @contextlib.contextmanager

@@ -61,8 +61,8 @@ class Response:
 
         x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
 
-    Above the shortfall both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of the
-    path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
+    Above the shortfall both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of
+    the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
     """
 
     shortfall: Array
@@ -116,10 +116,10 @@ def coupling(
 def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     """The tensions of a state as functions of its pretension.
 
-    The two equations give x_b and y_b, both rising with F; each side's own shortfall is where its tension vanishes. With
-    τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what balances
-    the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one solution for
-    J > 0. Bilateral ones go on along the same lines.
+    The two equations give x_b and y_b, both rising with F; each side's own shortfall is where its tension vanishes.
+    With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what
+    balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
+    solution for J > 0. Bilateral ones go on along the same lines.
     """
     torque, arm, radius = state.elbow_torque, state.moment_arm, state.elbow_radius
     common = state.common_compliance

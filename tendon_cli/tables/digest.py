@@ -15,8 +15,8 @@ from typing import BinaryIO
 KEY = "tendon.digest"
 PLACEHOLDER = "sha256:" + "0" * 64
 _ZEROS = b"0" * 64
-# How the footer (Thrift's compact protocol) holds our key and value: each a string field with its length before it. No text
-# of a study has such control characters, so that nothing else in a footer looks like it.
+# How the footer (Thrift's compact protocol) holds our key and value: each a string field with its length before it. No
+# text of a study has such control characters, so that nothing else in a footer looks like it.
 _MARK = b"\x18%c%s\x18%csha256:" % (len(KEY), KEY.encode(), len(PLACEHOLDER))
 _LONGEST_FOOTER = 256 * 1024 * 1024
 _STEP = 1 << 20

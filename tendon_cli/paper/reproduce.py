@@ -1,0 +1,142 @@
+"""`tendon paper` without its printing: every study, figure and finding of the paper, and its ledger."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.figures.friction import draw as draw_fit
+from tendon_cli.files import output_errors, write_whole
+from tendon_cli.friction import fit_file
+from tendon_cli.friction.result import FrictionFit
+from tendon_cli.paper.declared import draw_declared
+from tendon_cli.paper.entry import Entry
+from tendon_cli.paper.figures import draw_slips, finisher
+from tendon_cli.paper.findings import findings
+from tendon_cli.paper.ledger import ledger_json, ledger_page
+from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, Run, swept
+from tendon_cli.paper.slips import FIGURE, Evidence, evidence, slips
+
+Progress = Callable[[int, int], None]
+"""Called with the number of finished steps and of all steps."""
+
+WRAP_ANGLE, PRINTED_ANGLE = "144 deg", "180 deg"
+"""What Table A.1's coefficients imply, and the only angle that the paper prints."""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The paper's studies and fits, and what follows from them."""
+
+    runs: dict[str, Run]
+    fit: FrictionFit
+    letter: Evidence
+    findings: tuple[Entry, ...]
+    slips: tuple[Entry, ...]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The paper reproduced: the entries of its ledger, and the files that stand in `out`."""
+
+    out: Path
+    findings: tuple[Entry, ...]
+    slips: tuple[Entry, ...]
+    files: tuple[str, ...]
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """All entries in the order of the ledger: findings, then slips."""
+        return (*self.findings, *self.slips)
+
+    @property
+    def holds(self) -> bool:
+        """Whether every finding holds and the evidence of every slip stands."""
+        return all(entry.holds for entry in self.entries)
+
+    def record(self) -> dict[str, Any]:
+        """What `--json` prints."""
+        return {
+            "holds": self.holds,
+            "out": str(self.out),
+            "ledger": [asdict(entry) for entry in self.entries],
+            "files": list(self.files),
+        }
+
+    def text(self) -> str:
+        """A short summary, with every entry that fails."""
+        held, stand = (sum(entry.holds for entry in part) for part in (self.findings, self.slips))
+        lines = [
+            (
+                f"{held} of {len(self.findings)} findings of the paper hold, "
+                f"the evidence of {stand} of its {len(self.slips)} slips stands"
+            ),
+            *(f"  fails: {entry.id}: {entry.finding}\n    {entry.value}" for entry in self.entries if not entry.holds),
+            f"{self.out / 'ledger.md'} tells, with {len(self.files) - 2} figures beside it",
+        ]
+        return "\n".join(lines)
+
+
+def reproduce(
+    out: Path, *, jobs: int, progress: Progress | None = None, stop: threading.Event | None = None,
+    runs: Path | None = None,
+) -> Reproduction:  # fmt: skip
+    """Run the paper's studies, draw its figures and write the ledger into `out`.
+
+    The tables go to `runs` and stay there, by default to a temporary folder. Raises TendonError, and `part.Stopped`
+    where `stop` was set.
+    """
+    with output_errors(out):
+        out.mkdir(parents=True, exist_ok=True)
+    total = 2 * len(STUDIES) + len(VARIANTS) + 2
+    steps = _Steps(progress, total)
+    with tempfile.TemporaryDirectory(prefix="tendon-paper-") as temporary:
+        area = runs if runs is not None else Path(temporary)
+        found = evaluate(area, jobs=jobs, stop=stop or threading.Event(), step=steps.take)
+        files = _draw(found, out, steps.take)
+    write_whole(out / "ledger.md", ledger_page(found.findings, found.slips).encode())
+    write_whole(out / "ledger.json", ledger_json([*found.findings, *found.slips]).encode())
+    return Reproduction(out, found.findings, found.slips, (*files, "ledger.md", "ledger.json"))
+
+
+def evaluate(
+    area: Path, *, jobs: int = 1, stop: threading.Event | None = None, step: Callable[[], None] = lambda: None
+) -> Evaluation:
+    """Sweep all studies into folders of `area`, fit Table A.1, and judge; nothing is drawn."""
+    runs: dict[str, Run] = {}
+    for name, run in swept((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event()):
+        runs[name] = run
+        step()
+    fit, at_pi = (fit_file(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE))
+    letter = evidence(runs["fig07"])
+    return Evaluation(runs, fit, letter, tuple(findings(runs, fit)), tuple(slips(runs, letter, at_pi, fit)))
+
+
+def _draw(found: Evaluation, out: Path, step: Callable[[], None]) -> list[str]:
+    """All figures; returns the names of their files."""
+    files: list[str] = []
+    for name in STUDIES:
+        run = found.runs[name]
+        files += [path.name for path in draw_declared(run.study, run.folder, out, finisher(run))]
+        step()
+    draw_fit(found.fit, out / "table_a1.png")
+    step()
+    files += ["table_a1.png", draw_slips(found.runs, found.letter, out / FIGURE).name]
+    step()
+    return files
+
+
+class _Steps:
+    """Counts the steps that are done."""
+
+    def __init__(self, progress: Progress | None, total: int) -> None:
+        self._progress, self._total, self._done = progress, total, 0
+
+    def take(self) -> None:
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, self._total)

@@ -1,0 +1,209 @@
+"""`tendon paper`: the ledger says of every finding and slip what the tables say, and a broken model breaks it."""
+
+import filecmp
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tendon_cli.model import sheath, statics
+from tendon_cli.model.actuator import couple
+from tendon_cli.paper import letter
+from tendon_cli.paper.entry import Entry
+from tendon_cli.paper.ledger import ledger_json, ledger_page
+from tendon_cli.paper.reproduce import Reproduction, evaluate, reproduce
+from tendon_cli.paper.runs import FOLDER, READINGS, STUDIES
+
+FINDINGS = ["F4", "F6a", "F6b", "F7a", "F7b", "F7c", "F7d", "F8a", "F8b", "F9", "F10", "F11", "TA1"]
+SLIPS = [f"S{number}" for number in range(1, 8)]
+KEPT = Path(__file__).parents[2] / "results" / "paper"
+
+
+@pytest.fixture(scope="module")
+def steps():
+    return []
+
+
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory, steps):
+    folder = tmp_path_factory.mktemp("reproduced")
+    return reproduce(
+        folder / "out", jobs=1, runs=folder / "runs", progress=lambda done, all_: steps.append((done, all_))
+    )
+
+
+@pytest.fixture(scope="module")
+def page(reproduced):
+    return (reproduced.out / "ledger.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def fig07(reproduced):
+    """Designs, angles and directions of Fig. 7; evaluating again finds the finished runs and draws nothing."""
+    return evaluate(reproduced.out.parent / "runs").runs["fig07"]
+
+
+# --- What the ledger says --------------------------------------------------------------------------------------------
+
+
+def test_every_finding_holds_and_the_evidence_of_every_slip_stands(reproduced):
+    assert [entry.id for entry in reproduced.entries if not entry.holds] == []
+    assert reproduced.holds
+    assert reproduced.record()["holds"] is True
+
+
+def test_the_ledger_has_every_finding_and_every_slip_with_the_promised_keys(reproduced):
+    ledger = json.loads((reproduced.out / "ledger.json").read_bytes())
+    assert [entry["id"] for entry in ledger] == FINDINGS + SLIPS
+    for entry in ledger:
+        assert list(entry) == ["id", "finding", "holds", "value", "figure"]
+        assert isinstance(entry["holds"], bool)
+        assert re.search(r"\d", entry["value"])
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("F4", ("1.835", "25.7", "−0.168")),
+        ("F6a", ("23.8, 15.0, 12.5, 9.2",)),
+        ("F9", ("96.8, 133.9, 220.3",)),
+        ("F10", ("28.9, 22.3, 1.8",)),
+        ("TA1", ("0.0734", "0.0752")),
+        ("S3", ("1.835", "0.545")),
+        ("S4", ("−0.666", "−0.168", "1.24°")),
+        ("S5", ("−1030",)),
+        ("S7", ("0.0588, 0.0601",)),
+    ],
+)
+def test_the_numbers_are_those_that_two_computations_gave(reproduced, name, numbers):
+    (value,) = [entry.value for entry in reproduced.entries if entry.id == name]
+    assert [number for number in numbers if number not in value] == []
+
+
+def test_every_figure_named_is_there_and_embedded(reproduced, page):
+    named = {entry.figure for entry in reproduced.entries if entry.figure}
+    assert named | {"ledger.md", "ledger.json"} == set(reproduced.files)
+    assert {file.name for file in reproduced.out.iterdir()} == set(reproduced.files)
+    for name in named:
+        assert f"]({name})\n" in page
+        assert (reproduced.out / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_page_has_every_entry_and_no_date_or_path(reproduced, page):
+    for entry in reproduced.entries:
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| {entry.id} |")]
+        assert row.split(" | ")[1] == "✓"
+    assert "13 of 13 findings hold" in page
+    assert str(reproduced.out.parent) not in page
+    assert not re.search(r"\b20\d\d\b|\d\d:\d\d", page)
+
+
+def test_a_failed_finding_is_marked_and_named(reproduced):
+    failed = Entry("F4", "a|b", holds=False, value="0", figure="fig04.png")
+    assert "| F4 | ✗ | a\\|b |" in ledger_page([failed], [])
+    broken = Reproduction(Path("x"), (failed,), reproduced.slips, ())
+    assert not broken.holds
+    assert "F4" in broken.text()
+    assert "F4" not in reproduced.text()
+
+
+def test_progress_counts_every_step_once(reproduced, steps):
+    total = steps[0][1]
+    assert steps == [(done, total) for done in range(1, total + 1)]
+
+
+# --- What it rests on ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_packaged_studies_are_those_that_are_shipped(configs, name):
+    assert filecmp.cmp(FOLDER / f"{name}.toml", configs / "paper" / f"{name}.toml", shallow=False)
+
+
+def test_no_study_of_the_paper_is_left_out(configs):
+    shipped = {file.name for file in (configs / "paper").iterdir()}
+    assert shipped == {file.name for file in FOLDER.iterdir()} == {f"{name}.toml" for name in STUDIES}
+    assert filecmp.cmp(READINGS, configs / "friction" / "table_a1.csv", shallow=False)
+
+
+def test_the_kept_ledger_is_what_the_tool_says_today(reproduced):
+    assert (KEPT / "ledger.json").read_bytes() == (reproduced.out / "ledger.json").read_bytes()
+    assert {file.name for file in KEPT.iterdir()} == set(reproduced.files)
+
+
+def test_the_same_tables_give_the_same_ledger(reproduced):
+    again = evaluate(reproduced.out.parent / "runs")
+    entries = [*again.findings, *again.slips]
+    assert ledger_json(entries).encode() == (reproduced.out / "ledger.json").read_bytes()
+    assert ledger_page(again.findings, again.slips).encode() == (reproduced.out / "ledger.md").read_bytes()
+
+
+# --- A broken model --------------------------------------------------------------------------------------------------
+
+
+def reverse_friction(monkeypatch):
+    monkeypatch.setattr(sheath, "TOWARD_MOTOR", sheath.TOWARD_ELBOW)
+    monkeypatch.setattr(sheath, "TOWARD_ELBOW", -sheath.TOWARD_ELBOW)
+
+
+def forget_friction(monkeypatch):
+    monkeypatch.setattr(sheath, "capstan_ratio", lambda *given: np.ones(np.shape(given[-1])))
+
+
+def add_the_travels(monkeypatch):
+    """Eq. 12 as it is printed."""
+    right = statics.coupling
+    monkeypatch.setattr(
+        statics, "coupling", lambda **given: right(**given | {"flexor_travel": -given["flexor_travel"]})
+    )
+
+
+@pytest.mark.parametrize(
+    ("fault", "fails"),
+    [
+        (reverse_friction, {"F6a"}),
+        (forget_friction, {"F8a"}),
+        (add_the_travels, {"F7c", "F8b", "F9", "F10", "F11"}),
+    ],
+)
+def test_a_broken_model_makes_findings_fail(monkeypatch, tmp_path, fault, fails):
+    fault(monkeypatch)
+    found = evaluate(tmp_path)
+    failed = {entry.id for entry in found.findings if not entry.holds}
+    assert fails <= failed
+    assert not Reproduction(tmp_path, found.findings, found.slips, ()).holds
+
+
+# --- The letter of the paper -----------------------------------------------------------------------------------------
+
+
+def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
+    design, angle, flexion = fig07.inputs()
+    motion, _, _, tied = couple(design, angle, flexion)
+    printed = letter.eq_12_as_printed(design, angle, flexion)
+    stretch = tied.flexor_compliance * (printed.flexor - 100.0) + tied.extensor_compliance * (printed.extensor - 100.0)
+    np.testing.assert_allclose(stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape))
+    balance = tied.moment_arm * printed.flexor - 0.045 * printed.extensor
+    np.testing.assert_allclose(balance, tied.elbow_torque + 0.0 * balance, atol=1e-12)
+
+
+def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(fig07):
+    design, angle, flexion = fig07.inputs()
+    _, flexor, extensor, tied = couple(design, angle, flexion)
+    found = letter.eq_11_first(design, angle, flexion)
+    stretch = tied.flexor_compliance * (found.flexor - 100.0) + tied.extensor_compliance * (found.extensor - 100.0)
+    np.testing.assert_allclose(stretch, np.broadcast_to(tied.mismatch, stretch.shape), atol=1e-15)
+    motor = (found.flexor / flexor.capstan - found.extensor / extensor.capstan) * 0.03
+    np.testing.assert_allclose(motor, tied.elbow_torque * 0.03 / (tied.moment_arm * flexor.capstan), atol=1e-12)
+    elbow = tied.moment_arm * found.flexor - 0.045 * found.extensor - tied.elbow_torque
+    assert np.abs(elbow).max() > 1.0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.07, 0.5])
+def test_a_9_gives_a_negative_magnitude_and_yet_a_17(friction):
+    pressed = letter.normal_force(100.0, 2.0, 1e-3, friction)
+    assert pressed < 0.0
+    assert 100.0 * 2.0 * 1e-3 + pressed - friction * pressed * 2.0 * 1e-3 / 2.0 == pytest.approx(0.0, abs=1e-15)
+    assert letter.transmitted(friction, 2.0) == pytest.approx(np.exp(-friction * 2.0), rel=1e-4)
