@@ -11,7 +11,15 @@ import typer
 
 from tendon_cli import options
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, OutputError, TendonError, UsageError
-from tendon_cli.terminal import as_json_text, flush_results, prepare_streams, print_error, print_result, progress
+from tendon_cli.terminal import (
+    as_json_text,
+    flush_results,
+    give_up_stdout,
+    prepare_streams,
+    print_error,
+    print_result,
+    progress,
+)
 from tendon_cli.version import __version__
 
 app = typer.Typer(
@@ -230,6 +238,7 @@ def _as_fault(error: Exception) -> TendonError:
     if isinstance(error, _USAGE):
         return UsageError(error.format_message(), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
+        give_up_stdout()  # most likely it was a help page that nobody could take
         return OutputError(f"input or output failed: {error.strerror or error}")
     return TendonError(f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where")
 

@@ -22,7 +22,7 @@ def print_result(text: str) -> None:
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
     except (OSError, ValueError) as error:
-        _silence_stdout()
+        give_up_stdout()
         reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(f"standard output cannot be written: {reason}") from error
 
@@ -32,7 +32,7 @@ def flush_results() -> None:
     try:
         sys.stdout.flush()
     except (OSError, ValueError) as error:
-        _silence_stdout()
+        give_up_stdout()
         raise OutputError(f"standard output cannot be written: {getattr(error, 'strerror', None) or error}") from error
 
 
@@ -131,7 +131,7 @@ class _Stdout:
 _stdout = _Stdout()
 
 
-def _silence_stdout() -> None:
+def give_up_stdout() -> None:
     """Keep the interpreter from trying, and complaining, once more when it ends."""
     _stdout.lost = True
     with contextlib.suppress(OSError, ValueError):
