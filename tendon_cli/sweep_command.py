@@ -180,7 +180,7 @@ def _figures(request: Request, record: dict[str, Any]) -> tuple[list[str], str |
         files += maps.files
         reason = None if request.study.figure else maps.reason
     if request.study.figure:
-        from tendon_cli.paper.declared import draw_declared
+        from tendon_cli.figures.declared import draw_declared
 
         files += draw_declared(request.study, request.folder)
     return [file.name for file in files], reason

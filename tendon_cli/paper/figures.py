@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.figures.declared import Finish, shade_slack
 from tendon_cli.figures.engine import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Frame
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, house_style, save
-from tendon_cli.paper.declared import Finish, shade_slack
 from tendon_cli.paper.entry import number
 from tendon_cli.paper.findings import crossing
 from tendon_cli.paper.runs import Array, Run

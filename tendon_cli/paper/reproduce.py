@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.figures.declared import draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.friction import fit_file
 from tendon_cli.friction.result import FrictionFit
-from tendon_cli.paper.declared import draw_declared
 from tendon_cli.paper.entry import Entry
 from tendon_cli.paper.figures import draw_slips, finisher
 from tendon_cli.paper.findings import findings

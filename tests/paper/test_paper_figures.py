@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from tendon_cli.paper.declared import draw_declared, pages_of
+from tendon_cli.figures.declared import draw_declared, pages_of
 from tendon_cli.paper.figures import finisher
 from tendon_cli.paper.runs import STUDIES, swept
 from tendon_cli.tables.read import open_table

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tendon_cli.errors import StudyError, UsageError
+from tendon_cli.figures.declared import draw_declared, pages_of, with_derived
 from tendon_cli.figures.product import product_of
-from tendon_cli.paper.declared import draw_declared, pages_of, with_derived
 from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept
 from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
