@@ -245,7 +245,3 @@ def _as_fault(error: Exception) -> TendonError:
 
 # Typer's own class of a wrong call, wherever the installed version keeps it.
 _USAGE: Any = typer.BadParameter.__mro__[2]
-
-
-if __name__ == "__main__":
-    main()
