@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any
 from tendon_cli.errors import InterruptError
 from tendon_cli.study.study import Study
 from tendon_cli.summary import estimate_text, run_text, warnings_of
-from tendon_cli.sweep.estimate import estimate
+from tendon_cli.sweep.estimate import check_disk, estimate
 from tendon_cli.sweep.part import Stopped
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run import Progress, Runner, available_cores, check_disk, run
+from tendon_cli.sweep.run import Progress, Runner, available_cores, run
 from tendon_cli.sweep.run_folder import RunFolder
 
 if TYPE_CHECKING:

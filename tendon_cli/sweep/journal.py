@@ -5,6 +5,7 @@ It may be cut off anywhere. Whole lines count, the rest is dropped, and whoever 
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import zlib
@@ -34,8 +35,9 @@ class Journal:
         for entry in _entries(path):
             if "part" in entry:
                 result = _part(entry)
-                journal.parts[result.index] = result
-            else:
+                if result is not None:
+                    journal.parts[result.index] = result
+            elif _is_header(entry):
                 journal.header = entry
         return journal
 
@@ -67,8 +69,15 @@ def _entries(path: Path) -> list[dict[str, Any]]:
     for line in lines:
         checksum, _, text = line.partition(b" ")
         if checksum == b"%08x" % zlib.crc32(text):
-            found.append(json.loads(text))
-    return found
+            with contextlib.suppress(ValueError, RecursionError):
+                found.append(json.loads(text))
+    return [entry for entry in found if isinstance(entry, dict)]
+
+
+def _is_header(entry: dict[str, Any]) -> bool:
+    """Whether an entry says of what run the journal is."""
+    tables, parts = entry.get("tables"), entry.get("parts")
+    return isinstance(tables, list) and all(isinstance(table, str) for table in tables) and type(parts) is int
 
 
 def _entry(result: PartResult) -> dict[str, Any]:
@@ -76,6 +85,13 @@ def _entry(result: PartResult) -> dict[str, Any]:
     return {"part": result.index, "totals": asdict(result.totals), "files": files}
 
 
-def _part(entry: dict[str, Any]) -> PartResult:
-    files = {name: WrittenFile(**file) for name, file in entry["files"].items()}
-    return PartResult(entry["part"], Totals(**entry["totals"]), files)
+def _part(entry: dict[str, Any]) -> PartResult | None:
+    """A finished part, or nothing where the entry is not as it was written."""
+    try:
+        files = {str(name): WrittenFile(**file) for name, file in entry["files"].items()}
+        totals = Totals(**entry["totals"])
+    except (KeyError, TypeError, AttributeError):
+        return None
+    counts = [entry["part"], *asdict(totals).values(), *(file.size for file in files.values())]
+    is_sound = all(type(count) is int and count >= 0 for count in counts)
+    return PartResult(entry["part"], totals, files) if is_sound else None

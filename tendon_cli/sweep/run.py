@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import os
-import shutil
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tendon_cli.errors import FolderError, OutputError, SizeError, TendonError, WorkersLostError
+from tendon_cli.errors import FolderError, OutputError, TendonError, WorkersLostError
 from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
@@ -20,9 +19,6 @@ from tendon_cli.sweep.run_folder import RunFolder
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
-
-_LEAST_BYTES_PER_STATE = 20
-_LEAST_BYTES_PER_DESIGN = 10
 
 
 @dataclass(frozen=True)
@@ -71,7 +67,7 @@ def run(
     replaces = overwrite and folder.clear()
     started = time.monotonic()
     record = folder.finished()
-    journal = Journal.read(folder.path / JOURNAL)
+    journal = Journal(folder.path / JOURNAL) if replaces else Journal.read(folder.path / JOURNAL)
     if record is not None:
         folder.check_same(record)
         damaged = [entry["path"] for entry in record["files"] if not _stands(folder, entry)]
@@ -86,7 +82,7 @@ def run(
         return _repaired(folder, record, damaged, runner or _in_threads(jobs), stop)
     if not (replaces or (folder.path / JOURNAL).exists()):
         folder.check_empty()
-    done = _recorded(folder, journal, resume=resume)
+    done = {} if replaces else _recorded(folder, journal, resume=resume)
     journal.parts = done
     plan = folder.plan
     journal.start({**folder.identity(), "tables": list(plan.study.output.tables), "parts": plan.parts})
@@ -133,23 +129,6 @@ def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int,
     return folder.intact(journal.parts) if journal.header else {}
 
 
-def check_disk(folder: RunFolder) -> None:
-    """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
-    plan, path = folder.plan, folder.path.absolute()
-    if (path / JOURNAL).exists():
-        return  # what is done of an unfinished run is on the disk already
-    needed = plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in plan.study.output.tables else 0
-    if "states" in plan.study.output.tables:
-        needed += plan.states * _LEAST_BYTES_PER_STATE
-    free = shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
-    if needed > free:
-        raise SizeError(
-            f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
-            where=str(folder.path),
-            hint='`[output] tables = ["designs"]` leaves the states out; --dry-run tells the size beforehand',
-        )
-
-
 def _compute(
     folder: RunFolder, runner: Runner, parts: Iterable[int], stop: threading.Event, take: Callable[[PartResult], None]
 ) -> None:
@@ -160,13 +139,24 @@ def _compute(
     failures: list[PartFailure] = []
     with contextlib.closing(runner(maker, iter(parts))) as results:  # nothing is out when the folder is let go
         for result in results:
-            if isinstance(result, PartResult):
-                take(result)
+            failure = _taken(result, take)
+            if failure is None:
                 continue
-            failures.append(result)
-            if isinstance(result.error, OutputError):
+            failures.append(failure)
+            if isinstance(failure.error, OutputError):
                 stop.set()  # the next part would not fit either
     _raise_for(failures, maker)
+
+
+def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None]) -> PartFailure | None:
+    """Hand a finished part over; what fails at that is a failure of the part, so that the others come to their end."""
+    if isinstance(result, PartFailure):
+        return result
+    try:
+        take(result)
+    except OutputError as error:
+        return PartFailure(result.index, error)
+    return None
 
 
 def _in_threads(jobs: int) -> Runner:

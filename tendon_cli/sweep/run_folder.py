@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import fcntl
+import hashlib
 import json
 import os
 import re
@@ -73,17 +74,17 @@ class RunFolder:
         return {"study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record()}
 
     def finished(self) -> dict[str, Any] | None:
-        """The record of a finished run, or nothing; raises FolderError for a `run.json` that is not ours."""
+        """The record of a finished run, or nothing; raises FolderError for one that is not as tendon wrote it."""
         try:
             record = json.loads((self.path / RECORD).read_bytes())
         except FileNotFoundError:
             return None
         except (ValueError, RecursionError, OSError):
             record = None
-        if isinstance(record, dict) and isinstance(record.get("study_hash"), str) and _names_in(record):
+        if isinstance(record, dict) and record.get("checksum") == _checksum(record):
             return record
-        hint = "choose another folder with --out"
-        raise FolderError("holds a run.json that tendon did not write", where=str(self.path), hint=hint)
+        hint = "choose another folder with --out, or delete this one yourself"
+        raise FolderError("holds a run.json that is not as tendon wrote it", where=str(self.path), hint=hint)
 
     def check_same(self, found: dict[str, Any]) -> None:
         """Raises FolderError, naming what differs, where the folder holds another study or other results."""
@@ -106,10 +107,13 @@ class RunFolder:
 
     def intact(self, parts: dict[int, PartResult]) -> dict[int, PartResult]:
         """Of recorded parts those whose files stand as they were written."""
+        tables, count = self.plan.study.output.tables, self.plan.parts
         return {
             index: result
             for index, result in parts.items()
-            if all(self.is_intact(name, file.size, file.sha256) for name, file in result.files.items())
+            if index < count
+            and set(result.files) == {file_name(table, index, count) for table in tables}
+            and all(self.is_intact(name, file.size, file.sha256) for name, file in result.files.items())
         }
 
     def is_intact(self, name: str, size: int, sha256: str) -> bool:
@@ -134,10 +138,13 @@ class RunFolder:
     def clear(self) -> bool:
         """Delete the files of the run that stands here, finished or not, and nothing else; whether there was one."""
         record, journal = self.finished(), Journal.read(self.path / JOURNAL)
-        names = _names_in(record) if record else []
-        names += [name for result in journal.parts.values() for name in result.files]
+        if record is not None:  # until the new run has its journal, this one says whose files these are
+            tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
+            kept = ("study_hash", "results_version", "study", "axes", "parts")
+            journal.start({**{key: record[key] for key in kept}, "tables": tables})
+        names = [*(entry["path"] for entry in record["files"]), *record["figures"]] if record else []
         for table in journal.header.get("tables", ()):
-            parts = int(journal.header.get("parts", 0))
+            parts = journal.header["parts"]
             names += [file_name(table, index, parts) for index in range(parts)]
         with output_errors(self.path):
             (self.path / RECORD).unlink(missing_ok=True)  # first: what is half deleted must not look finished
@@ -146,9 +153,7 @@ class RunFolder:
             for table in ("designs", "states"):
                 with contextlib.suppress(OSError):
                     (self.path / f"{table}.parquet").rmdir()
-            was_there = record is not None or journal.path.exists()
-            journal.path.unlink(missing_ok=True)
-        return was_there
+        return journal.path.exists()
 
     def _delete(self, name: str) -> None:
         """Delete a file that a run writes, and its temporary twin; names that no run of ours has are left alone."""
@@ -159,17 +164,16 @@ class RunFolder:
 
     def write_record(self, record: dict[str, Any]) -> None:
         """Declare the run finished: `run.json` last of all, then the journal goes."""
+        record["checksum"] = _checksum(record)
         write_whole(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
         with contextlib.suppress(OSError):
             (self.path / JOURNAL).unlink(missing_ok=True)
 
 
-def _names_in(record: dict[str, Any]) -> list[str]:
-    """The files that a record lists, tables and figures; none where it is not a record of ours."""
-    try:
-        return [*(str(entry["path"]) for entry in record["files"]), *(str(name) for name in record.get("figures", ()))]
-    except (KeyError, TypeError):
-        return []
+def _checksum(record: dict[str, Any]) -> str:
+    """SHA-256 of a record without its checksum: a record that was changed is no record."""
+    content = {key: value for key, value in record.items() if key != "checksum"}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def _differences(theirs: Any, ours: Any, key: str = "") -> list[str]:

@@ -65,7 +65,12 @@ def open_table(path: Path) -> TableFiles:
     for file in files:
         _verify(file)
     table = TableFiles(files)
-    _check_whole(path, files, [_facts(pq.read_schema(file)) for file in files])
+    try:
+        _check_whole(path, files, [_facts(pq.read_schema(file)) for file in files])
+    except (KeyError, TypeError, AttributeError, ValueError):
+        raise InputError(
+            "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
+        ) from None
     return table
 
 

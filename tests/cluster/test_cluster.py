@@ -30,7 +30,7 @@ def test_the_bytes_are_those_of_a_local_run(tendon, local, cluster, hashes_in, j
     assert (ran.exit, ran.err) == (0, ""), ran.out
     assert hashes_in(Path("run")) == local.hashes
     assert len(local.hashes) == 2 * PARTS
-    differ = {"seconds", "warnings", "figures"}  # the last two are the command's
+    differ = {"seconds", "checksum", "warnings", "figures"}  # the last two are the command's
     assert {key: ran.json[key] for key in local.record.keys() - differ} == {
         key: local.record[key] for key in local.record.keys() - differ
     }
