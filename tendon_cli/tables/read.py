@@ -115,6 +115,8 @@ def _verify(file: Path) -> None:
         pq.read_schema(file)
     except FileNotFoundError:
         raise InputError("no such table", where=str(file)) from None
+    except UnicodeDecodeError:
+        raise _damaged(file, "a name in it is no text") from None
     except (pa.ArrowException, OSError) as error:
         raise _damaged(file, str(error).splitlines()[0]) from None
 

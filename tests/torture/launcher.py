@@ -1,0 +1,107 @@
+"""The command in a process of its own, with parts so small that a short run has many, and stops where it is told to.
+
+    python launcher.py SETTINGS WORDS...
+
+SETTINGS is a JSON object: `states` is the length of a part; `hold` is a point at which the run makes the file `held`
+and waits to be killed; `fail` is what cannot be written; `go` is a file to wait for before anything begins; `offline`
+lets nothing touch the network.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+POINTS = {
+    "evaluate": ("tendon_cli.sweep.part", "evaluate"),
+    "figures": ("tendon_cli.figures.slack_map", "draw_slack_maps"),
+    "record": ("tendon_cli.sweep.run_folder.RunFolder", "write_record"),
+    "journal": ("tendon_cli.sweep.journal.Journal", "add"),
+    "delete": ("tendon_cli.sweep.run_folder.RunFolder", "_delete"),
+    "rename": ("pathlib.Path", "replace"),
+}
+
+
+def owner_of(name):
+    """A module, or a class in one."""
+    import importlib
+
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError:
+        module, _, inner = name.rpartition(".")
+        return getattr(importlib.import_module(module), inner)
+
+
+def hold(point, marker, seconds):
+    """Let a function wait, once it is called, as a slow disk or a large part would."""
+    owner, name = owner_of(POINTS[point][0]), POINTS[point][1]
+    before = getattr(owner, name)
+
+    def slow(*arguments, **options):
+        Path(marker).touch()
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            time.sleep(0.01)
+        return before(*arguments, **options)
+
+    setattr(owner, name, slow)
+
+
+def full_journal():
+    """Let the journal be what does not fit on the disk any more, after a few parts."""
+    import errno
+    import os
+
+    from tendon_cli.errors import OutputError
+    from tendon_cli.sweep.journal import Journal
+
+    add = Journal.add
+
+    def limited(self, result):
+        if len(self.parts) >= 5:
+            raise OutputError(f"cannot be written: {os.strerror(errno.ENOSPC)}", where=str(self.path))
+        add(self, result)
+
+    Journal.add = limited
+
+
+def forbid_network():
+    """Whatever reaches for the network ends the process with a code that nothing else has."""
+    import os
+
+    touched = ("socket.connect", "socket.bind", "socket.getaddrinfo", "socket.gethostbyname", "socket.sendto")
+
+    def watch(event, _arguments):
+        if event in touched:
+            sys.stderr.write(f"network: {event}\n")
+            os._exit(99)
+
+    sys.addaudithook(watch)
+
+
+def main():
+    """Set the stage, then run the command."""
+    settings, words = json.loads(sys.argv[1]), sys.argv[2:]
+    if settings.get("offline"):
+        forbid_network()
+    from tendon_cli import cli
+    from tendon_cli.sweep import plan
+
+    if "states" in settings:
+        plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["states"]
+    if settings.get("fail") == "journal":
+        full_journal()
+    if "hold" in settings:
+        hold(settings["hold"], settings["held"], settings.get("seconds", 60.0))
+    if "go" in settings:
+        from tendon_cli import sweep_command  # noqa: F401 - imported before the race, so that it is one
+
+        Path(f"{settings['go']}-{settings['runner']}").touch()
+        while not Path(settings["go"]).exists():
+            time.sleep(0.0005)
+    cli.main(words)
+
+
+if __name__ == "__main__":
+    main()
