@@ -85,7 +85,7 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
 
     killer = in_background(kill)
     ran = tendon(*SWEEP, "--scheduler", cluster.address)
-    assert time.monotonic() - killed[0] < 10
+    assert time.monotonic() - killed[0] < 40  # only what hangs needs it
     killer.join()
     assert ran.exit == 6
     assert ran.err.splitlines()[-2].startswith(f"tendon: error: {cluster.address}: the scheduler went away")
@@ -176,7 +176,9 @@ def test_an_address_where_nobody_answers_is_exit_6(tendon, study, listener, monk
 def test_an_address_where_something_else_answers_is_exit_6(tendon, study, listener):
     def answer():
         for _ in range(2):
-            listener.accept()[0].sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9)
+            connection, _ = listener.accept()
+            with connection:
+                connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9)
 
     server = in_background(answer)
     assert "something else does" in unreachable(tendon, f"tcp://127.0.0.1:{listener.getsockname()[1]}")

@@ -44,7 +44,7 @@ TEXTS = [
     ("study", 300),
     ("friction", 300),
     pytest.param("study", 20_000, marks=pytest.mark.torture),
-    pytest.param("friction", 20_000, marks=[pytest.mark.torture, pytest.mark.xfail(strict=True, reason=TINY)]),
+    pytest.param("friction", 20_000, marks=pytest.mark.torture),
 ]
 
 

