@@ -130,7 +130,8 @@ def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
             raise InterruptError(stop.number, where=str(request.folder)) from None
         record = outcome.record
         if outcome.up_to_date:
-            if request.figures and request.study.figure:  # declared figures may have changed, the tables have not
+            lost = any(not (folder.path / name).exists() for name in record["figures"])
+            if request.figures and (lost or request.study.figure):  # declared figures may have changed, too
                 record["figures"], _ = _figures(request, record)
                 folder.write_record(record)
             return Done(record, request.folder, up_to_date=True)

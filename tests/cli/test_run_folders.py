@@ -359,3 +359,14 @@ def test_the_handlers_of_before_are_back_after_a_sweep(run):
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     run()
     assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
+
+
+def test_a_figure_that_was_deleted_is_drawn_again(tendon, workplace):
+    (workplace / "study.toml").write_text(
+        '[tendon]\npretension = ["80 N", "120 N", "160 N"]\n[spool]\nratio = [0.8, 1.0]\n'
+    )
+    assert tendon("sweep", "study.toml", "--out", "run").exit == 0
+    drawn = (workplace / "run/slack_map.png").read_bytes()
+    (workplace / "run/slack_map.png").unlink()
+    assert "up to date" in tendon("sweep", "study.toml", "--out", "run").out
+    assert (workplace / "run/slack_map.png").read_bytes() == drawn
