@@ -170,9 +170,8 @@ def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *
     pretension = common_pretension(state, flexor_pretension, extensor_pretension)
     surplus = pretension - response.shortfall
     taking = np.maximum(surplus, response.lowest)
-    status = (pretension < response.flexor_limit) * FLEXOR_SLACK + (
-        pretension < response.extensor_limit
-    ) * EXTENSOR_SLACK
+    flexor_slack, extensor_slack = pretension < response.flexor_limit, pretension < response.extensor_limit
+    status = flexor_slack * FLEXOR_SLACK + extensor_slack * EXTENSOR_SLACK
     status = np.where(np.isnan(state.moment_arm), NO_EQUILIBRIUM, status)
     is_slack = (status > TAUT) & np.asarray(unilateral)
     return Balance(

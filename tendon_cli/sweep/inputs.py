@@ -124,9 +124,8 @@ class Inputs:
     def design(self, block: Block, *, states_first: bool = False) -> Design:
         """The designs of a block, as the model takes them; with `states_first` their axes come after the states'."""
         number = {key: source.within(block, states_first=states_first) for key, source in self._all.items()}
-        if (
-            "tendon.pretension" not in self.overridden
-        ):  # one array for both sides: the model sees that they are the same
+        if "tendon.pretension" not in self.overridden:
+            # One array for both sides: the model sees that they are the same.
             number["extensor tendon.pretension"] = number["flexor tendon.pretension"]
 
         def side(name: str) -> Side:
