@@ -190,9 +190,11 @@ def _slack_lengths(design: Design, balance: Balance) -> tuple[Array, Array]:
 def _spool_angle(design: Design, motion: Kinematics, tied: Coupling, balance: Balance) -> Array:
     """α from the pretensioned state, read from a side that is under tension; any angle does where neither is."""
     flexor_stretch = tied.flexor_compliance * (balance.flexor - design.flexor.pretension)
-    extensor_stretch = tied.extensor_compliance * (balance.extensor - design.extensor.pretension)
-    by_flexor = (motion.flexor_travel + flexor_stretch) / design.flexor_radius
-    by_extensor = (motion.extensor_travel - extensor_stretch) / (design.ratio * design.flexor_radius)
+    alpha = np.asarray((motion.flexor_travel + flexor_stretch) / design.flexor_radius)
     flexor_slack = (balance.status == statics.FLEXOR_SLACK) & np.asarray(design.unilateral)
+    if flexor_slack.any():
+        extensor_stretch = tied.extensor_compliance * (balance.extensor - design.extensor.pretension)
+        by_extensor = (motion.extensor_travel - extensor_stretch) / (design.ratio * design.flexor_radius)
+        alpha = np.where(flexor_slack, by_extensor, alpha)
     unknown = (balance.status == statics.BOTH_SLACK) & np.asarray(design.unilateral)
-    return np.where(unknown, np.nan, np.where(flexor_slack, by_extensor, by_flexor))
+    return np.where(unknown, np.nan, alpha)

@@ -12,6 +12,7 @@ come out (see docs/physics.md).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +22,8 @@ from tendon_cli.model.kinematics import Array, Real
 TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
 Status = npt.NDArray[np.int8]
-Flag = bool | npt.NDArray[np.bool_]
+Flags = npt.NDArray[np.bool_]
+Flag = bool | Flags
 
 SLACK_TOLERANCE = 1e-9
 """A tension counts as negative below this share of the largest force of its state. At exactly the required pretension a
@@ -69,6 +71,8 @@ class Response:
     """Smallest pretension of both sides that keeps the state taut, N; not a number where J <= 0."""
     lowest: Array
     """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
+    limit: Array
+    """Pretension below which the state counts as slack, N: the shortfall but for rounding."""
     flexor_floor: Array
     """x at the shortfall, N."""
     flexor_gain: Array
@@ -77,10 +81,12 @@ class Response:
     """y at the shortfall, N."""
     extensor_gain: Array
     """dy/dF where taut."""
-    flexor_limit: Array
-    """Pretension below which the flexor counts as slack, N."""
-    extensor_limit: Array
-    """Pretension below which the extensor counts as slack, N."""
+
+    @cached_property
+    def idle(self) -> Flags:
+        """Where no torque decides between the sides: below the shortfall both are slack at once."""
+        load = np.maximum(self.flexor_floor, self.extensor_floor)
+        return np.asarray(load <= SLACK_TOLERANCE * np.abs(self.shortfall))
 
 
 @dataclass(frozen=True)
@@ -121,30 +127,43 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
     solution for J > 0. Bilateral ones go on along the same lines.
     """
-    torque, arm, radius = state.elbow_torque, state.moment_arm, state.elbow_radius
-    common = state.common_compliance
-    determinant = state.ratio * state.flexor_compliance * radius + arm * state.extensor_compliance
-    flexor_gain, extensor_gain = radius * common / determinant, arm * common / determinant
-    at_flexor, at_extensor = torque / arm, -torque / radius  # the tension of one side when the other has none
-    for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
-    for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
-    extensor_limit = for_extensor - _tolerance(at_flexor, for_extensor) / extensor_gain
-    flexor_limit = for_flexor - _tolerance(at_extensor, for_flexor) / flexor_gain
-    floor_x, floor_y = np.maximum(at_flexor, 0.0), np.maximum(at_extensor, 0.0)
-    shortfall = np.maximum(for_extensor, for_flexor)
-    # With no torque to balance nothing decides between the sides: both are slack at once.
-    idle = np.maximum(floor_x, floor_y) <= SLACK_TOLERANCE * np.abs(shortfall)
-    first = np.where(torque < 0.0, flexor_limit, extensor_limit)
-    never = -np.inf
+    common, radius = state.common_compliance, np.asarray(state.elbow_radius)
+    flexor_share = state.ratio * state.flexor_compliance / common
+    extensor_share = state.extensor_compliance / common
+    floor_x = np.maximum(state.elbow_torque / state.moment_arm, 0.0)
+    floor_y = np.maximum(-state.elbow_torque / radius, 0.0)
+    flexor_gain = radius / (flexor_share * radius + extensor_share * state.moment_arm)
+    extensor_gain = flexor_gain * (state.moment_arm / radius)
+    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch / common
+    tolerance = _tolerance(np.maximum(floor_x, floor_y), shortfall)
+    limit = shortfall - tolerance / by_side(state.elbow_torque < 0.0, flexor_gain, extensor_gain)
+    if not np.all(unilateral):
+        limit = np.where(unilateral, limit, np.fmax(*_side_limits(state, flexor_gain, extensor_gain)))
     return Response(
         shortfall=shortfall,
-        lowest=np.where(unilateral, 0.0, never),
+        lowest=np.where(unilateral, 0.0, -np.inf),
+        limit=limit,
         flexor_floor=floor_x,
         flexor_gain=flexor_gain,
         extensor_floor=floor_y,
         extensor_gain=extensor_gain,
-        flexor_limit=np.where(unilateral, np.where(idle | (torque < 0.0), first, never), flexor_limit),
-        extensor_limit=np.where(unilateral, np.where(idle | (torque >= 0.0), first, never), extensor_limit),
+    )
+
+
+def by_side(backward: Flags, flexor: Array, extensor: Array) -> Array:
+    """Of two arrays the one of the side that goes slack first: the flexor's where the torque is negative."""
+    return np.where(backward, flexor, extensor) if backward.any() else extensor
+
+
+def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
+    """Pretensions below which flexor and extensor are each in negative tension, N, in the bilateral model."""
+    common = state.common_compliance
+    at_flexor, at_extensor = state.elbow_torque / state.moment_arm, -state.elbow_torque / state.elbow_radius
+    for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
+    for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
+    return (
+        for_flexor - _tolerance(at_extensor, for_flexor) / flexor_gain,
+        for_extensor - _tolerance(at_flexor, for_extensor) / extensor_gain,
     )
 
 
@@ -170,15 +189,28 @@ def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *
     pretension = common_pretension(state, flexor_pretension, extensor_pretension)
     surplus = pretension - response.shortfall
     taking = np.maximum(surplus, response.lowest)
-    flexor_slack, extensor_slack = pretension < response.flexor_limit, pretension < response.extensor_limit
-    status = flexor_slack * FLEXOR_SLACK + extensor_slack * EXTENSOR_SLACK
-    status = np.where(np.isnan(state.moment_arm), NO_EQUILIBRIUM, status)
+    flexor_slack, extensor_slack = _slack_sides(state, response, pretension, unilateral)
+    status = flexor_slack * np.int8(FLEXOR_SLACK) + extensor_slack * np.int8(EXTENSOR_SLACK)
+    status = np.where(np.isnan(state.moment_arm), np.int8(NO_EQUILIBRIUM), status)
     is_slack = (status > TAUT) & np.asarray(unilateral)
     return Balance(
         flexor=response.flexor_floor + response.flexor_gain * taking,
         extensor=response.extensor_floor + response.extensor_gain * taking,
-        status=np.asarray(status, dtype=np.int8),
-        loose=np.where(is_slack, state.common_compliance * np.maximum(-surplus, 0.0), 0.0 * surplus),
+        status=status,
+        loose=np.where(is_slack, -state.common_compliance * surplus, 0.0 * surplus),
+    )
+
+
+def _slack_sides(state: Coupling, response: Response, pretension: Real, unilateral: Flag) -> tuple[Flags, Flags]:
+    """Whether flexor and extensor are slack. With no torque to balance unilateral tendons are so at once."""
+    is_slack, idle, backward = pretension < response.limit, response.idle, state.elbow_torque < 0.0
+    flexor, extensor = is_slack & (idle | backward), is_slack & (idle | ~backward)
+    if np.all(unilateral):
+        return flexor, extensor
+    flexor_limit, extensor_limit = _side_limits(state, response.flexor_gain, response.extensor_gain)
+    return (
+        np.where(unilateral, flexor, pretension < flexor_limit),
+        np.where(unilateral, extensor, pretension < extensor_limit),
     )
 
 

@@ -1,20 +1,19 @@
 """What each design comes to over all its states: extremes and counts, the results of the `designs` table.
 
-A state's tensions are straight lines in pretension with one kink (`statics.Response`), and all else follows from them:
-what does not depend on pretension is computed once for all pretensions of a block, and only a few passes go over all
-states. Axis 0 of every array here is the direction, axis 1 the elbow angle, then come the axes of the designs; so
-reductions run over whole vectors of designs.
+A tile's states are straight lines in pretension (`lines`). For each pretension a few passes over these find what is
+smallest, largest and counted at all elbow angles, for every design and direction at once.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model import actuator, statics
-from tendon_cli.model.actuator import Design, Transmission
-from tendon_cli.model.kinematics import Array, Real
-from tendon_cli.model.statics import Coupling, Response
+from tendon_cli.model.actuator import Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.sweep.lines import Lines, Tile, only_designs, tile
 
 Extremes = dict[str, npt.NDArray[np.float64]]
 Flags = npt.NDArray[np.bool_]
@@ -29,31 +28,28 @@ _STATES = (0, 1)
 
 
 def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
-    """Smallest, largest and counted over all states, with the axes of the designs; `finished` makes columns of them."""
-    motion, flexor, extensor, tied = actuator.couple(design, elbow_angle, flexion)
-    response = statics.respond(tied, unilateral=design.unilateral)
-    pretension = statics.common_pretension(tied, design.flexor.pretension, design.extensor.pretension)
-    torque, torque_slope = actuator.gravity_torque(design.arm, design.load_mass, elbow_angle)
-    torque = np.where(np.isnan(tied.moment_arm), np.nan, torque)
-    taking = pretension - response.shortfall
-    np.maximum(taking, response.lowest, out=taking)
-    slack = pretension < np.fmax(response.flexor_limit, response.extensor_limit)
-    x = _line(response.flexor_floor, response.flexor_gain, taking)
-    y = _line(response.extensor_floor, response.extensor_gain, taking)
-    stiffness = _stiffness(design, tied, response, x, slack, motion.flexor_moment_arm_slope, torque_slope)
+    """Smallest, largest and counted over all states of a tile; `finished` makes columns of them.
+
+    The arguments are those of `lines.tile`; the results broadcast to (P, B).
+    """
+    of = tile(design, elbow_angle, flexion)
+    seen = _look(of, elbow_angle.reshape(-1))
     return (
-        _tensions(x, y, flexor, extensor)
-        | _motor_torques(design, response, flexor, extensor, taking)
-        | _slack_lengths(design, tied, response, pretension)
-        | _pretensions(design, response, pretension)
+        _tensions(of, seen)
+        | _slack_lengths(of)
+        | _pretensions(of)
         | {
-            "lowest_elbow_torque": np.fmin.reduce(torque, axis=_STATES),
-            "highest_elbow_torque": np.fmax.reduce(torque, axis=_STATES),
-            "min_elbow_stiffness": np.fmin.reduce(stiffness, axis=_STATES),
-            "unstable": _count(stiffness < 0.0),
-            "slack": _count(slack),
-            "no_equilibrium": _count(np.isnan(tied.moment_arm)) * flexion.size,
-            "first_slack_angle": _lowest_angle(slack, elbow_angle),
+            "lowest_motor_torque": np.fmin.reduce(seen.motor.lowest, axis=1),
+            "highest_motor_torque": np.fmax.reduce(seen.motor.highest, axis=1),
+            "lowest_elbow_torque": np.fmin.reduce(of.elbow_torque, axis=_STATES)[np.newaxis],
+            "highest_elbow_torque": np.fmax.reduce(of.elbow_torque, axis=_STATES)[np.newaxis],
+            "min_elbow_stiffness": np.fmin.reduce(seen.stiffness, axis=1),
+            "unstable": np.add.reduce(seen.unstable, axis=1),
+            "slack": np.add.reduce(seen.slack, axis=1),
+            "no_equilibrium": np.add.reduce(np.isnan(of.lines.limit).reshape(of.shape), axis=_STATES, dtype=np.float64)[
+                np.newaxis
+            ],
+            "first_slack_angle": np.fmin.reduce(seen.first_slack_angle, axis=1),
         }
     )
 
@@ -81,107 +77,144 @@ def finished(found: Extremes, states: int) -> Extremes:
     }
 
 
-def _line(floor: Array, gain: Array, taking: Array) -> Array:
-    """A straight line in what the springs take: a tension, or what tensions make."""
-    values = gain * taking
-    values += floor
-    return np.asarray(values)
+@dataclass(frozen=True)
+class _Range:
+    """Smallest and largest value over the elbow angles, (P, D, B)."""
+
+    lowest: Array
+    highest: Array
+
+    @classmethod
+    def empty(cls, shape: tuple[int, ...]) -> _Range:
+        return cls(np.empty(shape), np.empty(shape))
+
+    def take(self, index: int, values: Array) -> None:
+        np.fmin.reduce(values, axis=0, out=self.lowest[index].reshape(-1))
+        np.fmax.reduce(values, axis=0, out=self.highest[index].reshape(-1))
 
 
-def _tensions(x: Array, y: Array, flexor: Transmission, extensor: Transmission) -> Extremes:
+@dataclass(frozen=True)
+class _Seen:
+    """What the passes over a tile's states found, (P, D, B)."""
+
+    flexor: _Range
+    extensor: _Range
+    motor: _Range
+    stiffness: Array
+    unstable: Array
+    slack: Array
+    first_slack_angle: Array
+
+
+def _look(of: Tile, elbow_angle: Array) -> _Seen:
+    """Go over all states once for each pretension."""
+    lines, shape = of.lines, (len(of.pretension), *of.shape[1:])
+    ranges = (_Range.empty(shape), _Range.empty(shape), _Range.empty(shape))
+    seen = _Seen(*ranges, *(np.empty(shape) for _ in range(4)))
+    slackness = _Slackness.of(lines, elbow_angle)
+    taking, values = np.empty_like(lines.limit), np.empty_like(lines.limit)
+    for index, pretension in enumerate(lines.pretension):
+        np.subtract(pretension, lines.shortfall, out=taking)
+        np.maximum(taking, lines.lowest, out=taking)
+        seen.flexor.take(index, lines.flexor(taking, values))
+        seen.extensor.take(index, lines.extensor(taking, values))
+        seen.motor.take(index, lines.motor(taking, values))
+        slackness.take(seen, index, pretension, lines.stiffness(taking, values))
+    return seen
+
+
+@dataclass(frozen=True)
+class _Slackness:
+    """Which states of a tile are slack or unstable at a pretension."""
+
+    lines: Lines
+    highest_limit: Array
+    """At or above this pretension no state of a column is slack, N."""
+    limit_until: Array
+    """At or above this pretension no state of a column is slack at this angle or at a smaller one, N."""
+    angles: Array
+    """Elbow angles, ascending, and not a number for none at all, rad."""
+
+    @classmethod
+    def of(cls, lines: Lines, elbow_angle: Array) -> _Slackness:
+        order = np.argsort(elbow_angle, kind="stable")
+        until = np.fmax.accumulate(np.fmax(lines.limit[order], -np.inf), axis=0)
+        return cls(lines, until[-1], until, np.append(elbow_angle[order], np.nan))
+
+    def take(self, seen: _Seen, index: int, pretension: Array, stiffness: Array) -> None:
+        """Note what a pretension does, given each state's stiffness as if both tendons pulled."""
+        shape = seen.slack[index].shape
+        seen.slack[index], seen.first_slack_angle[index] = 0.0, np.nan
+        if (pretension < self.highest_limit).any():
+            slack = pretension < self.lines.limit
+            seen.slack[index] = _count(slack).reshape(shape)
+            seen.first_slack_angle[index] = self.angles[_count(pretension >= self.limit_until)].reshape(shape)
+            # A state is never stiffer slack than taut.
+            stiffness = np.fmin(stiffness, np.where(slack, self.lines.slack_stiffness, np.inf))
+        lowest = np.fmin.reduce(stiffness, axis=0, out=seen.stiffness[index].reshape(-1))
+        seen.unstable[index] = _count(stiffness < 0.0).reshape(shape) if np.fmin.reduce(lowest) < 0.0 else 0.0
+
+
+def _count(flags: Flags) -> npt.NDArray[np.intp]:
+    """How many rows have their flag set, by column. Bytes add up fastest; they hold up to 255."""
+    narrow = np.uint8 if len(flags) < 256 else np.int64
+    counts = np.add.reduce(flags.view(np.uint8), axis=0, dtype=narrow)
+    return np.asarray(counts, dtype=np.intp)
+
+
+def _tensions(of: Tile, seen: _Seen) -> Extremes:
     """Extremes of all tensions. Along a sheath tension only scales, so the distal extremes of a direction suffice."""
-    capstan_x, capstan_y = flexor.capstan[:, 0], extensor.capstan[:, 0]
-    low_x, high_x = np.fmin.reduce(x, axis=1), np.fmax.reduce(x, axis=1)
-    low_y, high_y = np.fmin.reduce(y, axis=1), np.fmax.reduce(y, axis=1)
+    low_x, high_x = seen.flexor.lowest, seen.flexor.highest
+    low_y, high_y = seen.extensor.lowest, seen.extensor.highest
+    capstan_x, capstan_y = of.flexor.capstan[0], of.extensor.capstan[0]
     highest = np.maximum(np.maximum(high_x, high_x / capstan_x), np.maximum(high_y, high_y / capstan_y))
-    extension = np.maximum(high_x * _without_angles(flexor.spring), high_y * _without_angles(extensor.spring))
+    spring_x, spring_y = only_designs(of.flexor.spring), only_designs(of.extensor.spring)
+    extension = np.maximum(high_x * spring_x, high_y * spring_y)
     return {
-        "min_flexor_tension": np.fmin.reduce(np.minimum(low_x, low_x / capstan_x), axis=0),
-        "min_extensor_tension": np.fmin.reduce(np.minimum(low_y, low_y / capstan_y), axis=0),
-        "max_tension": np.fmax.reduce(highest, axis=0),
-        "max_spring_extension": np.fmax.reduce(extension, axis=0),
+        "min_flexor_tension": np.fmin.reduce(np.minimum(low_x, low_x / capstan_x), axis=1),
+        "min_extensor_tension": np.fmin.reduce(np.minimum(low_y, low_y / capstan_y), axis=1),
+        "max_tension": np.fmax.reduce(highest, axis=1),
+        "max_spring_extension": np.fmax.reduce(extension, axis=1),
     }
 
 
-def _motor_torques(
-    design: Design, response: Response, flexor: Transmission, extensor: Transmission, taking: Array
-) -> Extremes:
-    """τ_m = (x_prox - η y_prox) R_f (Eq. 17) is a line in what the springs take, too."""
-    flexor_arm = design.flexor_radius / flexor.capstan
-    extensor_arm = design.ratio * design.flexor_radius / extensor.capstan
-    floor = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
-    gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
-    torque = _line(floor, gain, taking)
-    return {
-        "lowest_motor_torque": np.fmin.reduce(torque, axis=_STATES),
-        "highest_motor_torque": np.fmax.reduce(torque, axis=_STATES),
-    }
-
-
-def _stiffness(
-    design: Design, tied: Coupling, response: Response, x: Array, slack: Flags, arm_slope: Array, torque_slope: Array
-) -> Array:
-    """Elbow stiffness as `statics.elbow_stiffness` has it. What a slack state loses by it is known beforehand."""
-    flexor = np.square(tied.moment_arm) / tied.flexor_compliance
-    extensor = np.square(tied.elbow_radius) / tied.extensor_compliance
-    on_flexor, on_extensor = np.isfinite(response.flexor_limit), np.isfinite(response.extensor_limit)
-    lost = np.where(design.unilateral, flexor * on_flexor + extensor * on_extensor, 0.0)
-    stiffness = x * -arm_slope
-    stiffness += flexor + extensor + torque_slope
-    stiffness -= lost * slack
-    return np.asarray(stiffness)
-
-
-def _slack_lengths(design: Design, tied: Coupling, response: Response, pretension: Real) -> Extremes:
+def _slack_lengths(of: Tile) -> Extremes:
     """The longest slack of either tendon.
 
     Below its shortfall a state has η c_f + c_e metres of loose path per newton, which differs between directions only,
     so the state with the largest shortfall on a side has the longest slack. Where both tendons are slack, only their
     sum is determined, and such a state tells no length.
     """
-    on_flexor, on_extensor = np.isfinite(response.flexor_limit), np.isfinite(response.extensor_limit)
-    alone = on_flexor != on_extensor
-    loose = []
-    for side, share in ((on_flexor & alone, 1.0 / np.asarray(design.ratio)), (on_extensor & alone, np.asarray(1.0))):
-        shortfall = np.fmax.reduce(np.where(side, response.shortfall, -np.inf), axis=1, keepdims=True)
-        limit = np.where(side, np.fmax(response.flexor_limit, response.extensor_limit), -np.inf)
-        is_slack = pretension < np.fmax.reduce(limit, axis=1, keepdims=True)
-        length = np.where(is_slack, tied.common_compliance * share * (shortfall - pretension), 0.0)
-        loose.append(np.fmax.reduce(length, axis=_STATES))
-    limit = np.where(alone, -np.inf, response.extensor_limit)
-    told = np.any(alone | (pretension >= limit), axis=_STATES) & _only_designs(np.asarray(design.unilateral))
-    return {"max_slack": np.where(told, np.maximum(*loose), np.nan)}
+    response, pretension = of.response, of.pretension
+    balanced, idle, backward = ~np.isnan(response.limit), response.idle, of.coupling.elbow_torque < 0.0
+    looseness = of.coupling.common_compliance[0]
+    longest = np.zeros((1, 1, 1))
+    for side, share in ((backward, 1.0 / only_designs(of.design.ratio)), (~backward, np.ones(()))):
+        if side.any():
+            alone = side & ~idle
+            shortfall = np.fmax.reduce(np.where(alone, response.shortfall, -np.inf), axis=0)
+            limit = np.fmax.reduce(np.where(alone, response.limit, -np.inf), axis=0)
+            length = np.where(pretension < limit, looseness * share * (shortfall - pretension), 0.0)
+            longest = np.maximum(longest, length)
+    told = np.logical_or.reduce(balanced & ~idle, axis=0)[np.newaxis]
+    if not told.all():
+        told = told | (pretension >= np.fmin.reduce(np.where(idle, response.limit, np.inf), axis=0))
+    told = np.logical_or.reduce(told, axis=1) & only_designs(of.design.unilateral)
+    return {"max_slack": np.where(told, np.fmax.reduce(longest, axis=1), np.nan)}
 
 
-def _pretensions(design: Design, response: Response, pretension: Real) -> Extremes:
+def _pretensions(of: Tile) -> Extremes:
     """What pretension is required, and how much is in hand: both could be lowered together by that much."""
-    shortfall = np.fmax.reduce(response.shortfall, axis=1)
-    in_hand = np.fmin.reduce(_without_angles(np.asarray(pretension)) - shortfall, axis=0)
-    smaller = _only_designs(np.minimum(design.flexor.pretension, design.extensor.pretension))
-    return {"required_pretension": np.fmax.reduce(shortfall, axis=0), "margin": np.minimum(in_hand, smaller)}
-
-
-def _lowest_angle(flags: Flags, elbow_angle: Array) -> Array:
-    """The smallest elbow angle at which any direction has its flag set; not a number where none has."""
-    either = np.logical_or.reduce(flags, axis=0)
-    lowest = np.fmin.reduce(np.where(either, elbow_angle[0], np.inf), axis=0)
-    return np.where(np.isinf(lowest), np.nan, lowest)
-
-
-def _count(flags: Flags) -> Array:
-    return np.asarray(np.add.reduce(flags, axis=_STATES, dtype=np.int32), dtype=np.float64)
+    shortfall = np.fmax.reduce(of.response.shortfall, axis=0)
+    in_hand = np.fmin.reduce(of.pretension - shortfall, axis=1)
+    smaller = np.minimum(of.design.flexor.pretension, of.design.extensor.pretension)
+    smaller = smaller.reshape(-1, smaller.shape[-1]) if smaller.ndim else smaller
+    return {
+        "required_pretension": np.fmax.reduce(shortfall, axis=0)[np.newaxis],
+        "margin": np.minimum(in_hand, smaller),
+    }
 
 
 def _larger(lowest: Array, highest: Array) -> Array:
     """Of two values the one of larger magnitude, with its sign."""
     return np.where(-lowest > highest, lowest, highest)
-
-
-def _without_angles(values: Array) -> Array:
-    """An array that does not depend on the elbow angle, without that axis."""
-    return values if values.ndim == 0 else values[:, 0]
-
-
-def _only_designs(values: Array) -> Array:
-    """An array that depends on no state, without the states' axes."""
-    return values if values.ndim == 0 else values[0, 0]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +17,8 @@ from tendon_cli.study.checks import case_numbers
 from tendon_cli.study.study import SIDES, split_side
 from tendon_cli.sweep.plan import Block, Plan
 
+Flags = npt.NDArray[np.bool_]
+
 
 @dataclass(frozen=True)
 class Source:
@@ -23,18 +27,40 @@ class Source:
     values: npt.NDArray[np.float64]
     axes: tuple[int, ...] = ()
 
-    def within(self, block: Block, *, states_first: bool = False) -> Real:
-        """The values in a block, shaped to broadcast over its designs, directions and angles.
-
-        With `states_first` over directions, angles and designs.
-        """
+    def within(self, block: Block) -> Real:
+        """The values in a block, shaped to broadcast over its designs, directions and angles."""
         if not self.axes:
             return float(self.values)
-        chosen: npt.NDArray[np.float64] = self.values[tuple(block.designs[axis] for axis in self.axes)]
-        shape = [1] * (len(block.designs) + 2)
+        chosen, shape = self._chosen(block), [1] * (len(block.designs) + 2)
         for axis, length in zip(self.axes, chosen.shape, strict=True):
             shape[axis] = length
-        return chosen.reshape(shape[-2:] + shape[:-2] if states_first else shape)
+        return chosen.reshape(shape)
+
+    def in_tile(self, block: Block, loops: tuple[int, ...]) -> Real:
+        """The values in a block as `lines.tile` takes them: scalar, or (1, 1, B) for the designs of a tile.
+
+        Values that vary along an axis in `loops` have the shape (P, 1, 1, B) or (P, 1, 1, 1).
+        """
+        chosen, lengths = self._chosen(block) if self.axes else self.values, block.shape[:-2]
+        if chosen.size == 1:
+            return float(chosen.item())
+        apart = [1] * len(lengths)
+        for axis, length in zip(self.axes, chosen.shape, strict=True):
+            apart[axis] = length
+        rest = [axis for axis in range(len(lengths)) if axis not in loops]
+        sides = [_spread(apart, lengths, axes) for axes in (loops, rest)]
+        values = np.broadcast_to(chosen.reshape(apart).transpose(*loops, *rest), [*sides[0], *sides[1]])
+        shaped = values.reshape(-1, 1, 1, math.prod(sides[1]))
+        return shaped[0] if len(shaped) == 1 else shaped
+
+    def _chosen(self, block: Block) -> npt.NDArray[np.float64]:
+        return np.asarray(self.values[tuple(block.designs[axis] for axis in self.axes)])
+
+
+def _spread(apart: Sequence[int], lengths: Sequence[int], axes: Sequence[int]) -> list[int]:
+    """The lengths of some axes where values vary along any of these, else ones."""
+    varies = any(apart[axis] > 1 for axis in axes)
+    return [lengths[axis] if varies else 1 for axis in axes]
 
 
 @dataclass(frozen=True)
@@ -121,15 +147,48 @@ class Inputs:
     def _from_initial(self) -> Source | bool:
         return self.flag(lambda _, reference: reference == "initial")
 
-    def design(self, block: Block, *, states_first: bool = False) -> Design:
-        """The designs of a block, as the model takes them; with `states_first` their axes come after the states'."""
-        number = {key: source.within(block, states_first=states_first) for key, source in self._all.items()}
+    def design(self, block: Block) -> Design:
+        """The designs of a block, as the model takes them."""
+        return self._design(lambda source: source.within(block))
+
+    def motion(self, block: Block) -> tuple[npt.NDArray[np.float64], Flags]:
+        """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
+        flexion = np.array([direction == "flexion" for direction in self.plan.directions[block.directions]])
+        return self.plan.elbow_angles[block.angles].reshape(1, -1), flexion.reshape(-1, 1)
+
+    @cached_property
+    def loops(self) -> tuple[int, ...]:
+        """The design axes that nothing but pretension depends on; a tile looks at these one by one."""
+        sources = [source for key, source in self._all.items() if not key.endswith("tendon.pretension")]
+        flags = [flag for flag in (self._from_initial, self._unilateral) if not isinstance(flag, bool)]
+        taken = {axis for source in (*sources, *flags) for axis in source.axes}
+        return tuple(axis for axis in range(len(self.plan.shape)) if axis not in taken)
+
+    def tile(self, block: Block) -> tuple[Design, npt.NDArray[np.float64], Flags]:
+        """The designs, elbow angles and directions of a block as `lines.tile` takes them."""
+        angles, flexion = self.motion(block)
+        design = self._design(lambda source: source.in_tile(block, self.loops))
+        return design, angles.reshape(-1, 1, 1), flexion.reshape(1, -1, 1)
+
+    def arranged(self, block: Block, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Results for a tile, which broadcast to (P, B), on axes that broadcast to those of the block's designs."""
+        lengths = block.shape[:-2]
+        axes = range(len(lengths))
+        order = (*self.loops, *(axis for axis in axes if axis not in self.loops))
+        spread = [lengths[axis] if values.shape[axis not in self.loops] > 1 else 1 for axis in order]
+        return values.reshape(spread).transpose([order.index(axis) for axis in axes])
+
+    def _design(self, values: Callable[[Source], Real]) -> Design:
+        number = {key: values(source) for key, source in self._all.items()}
         if "tendon.pretension" not in self.overridden:
             # One array for both sides: the model sees that they are the same.
             number["extensor tendon.pretension"] = number["flexor tendon.pretension"]
 
         def side(name: str) -> Side:
             return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})
+
+        def flag(choice: Source | bool) -> bool | Flags:
+            return choice if isinstance(choice, bool) else np.asarray(values(choice), dtype=bool)
 
         anchors = Anchors(**{name: number[f"arm.{name}"] for name in _ANCHORS})
         return Design(
@@ -139,17 +198,9 @@ class Inputs:
             flexor_radius=number["spool.flexor_radius"],
             ratio=number["spool.ratio"],
             load_mass=number["load.mass"],
-            from_initial=_flag_within(self._from_initial, block, states_first=states_first),
-            unilateral=_flag_within(self._unilateral, block, states_first=states_first),
+            from_initial=flag(self._from_initial),
+            unilateral=flag(self._unilateral),
         )
-
-    def motion(
-        self, block: Block, *, states_first: bool = False
-    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]:
-        """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
-        flexion = np.array([direction == "flexion" for direction in self.plan.directions[block.directions]])
-        designs = (1,) * len(block.designs) if states_first else ()
-        return self.plan.elbow_angles[block.angles].reshape(1, -1, *designs), flexion.reshape(-1, 1, *designs)
 
 
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
@@ -163,7 +214,3 @@ _SIDE = {
     "spring_stiffness": "spring.stiffness",
     "pretension": "tendon.pretension",
 }
-
-
-def _flag_within(flag: Source | bool, block: Block, *, states_first: bool) -> bool | npt.NDArray[np.bool_]:
-    return flag if isinstance(flag, bool) else np.asarray(flag.within(block, states_first=states_first), dtype=bool)

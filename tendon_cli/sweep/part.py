@@ -17,7 +17,7 @@ from tendon_cli.sweep.columns import Tables, state_keys
 from tendon_cli.sweep.evaluate import evaluate, state_columns
 from tendon_cli.sweep.extremes import COUNTS, Extremes, extremes, finished, merge
 from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import ROW_GROUP, Block, Plan
+from tendon_cli.sweep.plan import DESIGNS_PER_TILE, ROW_GROUP, Block, Plan
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import TableFile, WrittenFile
 
@@ -109,46 +109,54 @@ class PartMaker:
 
     def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
         """Evaluate a range of designs into the tables asked for; raises Stopped."""
+        if "states" in tables:
+            for block in self.plan.blocks(designs):
+                tables["states"].append(self._state_rows(block), block.shape)
         totals = Totals()
-        in_order = "states" in tables or self.plan.states_per_design > self.plan.block_states
-        for block, found in self._by_blocks(designs, tables.get("states")) if in_order else self._by_tiles(designs):
+        whole = self.plan.states_per_design <= self.plan.block_states
+        for block, found in self._by_tiles(designs) if whole else self._by_blocks(designs):
             rows = self._design_rows(block, found)
             totals += _totals(rows, block.shape[:-2])
             if "designs" in tables:
                 tables["designs"].append(rows, (*block.shape[:-2], 1, 1))
         return totals
 
-    def _by_blocks(self, designs: range, states: Rows | None) -> Iterator[tuple[Block, Extremes]]:
-        """Blocks in the order of the rows of `states`, which are written on the way, and what their designs come to."""
+    def _by_tiles(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
+        """Blocks of designs, evaluated in tiles that suit the model best, and what their designs come to."""
+        for rectangle in self.plan.rectangles(designs):
+            found: Extremes = {}
+            for within in self.plan.tiles(rectangle, self.inputs.loops):
+                piece = rectangle.piece(within)
+                for name, values in self._extremes(piece).items():
+                    whole = found.setdefault(name, np.empty(rectangle.shape[:-2]))
+                    whole[within] = self.inputs.arranged(piece, values)
+            for block in self.plan.rectangles(rectangle.numbers, DESIGNS_PER_TILE):
+                here = slice(block.first_design - rectangle.first_design, block.numbers.stop - rectangle.first_design)
+                yield block, {name: whole.reshape(-1)[here].reshape(block.shape[:-2]) for name, whole in found.items()}
+
+    def _by_blocks(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
+        """Designs one by one, each with more states than a block may have, and what they come to."""
         found = None
         for block in self.plan.blocks(designs):
-            if states is not None:
-                states.append(self._state_rows(block), block.shape)
             here = self._extremes(block)
             found = here if found is None else merge(found, here)
             if self.plan.completes_designs(block):
-                yield block, found
+                yield block, {name: self.inputs.arranged(block, values) for name, values in found.items()}
                 found = None
-
-    def _by_tiles(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
-        """Rectangles of designs, evaluated in tiles that suit the model best, and what their designs come to."""
-        for rectangle in self.plan.rectangles(designs):
-            found: Extremes = {}
-            for within in self.plan.tiles(rectangle):
-                for name, values in self._extremes(rectangle.piece(within)).items():
-                    whole = found.setdefault(name, np.empty(rectangle.shape[:-2]))
-                    whole[within] = values
-            yield rectangle, found
 
     def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
         return {column.name: values(block) for column, values in self.tables.leading.items()}
 
     def _extremes(self, block: Block) -> Extremes:
+        self._go_on()
+        return extremes(*self.inputs.tile(block))
+
+    def _go_on(self) -> None:
         if self.stop.is_set():
             raise Stopped
-        return extremes(self.inputs.design(block, states_first=True), *self.inputs.motion(block, states_first=True))
 
     def _state_rows(self, block: Block) -> dict[str, npt.ArrayLike]:
+        self._go_on()
         evaluated = evaluate(self.inputs, block)
         keys = state_keys(block, self.plan.elbow_angles)
         return self._leading(block) | keys | {"status": evaluated.state.status} | state_columns(evaluated)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,13 +23,14 @@ from tendon_cli.study.study import CASE_AXIS, Study, keys
 ROW_GROUP = 2**17
 """Rows in a row group of every table."""
 
-STATES_PER_PART = 2**20
+STATES_PER_PART = 2**19
 DESIGNS_PER_PART = 2**18
 STATES_PER_PART_WITHOUT_TABLE = 2**27
 STATES_PER_BLOCK = 2**15
 
 _MOST_STATES = 2**63 - 1
-_CHEAP_AXES = ("tendon.pretension", "load.mass")
+DESIGNS_PER_TILE = 2**15
+"""So that what a tile found is no more than what it needs to find it."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,11 @@ class Block:
     def design_count(self) -> int:
         """How many consecutive designs the block covers."""
         return math.prod(self.shape[:-2])
+
+    @property
+    def numbers(self) -> range:
+        """The designs of the block by their numbers."""
+        return range(self.first_design, self.first_design + self.design_count)
 
     def piece(self, within: tuple[slice, ...]) -> Block:
         """A part of the block's designs, by slices of its own axes."""
@@ -151,35 +157,34 @@ class Plan:
             for design in designs:
                 yield from self._blocks_within(design)
             return
-        most = self.block_states // self.states_per_design
+        yield from self.rectangles(designs, self.block_states // self.states_per_design)
+
+    def rectangles(self, designs: range, most: int | None = None) -> Iterator[Block]:
+        """Cut a range of designs into the fewest blocks, in the order of the rows, with every state of theirs.
+
+        None has more than `most` designs.
+        """
         at = designs.start
         while at < designs.stop:
-            block = self._block_from(at, min(designs.stop - at, most))
+            block = self._block_from(at, min(designs.stop - at, most or len(designs)))
             yield block
             at += block.design_count
 
-    def rectangles(self, designs: range) -> Iterator[Block]:
-        """Cut a range of designs into the fewest blocks, in the order of the rows, with every state of theirs."""
-        at = designs.start
-        while at < designs.stop:
-            block = self._block_from(at, designs.stop - at)
-            yield block
-            at += block.design_count
+    def tiles(self, rectangle: Block, loops: Collection[int]) -> Iterator[tuple[slice, ...]]:
+        """Cut a rectangle into pieces that suit the model, as slices of its own design axes.
 
-    def tiles(self, rectangle: Block) -> Iterator[tuple[slice, ...]]:
-        """Cut a rectangle into pieces of about twice `block_states` states, as slices of its own design axes.
-
-        Pretension and load stay whole as far as possible, for what the model computes without them is computed once.
+        A piece has about twice `block_states` states, which the fastest memory of a processor holds, but for the axes in
+        `loops`: what the model computes without these is computed once.
         """
         lengths = rectangle.shape[:-2]
-        most = max(1, 2 * self.block_states // self.states_per_design)
-        ranked = sorted(range(len(lengths)), key=lambda axis: (self.study.axes[axis] not in _CHEAP_AXES, -axis))
-        steps = dict.fromkeys(range(len(lengths)), 1)
-        for axis in ranked:
-            steps[axis] = min(lengths[axis], most)
-            most //= steps[axis]
-            if not most:
-                break
+        beside = max(1, 2 * self.block_states // self.states_per_design)
+        steps = [1] * len(lengths)
+        rest = set(range(len(lengths))).difference(loops)
+        for axes, most in ((rest, beside), (loops, DESIGNS_PER_TILE // beside)):
+            taken = 1
+            for axis in sorted(axes, reverse=True):
+                steps[axis] = max(1, min(lengths[axis], most // taken))
+                taken *= steps[axis]
         pieces = [
             [slice(at, min(at + steps[axis], length)) for at in range(0, length, steps[axis])]
             for axis, length in enumerate(lengths)
