@@ -1,6 +1,6 @@
 """The commands: parse, call, print. The only place that prints, and the only one that catches a `TendonError`."""
 
-from __future__ import annotations
+# No `from __future__ import annotations` here: typer would compile each annotation anew, at every start.
 
 import sys
 import traceback
@@ -11,6 +11,7 @@ import typer
 
 from tendon_cli import options
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, OutputError, TendonError, UsageError
+from tendon_cli.startup import spare_time
 from tendon_cli.terminal import (
     as_json_text,
     flush_results,
@@ -208,6 +209,7 @@ def _print_unless(quiet: bool, text: str) -> None:
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run a command and leave with its exit code."""
+    spare_time()
     prepare_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tendon_cli.sweep.estimate import Estimate
+if TYPE_CHECKING:
+    from tendon_cli.sweep.estimate import Estimate
 
 
 def run_text(record: dict[str, Any], folder: str, *, up_to_date: bool, note: str | None = None) -> str:

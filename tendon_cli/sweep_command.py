@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import signal
 import threading
 from collections.abc import Iterator
@@ -15,9 +14,9 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.errors import InterruptError
+from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.study import Study
 from tendon_cli.summary import estimate_text, run_text, warnings_of
-from tendon_cli.sweep.estimate import check_disk, estimate
 from tendon_cli.sweep.part import Stopped
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.run import Progress, Runner, available_cores, run
@@ -101,11 +100,12 @@ def stop_on_signals() -> Iterator[Stop]:
 
 def dry_run(request: Request, *, as_json: bool) -> str:
     """The size and cost of a sweep as text; nothing is written."""
-    found = estimate(Plan(request.study), request.workers, figures=request.figures)
-    there = next(
-        folder for folder in (request.folder.absolute(), *request.folder.absolute().parents) if folder.exists()
-    )
-    free = shutil.disk_usage(there).free
+    from tendon_cli.sweep.estimate import estimate
+
+    keep_freed_memory()
+    folder = RunFolder(request.folder, Plan(request.study))
+    found = estimate(folder.plan, request.workers, figures=request.figures)
+    free = folder.free_bytes
     if as_json:
         return json.dumps({"name": request.study.name, **found.record(), "free_bytes": free}, indent=2)
     return estimate_text(found, request.study.name, free)
@@ -113,8 +113,9 @@ def dry_run(request: Request, *, as_json: bool) -> str:
 
 def sweep(request: Request, stop: Stop, progress: Progress) -> Done:
     """Run a study; raises TendonError, with exit code 130, 143 or 129 where a signal stopped it."""
+    keep_freed_memory()
     folder = RunFolder(request.folder, Plan(request.study))
-    check_disk(folder)
+    folder.check_space()
     with _runner(request) as runner, folder.locked(use_lock=request.lock):
         try:
             outcome = run(

@@ -1,4 +1,4 @@
-"""The kinds of field that a study has: a number with a unit, which may be an axis, and nothing else that is clever.
+"""The kinds of field that a study has: a number with a unit, which may be an axis, and tables that few studies have.
 
 Each number field has one validator, which turns whatever the file says into `Values` or into one fault.
 """
@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tendon_cli.quantities import QUANTITIES, Quantity
@@ -184,3 +186,24 @@ def _count(num: object) -> int:
         count = f"{num:,}" if num < 10**15 else described(num)
         raise fault(f"num = {count} is too many, expected {MAX_AXIS_LENGTH:,} values in an axis at most")
     return num
+
+
+@dataclass(frozen=True)
+class Later:
+    """Marks a list of tables that few studies have: `kind` builds its type, for those and for the schema only."""
+
+    kind: Callable[[], Any]
+
+    @cached_property
+    def _adapter(self) -> TypeAdapter[Any]:
+        return TypeAdapter(self.kind())
+
+    def read(self, value: object) -> Any:
+        """What the file says, as the type has it; raises ValidationError."""
+        return value if value == () else self._adapter.validate_python(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(self._adapter.core_schema)

@@ -1,6 +1,6 @@
 """`[[figure]]`: the figures that a study wants of its run. They change neither its tables nor its hash."""
 
-from __future__ import annotations
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
 
 import difflib
 import re
@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, ValidationError, WithJsonSchema
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownError
 
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
@@ -26,6 +26,7 @@ WORDS = ("direction", "status", "case", "feasible", "design")
 
 _SIZE = re.compile(r"column|page|([\d.]+)(?:\s*[x×]\s*([\d.]+))?\s*(mm|cm|in)")
 _SMALLEST, _LARGEST = 0.04, 1.0
+_COLUMN = {"type": "string", "pattern": r"^[A-Za-z_][\w.]{0,99}$"}
 _FILTER = re.compile(r"\s*([A-Za-z_][\w.]*)\s*(<=|>=|!=|==|=|<|>|\bin\b)\s*(.+?)\s*")
 
 
@@ -72,6 +73,12 @@ def _size(text: str) -> str:
     return text
 
 
+def _no_endless_name(name: str) -> str:
+    if len(name) > 100:
+        raise PydanticKnownError("string_pattern_mismatch", {"pattern": _COLUMN["pattern"]})
+    return name
+
+
 def _filter(text: str) -> str:
     if len(text) > 500 or not _FILTER.fullmatch(text):
         hint = 'such as "load_mass = 5 kg", "elbow_angle <= 60 deg" or "load_mass in 3 kg, 5 kg"'
@@ -81,7 +88,12 @@ def _filter(text: str) -> str:
 
 _Text = Annotated[str, StringConstraints(strict=True)]
 _Format = Literal["png", "svg", "pdf"]
-_Column = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][\w.]{0,99}$")]
+_Column = Annotated[  # its length is counted, since the pattern of the schema takes 10 ms to build, once per field
+    str,
+    StringConstraints(strict=True, pattern=r"^[A-Za-z_][\w.]*$"),
+    AfterValidator(_no_endless_name),
+    WithJsonSchema(_COLUMN),
+]
 _Filter = Annotated[_Text, AfterValidator(_filter)]
 
 

@@ -3,7 +3,7 @@
 Every key has a default, the paper's baseline with unilateral tendons and no load.
 """
 
-from __future__ import annotations
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
 
 from typing import Annotated, Any, Literal
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, get_args
 from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
-from tendon_cli.study.fields import Number, fault
+from tendon_cli.study.fields import Later, Number, fault
 from tendon_cli.study.figures import DeclaredFigure, check_figures
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.values import Values
@@ -67,10 +67,6 @@ def _single_valued(part: type[Part]) -> type[Part]:
     return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
 
 
-class _CaseName(Part):
-    name: CaseName = Field(description="name of the case, each once")
-
-
 _DESIGN_PARTS: dict[str, type[Part]] = {
     "arm": Arm,
     "sheath": Sheath,
@@ -81,12 +77,12 @@ _DESIGN_PARTS: dict[str, type[Part]] = {
     "model": Model,
 }
 
-Case: type[Part] = create_model(
-    "Case",
-    __base__=_CaseName,
-    __doc__="One entry of a linked axis, such as a person: a name, and the keys in which it differs.",
-    **{name: (_single_valued(part) | None, None) for name, part in _DESIGN_PARTS.items()},  # type: ignore[call-overload]
-)
+
+def _cases() -> Any:
+    fields: dict[str, Any] = {"name": (CaseName, Field(description="name of the case, each once"))}
+    fields |= {name: (_single_valued(part) | None, None) for name, part in _DESIGN_PARTS.items()}
+    doc = "One entry of a linked axis, such as a person: a name, and the keys in which it differs."
+    return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]
 
 
 def _with_known_columns(figures: tuple[DeclaredFigure, ...]) -> tuple[DeclaredFigure, ...]:
@@ -109,7 +105,7 @@ class Study(Part):
     motion: Motion = Motion()
     model: Model = Model()
     output: Output = Output()
-    cases: tuple[Case, ...] = Field(  # type: ignore[valid-type]
+    cases: Annotated[tuple[Part, ...], Later(_cases)] = Field(
         default=(), description="one axis of linked values, such as persons"
     )
 

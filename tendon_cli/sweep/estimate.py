@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import io
-import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.errors import SizeError
 from tendon_cli.quantities import Quantity
 from tendon_cli.study.study import CASE_AXIS, keys
-from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.part import PartMaker
 from tendon_cli.sweep.plan import ROW_GROUP, STATES_PER_PART, Plan
-from tendon_cli.sweep.run_folder import RunFolder
 from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import UNITS
 
@@ -23,8 +19,6 @@ from tendon_cli.units import UNITS
 _BYTES_AT_REST = 110_000_000
 _ARRAYS_PER_BLOCK = 70
 _SAMPLES = 8
-_LEAST_BYTES_PER_STATE = 20
-_LEAST_BYTES_PER_DESIGN = 10
 _SECONDS_TO_START = 0.4
 _SECONDS_FOR_FIGURES = 1.5
 
@@ -115,23 +109,6 @@ def _in_memory(maker: PartMaker, table: str, designs: int) -> RowGroups:
     """A part of a table whose bytes are counted and forgotten."""
     columns, schema = maker.layout(table, 0)
     return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=maker.plan.rows(table, range(designs)))
-
-
-def check_disk(folder: RunFolder) -> None:
-    """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
-    plan, path = folder.plan, folder.path.absolute()
-    if (path / JOURNAL).exists():
-        return  # what is done of an unfinished run is on the disk already
-    needed = plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in plan.study.output.tables else 0
-    if "states" in plan.study.output.tables:
-        needed += plan.states * _LEAST_BYTES_PER_STATE
-    free = shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
-    if needed > free:
-        raise SizeError(
-            f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
-            where=str(folder.path),
-            hint='`[output] tables = ["designs"]` leaves the states out; --dry-run tells the size beforehand',
-        )
 
 
 def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:

@@ -9,12 +9,13 @@ import hashlib
 import json
 import os
 import re
+import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.errors import FolderError, OutputError
+from tendon_cli.errors import FolderError, OutputError, SizeError
 from tendon_cli.files import output_errors, temporary_of, write_whole
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
@@ -26,6 +27,8 @@ from tendon_cli.version import RESULTS_VERSION
 RECORD = "run.json"
 LOCK = ".lock"
 _OURS = (RECORD, JOURNAL, LOCK, f".{RECORD}.tmp", f".{JOURNAL}.tmp")
+_LEAST_BYTES_PER_STATE = 20
+_LEAST_BYTES_PER_DESIGN = 10
 _RUN_FILE = re.compile(r"(designs|states)\.parquet(/part-\d+\.parquet)?|[\w.-]+\.(png|svg|pdf)")
 
 
@@ -35,6 +38,26 @@ class RunFolder:
 
     path: Path
     plan: Plan
+
+    @property
+    def free_bytes(self) -> int:
+        """What is free on the disk that holds the folder, or would hold it."""
+        path = self.path.absolute()
+        return shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
+
+    def check_space(self) -> None:
+        """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
+        if (self.path / JOURNAL).exists():
+            return  # what is done of an unfinished run is on the disk already
+        tables = self.plan.study.output.tables
+        needed = self.plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in tables else 0
+        needed += self.plan.states * _LEAST_BYTES_PER_STATE if "states" in tables else 0
+        if needed > (free := self.free_bytes):
+            raise SizeError(
+                f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
+                where=str(self.path),
+                hint='`[output] tables = ["designs"]` leaves the states out; --dry-run tells the size beforehand',
+            )
 
     @contextlib.contextmanager
     def locked(self, *, use_lock: bool = True) -> Iterator[None]:

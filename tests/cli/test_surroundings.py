@@ -1,6 +1,7 @@
 """What a command takes in: no library before it is needed, nothing from the folder it is started in."""
 
 import json
+import os
 
 import pytest
 
@@ -10,12 +11,18 @@ import contextlib, io, json, sys
 from tendon_cli import cli
 with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
     cli.main(sys.argv[1:])
-print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
+print(json.dumps(sorted(sys.modules)))
 """
+VARIABLES = ("OPENBLAS_NUM_THREADS", "PYDANTIC_DISABLE_PLUGINS")
+
+
+def loaded_after(outside, *words):
+    return json.loads(outside("-c", LOADED, *words, python=True).out)
 
 
 def heavy_after(outside, *words):
-    return [name for name in HEAVY if name in json.loads(outside("-c", LOADED, *words, python=True).out)]
+    loaded = loaded_after(outside, *words)
+    return [name for name in HEAVY if name in loaded]
 
 
 @pytest.mark.parametrize("words", [["--help"], ["sweep", "--help"], ["--version"], ["swoop"]])
@@ -23,10 +30,25 @@ def test_help_imports_none_of_the_heavy_libraries(outside, words):
     assert heavy_after(outside, *words) == []
 
 
+def test_the_list_of_commands_reads_no_study(outside):
+    loaded = loaded_after(outside, "--help")
+    assert [name for name in loaded if name.startswith(("pydantic", "tendon_cli.study", "tendon_cli.sweep"))] == []
+
+
 def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workplace):
     (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
-    assert heavy_after(outside, "sweep", "study.toml", "--no-figures") == ["numpy", "pyarrow"]
+    loaded = loaded_after(outside, "sweep", "study.toml", "--no-figures")
+    assert [name for name in HEAVY if name in loaded] == ["numpy", "pyarrow"]
+    assert [name for name in ("tendon_cli.sweep.estimate", "tendon_cli.figures", "rich") if name in loaded] == []
     assert (workplace / "results/study/run.json").exists()
+
+
+@pytest.mark.parametrize("given", [{}, dict.fromkeys(VARIABLES, "0")])
+def test_what_the_environment_says_counts_more_than_a_quick_start(outside, given):
+    code = f"from tendon_cli.startup import spare_time; spare_time(); import os; print(*map(os.getenv, {VARIABLES}))"
+    clean = {name: value for name, value in os.environ.items() if name not in VARIABLES}
+    words = outside("-c", code, python=True, env=clean | given).out.split()
+    assert words == ([*given.values()] or ["1", "__all__"])
 
 
 def test_modules_in_the_working_directory_are_not_executed(outside, workplace):

@@ -176,6 +176,9 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
         ('name = "a"\nquantity = "elbow_torque"\noverlay = true\ncolour = "load_mass"', ("figure.0.colour", "overlay")),
         ('name = "slack_map"\nquantity = "elbow_torque"', ("figure.0.name", "slack_map")),
         ('name = "a"\nquantity = "margin"\nx = "motor_torque"', ("figure.0.x", "no column")),
+        (f'name = "a"\nquantity = "margin"\nx = "{"x" * 100}"', ("figure.0.x", "no column")),
+        (f'name = "a"\nquantity = "margin"\nx = "{"x" * 101}"', ("figure.0.x", "is not a name")),
+        ('name = "a"\nquantity = "margin"\nx = "margin\\n"', ("figure.0.x", "is not a name")),
         (
             'name = "a"\nquantity = "elbow_torque"\n[[figure]]\nname = "a"\nquantity = "margin"',
             ("figure.1.name", "two"),
