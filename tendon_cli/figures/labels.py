@@ -72,7 +72,8 @@ class Shown:
 
     def scaled(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """SI values in the unit shown."""
-        return np.asarray(values, dtype=np.float64) / self.factor
+        with np.errstate(over="ignore"):  # what is too large in the unit shown is drawn nowhere
+            return np.asarray(values, dtype=np.float64) / self.factor
 
     def text(self, value: float) -> str:
         """One SI value with its unit: "5 kg"."""

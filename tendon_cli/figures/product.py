@@ -21,6 +21,8 @@ Columns = dict[str, npt.NDArray[Any]]
 
 CASE = "case"
 _SIDES = ("flexor", "extensor")
+_MOST = 1e150
+"""More than any number of a study comes to, and few enough to be drawn."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,10 @@ class Product:
         found = self.gather(at * axis.stride, (axis.column,))[axis.column]
         if not axis.is_text and np.isnan(found).any():
             # A case that sets this number for one side makes the plain column null; the study still has the axis.
-            found = _in_study(self.table.facts["study"]["study"], axis.key)[at]
+            try:
+                found = _in_study(self.table.facts["study"]["study"], axis.key)[at]
+            except (KeyError, TypeError, ValueError, IndexError):
+                raise _foreign(self.table) from None
         return found
 
     def gather(self, rows: Ints, columns: Sequence[str]) -> Columns:
@@ -92,6 +97,8 @@ class Product:
                 for name in names:
                     found[name][order[low:high]] = _numpy(part.column(name))
             start += count
+        if any((np.abs(values) > _MOST).any() for values in found.values() if values.dtype == np.float64):
+            raise _foreign(self.table)
         return {name: values.reshape(rows.shape) for name, values in found.items()}
 
 
@@ -104,7 +111,8 @@ def product_of(table: TableFiles) -> Product:
             _axis(table.schema, key, length, int(stride), is_log)
             for (key, length, is_log), stride in zip(lengths, strides, strict=True)
         )
-        if table.facts["table"] not in {"designs", "states"} or table.rows != math.prod(axis.length for axis in axes):
+        is_one = table.facts["table"] in {"designs", "states"} and _is_ours(table.schema)
+        if not is_one or table.rows != math.prod(axis.length for axis in axes):
             raise _foreign(table)
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, pa.ArrowException):
         raise _foreign(table) from None
@@ -156,6 +164,16 @@ def _axis(schema: pa.Schema, key: str, length: int, stride: int, is_log: bool) -
     names = ("_".join((*parts, *side)), "_".join((parts[-1], *side)))
     column = next(name for name in (*names, "") if name in schema.names or not name)
     return Axis(key, column, length, stride, is_log, pa.types.is_dictionary(schema.field(column).type))
+
+
+def _is_ours(schema: pa.Schema) -> bool:
+    """Whether columns have names of their own, types that we write, and units and meanings that are text."""
+    for field in schema:
+        b"".join((field.metadata or {}).values()).decode()  # raises ValueError
+    words = [field.type.value_type for field in schema if pa.types.is_dictionary(field.type)]
+    plain = [field.type for field in schema if not pa.types.is_dictionary(field.type)]
+    is_known = all(kind in (pa.float64(), pa.int64(), pa.bool_()) for kind in plain)
+    return is_known and all(kind == pa.string() for kind in words) and len(set(schema.names)) == len(schema.names)
 
 
 def _foreign(table: TableFiles) -> InputError:

@@ -53,7 +53,9 @@ class Scale:
         if self.is_log:
             set_scale("log")
         self._set_ticks(axis, which, ticks)
-        set_limits(*self.limits)
+        low, high = self.limits
+        if low < high:  # of a table of ours, always
+            set_limits(low, high)
 
     def _set_ticks(self, axis: Any, which: str, ticks: int) -> None:
         if self.names:

@@ -70,6 +70,9 @@ def check_strokes(slipping: Slipping, readings: Readings, *, with_gain: bool, ra
         raise InputError(what, where=readings.source, hint="strokes go on until the force ratio no longer changes")
     if not np.any(slipping.bend_angle > 0.0):
         raise InputError("every bend angle is 0", where=readings.source)
+    if not np.isfinite(slipping.log_ratio).all():
+        hint = "is the right column read, the cell alive?"
+        raise InputError("the two forces of a reading are too far apart for a ratio", where=readings.source, hint=hint)
     ways = [len(np.unique(slipping.stroke[slipping.way == way])) for way in (1, -1)]
     total, needed = sum(ways), 3 if with_gain else 2
     if total < needed:

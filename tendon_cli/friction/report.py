@@ -72,9 +72,9 @@ def _bend_text(fit: FrictionFit) -> str:
     text = fit.bend_angle_text
     if fit.bend_angle_uncertainty_text:
         return f"{text} +/- {fit.bend_angle_uncertainty_text}"
-    angle = fit.bend_angles[0]
-    one_degree = f" (taken as exact; 1 deg more is {100.0 * math.radians(1.0) / angle:.1f} % less μ)"
-    return text + (one_degree if len(fit.bend_angles) == 1 else "")
+    if len(fit.bend_angles) > 1:
+        return text
+    return f"{text} (taken as exact; 1 deg more is {100.0 * math.radians(1.0) / fit.bend_angles[0]:.1f} % less μ)"
 
 
 def _gain_text(fit: FrictionFit) -> str:
