@@ -34,10 +34,17 @@ format: $(READY)  ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-bench: $(READY)  ## measure ratios against the machine's limit and a plain script
-	$(BIN)/python -m benchmarks.bench
+bench: $(READY)  ## measure ratios against the machine's limit, an expert's script and C; BENCH=--quick for a look
+	$(BIN)/python -m benchmarks.bench $(BENCH)
 
-torture: $(READY)  ## the whole of what the tests sample
+FUZZER := $(VENV)/.fuzzer
+
+$(FUZZER): $(READY)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
+		--only-binary atheris -e '.[dev,torture]' || echo "atheris cannot be installed here; what needs it is skipped"
+	@touch $@
+
+torture: $(FUZZER)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
 clean:  ## remove the environment and caches, never results

@@ -2,6 +2,8 @@
 
 import pytest
 
+from tendon_cli import terminal
+
 from .tools import STATES, STUDY, SWEEP, launched, study_in
 
 
@@ -18,3 +20,9 @@ def uninterrupted(tmp_path_factory, hashes_in):
 def place(tmp_path):
     """A folder of its own with the study in it."""
     return study_in(tmp_path / "place", STUDY)
+
+
+@pytest.fixture(autouse=True)
+def whole_stdout(monkeypatch):
+    """Standard output as it is at the start of a process, whatever an earlier command of this one did to it."""
+    monkeypatch.setattr(terminal._stdout, "lost", False)

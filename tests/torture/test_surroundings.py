@@ -4,6 +4,8 @@ import json
 import os
 import shutil
 import subprocess
+import sys
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -83,6 +85,22 @@ def test_without_a_home_figures_are_drawn_and_nothing_is_said(place, tmp_path, h
     code, out, said = launched(place, ONE_PART, "plot", "run", "--out", "figure.png", env=environment)
     assert (code, said) == (0, "")
     assert not list((tmp_path / "locked").iterdir())
+
+
+# --- Modules in the working directory --------------------------------------------------------------------------------
+
+
+@pytest.mark.torture
+def test_no_module_in_the_working_directory_is_executed_whatever_its_name(outside, workplace):
+    """All names of the standard library, and of everything that is installed here."""
+    installed = {name for name in packages_distributions() if name.isidentifier()}
+    for name in {*sys.stdlib_module_names, *installed, "sitecustomize", "usercustomize"}:
+        (workplace / f"{name}.py").write_text("open('executed', 'a').write(__name__)\n", encoding="utf-8")
+    study_in(workplace, "[load]\nmass = [0, 3]\n")
+    (workplace / "cells.csv").write_text(READINGS, encoding="utf-8")
+    for words in (*COMMANDS, ("sweep", "study.toml", "--out", "run", "--overwrite", "--jobs", "2")):
+        ran = outside(*words)
+        assert (ran.exit, (workplace / "executed").exists()) == (0, False), (words, ran.err)
 
 
 # --- No network ------------------------------------------------------------------------------------------------------

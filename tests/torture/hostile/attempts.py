@@ -1,0 +1,79 @@
+"""What is done with a hostile file: all that a command would do with it."""
+
+import contextlib
+import hashlib
+import json
+
+
+def try_study(file):
+    """What a command does with a study before it computes anything, and one state."""
+    from tendon_cli.state_page import state_page
+    from tendon_cli.study.load import load_study
+    from tendon_cli.sweep.plan import Plan
+
+    study = load_study(file)
+    plan = Plan(study)
+    json.dumps(study.record())
+    _ = plan.designs, plan.states, plan.parts, study.hash, study.document()
+    json.dumps(state_page(study, study.cases[0].name if study.cases else None).record())
+
+
+def try_friction(file):
+    """Fit, and say it in both ways."""
+    from tendon_cli import friction
+
+    fit = friction.fit_file(file, bend_angle=angle_of(file))
+    json.dumps(friction.as_json(fit))
+    friction.summary_lines(fit)
+
+
+def angle_of(file):
+    """A bend angle for readings that have no column of it."""
+    return None if b"bend" in file.read_bytes()[:200] else "144 deg"
+
+
+def try_every_fit(file):
+    """What can be fitted, with every option, too."""
+    from tendon_cli import friction
+    from tendon_cli.errors import TendonError
+
+    try_friction(file)
+    for option in ({"offset": True}, {"robust": True}):
+        with contextlib.suppress(TendonError):
+            json.dumps(friction.as_json(friction.fit_file(file, bend_angle=angle_of(file), **option)))
+
+
+def try_parquet(file):
+    """What `plot` reads of a table before it draws."""
+    from tendon_cli.figures.product import product_of
+    from tendon_cli.tables.read import open_table
+
+    table = open_table(file)
+    _ = table.facts, table.rows, table.schema
+    table.read()
+    return product_of(table)
+
+
+def try_plot(file):
+    """What `plot` reads and lays out of a table, for both kinds of figures; one file in 32 is drawn."""
+    from tendon_cli.figures.curve_data import curve_data
+    from tendon_cli.figures.curve_plan import plan_curves
+    from tendon_cli.figures.map_data import map_data
+    from tendon_cli.figures.map_plan import plan_maps
+    from tendon_cli.figures.plot import plot
+    from tendon_cli.figures.request import PlotRequest
+    from tendon_cli.figures.where import choose
+
+    product = try_parquet(file)
+    chosen = choose(product, [])
+    if product.table.facts["table"] == "designs":
+        plan = plan_maps(product, chosen)
+        if not isinstance(plan, str):
+            map_data(product, plan, {})
+    if hashlib.sha256(file.read_bytes()).digest()[0] < 8:
+        plot(product.table, PlotRequest(), file.with_name("figure.png"))
+    curve_data(product, plan_curves(product, chosen, PlotRequest()), [], {})
+
+
+ATTEMPTS = {"toml": try_study, "yaml": try_study, "csv": try_every_fit, "parquet": try_plot}
+"""For each ending."""

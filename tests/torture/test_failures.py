@@ -1,0 +1,38 @@
+"""Parts that fail are told of with where they stand on the axes, while all others come to their end."""
+
+import pytest
+
+from tendon_cli.sweep import part as part_module
+
+from .tools import PARTS, STATES, journalled, some, study_in
+
+DESIGNS = 3
+"""In each part."""
+FAILING = {0, 17, 59}
+
+
+@pytest.mark.parametrize("jobs", some([2], [1, 4]))
+def test_all_parts_but_those_that_fail_are_kept_and_the_first_is_named(
+    tendon, tmp_path, small_parts, monkeypatch, muttered, uninterrupted, hashes_in, jobs
+):
+    small_parts(STATES)
+    place, evaluate = study_in(tmp_path / "place"), part_module.evaluate
+    words = ("sweep", place / "study.toml", "--out", place / "run", "--no-figures", "--json", "--jobs", jobs)
+
+    def fails(inputs, block):
+        if block.first_design // DESIGNS in FAILING:
+            raise FloatingPointError("something odd")
+        return evaluate(inputs, block)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(part_module, "evaluate", fails)
+        ran = tendon(*words)
+    error = ran.json["error"]
+    assert (ran.exit, error["kind"], ran.err) == (6, "workers", "")
+    assert f"{len(FAILING)} of {PARTS} parts failed" in error["message"]
+    assert any(f"part {part} (designs {part * DESIGNS} to {part * DESIGNS + 2}" in error["message"] for part in FAILING)
+    assert "tendon.pretension=" in error["message"]
+    assert journalled(place / "run") == PARTS - len(FAILING)
+    again = tendon(*words, "--resume")
+    assert (again.exit, again.json["resumed_parts"]) == (0, PARTS - len(FAILING))
+    assert hashes_in(place / "run") == uninterrupted

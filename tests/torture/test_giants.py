@@ -1,0 +1,212 @@
+"""Compressed giants, foreign files and bombs of every kind: one message, soon, and little memory."""
+
+import subprocess
+import sys
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tendon_cli.errors import InputError
+from tendon_cli.tables.read import open_table
+
+from .hostile.tables import stamped
+from .hostile.tally import MOST_MEGABYTES
+from .tools import launched, some
+
+MEASURED = """
+import pathlib, sys
+from tendon_cli import cli
+try:
+    cli.main(sys.argv[1:])
+finally:
+    status = dict(line.split(":", 1) for line in pathlib.Path("/proc/self/status").read_text().splitlines())
+    print(int(status["VmHWM"].split()[0]) // 1024, file=sys.stderr)  # ru_maxrss would count the parent's
+"""
+ZEROS = """
+import sys, pyarrow as pa, pyarrow.parquet as pq
+rows = int(sys.argv[2])
+table = pa.table({"margin": pa.Array.from_buffers(pa.float64(), rows, [None, pa.py_buffer(bytes(8 * rows))])})
+pq.write_table(table, sys.argv[1], compression="zstd", use_dictionary=False, row_group_size=rows,
+               data_page_size=2**31 - 2**20, write_statistics=False)
+"""
+
+
+def measured(folder, *words):
+    """Exit code, what was said, peak memory in MB."""
+    ran = subprocess.run(
+        [sys.executable, "-c", MEASURED, *map(str, words)], check=False, capture_output=True, text=True,
+        timeout=60, cwd=folder,
+    )  # fmt: skip
+    *said, peak = ran.stderr.splitlines()
+    return ran.returncode, "\n".join(said), int(peak)
+
+
+def assert_refused(folder, file):
+    code, said, peak = measured(folder, "plot", file, "--out", "figure.png")
+    assert code == 3, said
+    assert said.startswith("tendon: error: ")
+    assert "Traceback" not in said
+    assert file.name in said
+    assert peak < MOST_MEGABYTES
+    assert not (folder / "figure.png").exists()
+
+
+def write_wide(file, columns):
+    schema = pa.schema([pa.field(f"c{number}", pa.float64()) for number in range(columns)])
+    pq.write_table(schema.empty_table(), file, store_schema=False)
+
+
+@pytest.mark.parametrize("columns", some([10_000], [100_000]))
+def test_a_table_of_a_hundred_thousand_columns_is_refused(tmp_path, columns):
+    write_wide(tmp_path / "wide.parquet", columns)
+    assert_refused(tmp_path, tmp_path / "wide.parquet")
+
+
+@pytest.mark.parametrize("megabytes", some([200], [2000]))
+def test_a_page_of_two_gigabytes_is_refused(tmp_path, megabytes):
+    file = tmp_path / "giant.parquet"
+    subprocess.run([sys.executable, "-c", ZEROS, str(file), str(megabytes * 125_000)], check=True, timeout=120)
+    assert file.stat().st_size < megabytes * 1000
+    assert_refused(tmp_path, file)
+
+
+def forged_giant(new_sweep, folder, rows):
+    """A table with our names and a right digest that has far more rows than its study."""
+    source = new_sweep("[load]\nmass = [0.0, 3.0]\n", folder).folder / "designs.parquet"
+    table = pq.read_table(source)
+    metadata = {**table.schema.metadata, b"tendon.digest": b"sha256:" + b"0" * 64}
+    file = folder / "forged.parquet"
+    group = pa.concat_tables([table.slice(0, 1)] * 2**14).combine_chunks().replace_schema_metadata(metadata)
+    with pq.ParquetWriter(file, group.schema, compression="zstd") as writer:
+        for _ in range(rows // 2**14):
+            writer.write_table(group)
+    file.write_bytes(stamped(file.read_bytes()))
+    return file
+
+
+@pytest.mark.torture
+def test_a_forged_table_of_two_gigabytes_is_refused_or_drawn_in_little_memory(new_sweep, tmp_path):
+    file = forged_giant(new_sweep, tmp_path, 2**23)
+    assert open_table(file).rows == 2**23
+    code, said, peak = measured(tmp_path, "plot", file, "--out", "figure.png")
+    assert code in (0, 2, 3), said
+    assert peak < MOST_MEGABYTES
+
+
+def write_foreign(kind, file):
+    table = pa.table({"design": [0, 1], "margin": [1.0, 2.0]})
+    if kind == "nested":
+        deep = pa.float64()
+        for _ in range(60):
+            deep = pa.list_(deep)
+        table = pa.table({"deep": pa.nulls(1, deep)})
+    elif kind == "no columns":
+        table = pa.table({})
+    elif kind == "odd names":
+        table = pa.table([[1.0]] * 4, names=["", "a\nb", "\x1b[31m", "a" * 10_000])
+    elif kind == "same names":
+        table = pa.table([[1.0], [2.0]], names=["a", "a"])
+    elif kind == "our keys":
+        table = table.replace_schema_metadata({"tendon.study": "{", "tendon.digest": "sha256:" + "0" * 64})
+    elif kind == "other types":
+        table = pa.table({"when": pa.array([0], pa.timestamp("ns", "Europe/Paris")), "what": pa.array([b"\xff"])})
+    pq.write_table(table, file, compression={"brotli": "brotli", "gzip": "gzip"}.get(kind, "none"))
+
+
+KINDS = ["plain", "nested", "no columns", "odd names", "same names", "our keys", "other types", "brotli", "gzip"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_foreign_table_is_refused_by_name(tendon, workplace, kind):
+    file = workplace / "foreign.parquet"
+    write_foreign(kind, file)
+    ran = tendon("plot", file, "--json")
+    assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
+    assert "foreign.parquet" in ran.json["error"]["where"]
+    with pytest.raises(InputError):
+        open_table(file)
+
+
+def test_other_formats_under_the_name_of_a_table_are_refused(tendon, workplace):
+    for name, content in {
+        "zip": b"PK\3\4" + bytes(500),
+        "arrow": b"ARROW1\0\0" + bytes(500),
+        "orc": b"ORC" + bytes(99),
+    }.items():
+        file = workplace / f"{name}.parquet"
+        file.write_bytes(content)
+        ran = tendon("plot", file, "--json")
+        assert (ran.exit, name in ran.json["error"]["where"]) == (3, True)
+
+
+BOMBS = {
+    "deep.toml": b"a = " + b"[" * 20_000 + b"]" * 20_000,
+    "deep.yaml": b"a: " + b"[" * 20_000 + b"]" * 20_000,
+    "blocks.yaml": b"\n".join(b" " * depth + b"a:" for depth in range(600)),
+    "dotted.toml": b".".join([b"a"] * 50_000) + b" = 1",
+    "aliases.yaml": b"a: &a [x]\n" + b"\n".join(b"k%d: &k%d [*a, *a, *a]" % (n, n) for n in range(50)),
+    "power.toml": b'[load]\nmass = "9**9**9 kg"',
+    "digits.toml": b"[load]\nmass = " + b"9" * 200_000,
+    "exponent.toml": b"[load]\nmass = 1e" + b"9" * 100_000,
+    "unit.toml": b'[load]\nmass = "1 ' + b"kg " * 60_000 + b'"',
+    "axes.toml": b"arm.b1 = { from = 1, to = 2, num = 10000000 }\ntendon.length = { from = 1, to = 2, num = 10000000 }",
+    "many.toml": b"".join(b"[t%d]\n" % number for number in range(25_000)),
+    "cases.toml": b'[[cases]]\nname = "a"\n' * 10_000,
+    "long.toml": bytes(300_000),
+    "key.yaml": b"? " * 50_000,
+    "merge.yaml": b"a: &a {b: 1}\nc: {<<: *a}",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", some(list(BOMBS)[:4], list(BOMBS)[4:]))
+def test_a_bomb_ends_soon_and_in_little_memory(tmp_path, name):
+    file = tmp_path / name
+    file.write_bytes(BOMBS[name])
+    code, said, peak = measured(tmp_path, "state", file)
+    assert code in ((0, 2) if name == "axes.toml" else (2, 3)), said[-300:]
+    assert "Traceback" not in said
+    assert peak < MOST_MEGABYTES
+
+
+CELLS = b"cell 1,cell 2\n"
+CSV_BOMBS = {
+    "columns.csv": lambda: b",".join(b"c%d" % number for number in range(100_000)) + b"\n" + b"1," * 100_000,
+    "quotes.csv": lambda: CELLS + b'"' * 1_000_001,
+    "line.csv": lambda: CELLS + b"9" * 20_000_000,
+    "separators.csv": lambda: CELLS + b"," * 5_000_000,
+    "blanks.csv": lambda: CELLS + b"\n" * 20_000_000,
+    "zeros.csv": lambda: CELLS + bytes(20_000_000),
+    "comments.csv": lambda: b"# a\n" * 2_000_000,
+    "rows.csv": lambda: CELLS + b"1,2\n" * 1_200_000,
+}
+
+
+@pytest.mark.parametrize("name", some(["columns.csv"], list(CSV_BOMBS)[1:]))
+def test_readings_that_are_a_bomb_end_soon_and_in_little_memory(tmp_path, name):
+    file = tmp_path / name
+    file.write_bytes(CSV_BOMBS[name]())
+    code, said, peak = measured(tmp_path, "fit-friction", file, "--bend-angle", "144 deg")
+    assert code == 3, said[-300:]
+    assert "Traceback" not in said
+    assert name in said
+    assert peak < MOST_MEGABYTES
+
+
+@pytest.mark.parametrize("name", some(["columns.csv"], ["line.csv", "separators.csv", "zeros.csv"]))
+def test_a_route_that_is_a_bomb_ends_soon_and_in_little_memory(tmp_path, name):
+    (tmp_path / name).write_bytes(CSV_BOMBS[name]())
+    (tmp_path / "study.toml").write_text(f'[sheath]\npath = "{name}"\n', encoding="utf-8")
+    code, said, peak = measured(tmp_path, "state", tmp_path / "study.toml")
+    assert (code in (2, 3), "Traceback" in said) == (True, False), said[-300:]
+    assert peak < MOST_MEGABYTES
+
+
+def test_what_no_machine_could_compute_is_refused_before_anything_is_made(tmp_path):
+    axis = "{ from = 1, to = 2, num = 10000000 }"
+    names = ("load.mass", "tendon.length", "arm.b1")
+    (tmp_path / "study.toml").write_text("", encoding="utf-8")
+    words = [word for name in names for word in ("--set", f"{name}={axis}")]
+    code, _, said = launched(tmp_path, {}, "sweep", "study.toml", *words)
+    assert (code, "2^63" in said) == (2, True)
+    assert not (tmp_path / "results").exists()
