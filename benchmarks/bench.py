@@ -1,92 +1,92 @@
 """`make bench`: how fast a sweep is and how much memory it takes, as ratios measured in one run.
 
-Rates depend on the machine, so each stands beside the machine's own limit (the same tables, ready in memory, written by
-bare pyarrow) and beside what a user would write instead (joblib over designs).
+Rates depend on the machine, so each stands beside something measured on it a moment before or after: the machine's own
+limit (the same tables, ready in memory, written by bare pyarrow), what an expert would write (`expert.py`), a fused
+loop in C (`fused.c`), the imports that cannot be done without. A full run is put at the end of `history.jsonl`.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import platform
-import sys
+import argparse
 import tempfile
-from dataclasses import dataclass
+import time
 from pathlib import Path
 
-from benchmarks.measure import Cost, median, run
+from benchmarks import sections, studies
+from benchmarks.machine import machine, when_and_what
+from benchmarks.report import HISTORY, Report, append
+from benchmarks.setting import Bench
 
-ROOT = Path(__file__).parent.parent
-TENDON = [sys.executable, "-m", "tendon_cli"]
+QUIET = 0.5
+"""Load below which nothing else counts."""
 
-STATES_STUDY = """
-name = "states"
-[tendon]
-pretension = { from = "20 N", to = "260 N", num = 25 }
-[spring]
-stiffness = { from = "1 kN/m", to = "8 kN/m", num = 10 }
-[spool]
-ratio = { from = 0.6, to = 1.2, num = 10 }
-[load]
-mass = ["0 kg", "3 kg", "5 kg", "10 kg"]
-"""
-
-
-@dataclass(frozen=True)
-class Measured:
-    """A study run by tendon and by its rivals."""
-
-    name: str
-    designs: int
-    states: int
-    tendon: Cost
-    bare_write: float
-    per_design_rate: float
-
-    def lines(self) -> list[str]:
-        """The figures, one a line."""
-        seconds, memory = self.tendon.seconds, self.tendon.memory / 1e6
-        designs, states = self.designs / seconds, self.states / seconds / 1e6
-        limit, plain = seconds / self.bare_write, self.designs / self.per_design_rate
-        return [
-            f"{self.name}: {self.designs:,} designs, {self.states:,} states",
-            f"  tendon, whole process    {seconds:9.2f} s  {designs:,.0f} designs/s, {states:.1f} M states/s",
-            f"  its peak memory          {memory:9.0f} MB",
-            f"  bare write of its tables {self.bare_write:9.2f} s  tendon takes {limit:.2f} x that",
-            f"  joblib over designs      {plain:9.2f} s  tendon is {plain / seconds:.0f} x as fast",
-        ]
+_SECTIONS = {
+    "states": sections.states_sweep,
+    "designs": sections.designs_sweep,
+    "kernel": sections.kernel_share,
+    "memory": sections.memory,
+    "start": sections.start_up,
+    "joblib": sections.plain_script,
+}
 
 
-def measure(study: Path, scratch: Path, sample: int) -> Measured:
-    """Run a study by tendon, then its rivals on what tendon wrote."""
-    folder = scratch / study.stem
-    cost = median([*TENDON, "sweep", str(study), "--out", str(folder), "--overwrite", "--no-figures", "--quiet"])
-    record = json.loads((folder / "run.json").read_text())
-    bare = _rival("bare_write", str(folder), str(scratch / "bare"), scratch)
-    plain = _rival("joblib_per_design", str(study), str(scratch / "plain"), str(sample), scratch)
-    return Measured(
-        study.stem, record["designs"], record["states"], cost, bare["seconds"], plain["designs"] / plain["seconds"]
+def full(scratch: Path) -> Bench:
+    """The sizes that the targets are for."""
+    return Bench(
+        scratch,
+        Report(),
+        rounds=3,
+        small_rounds=15,
+        states=(50, 25, 22),
+        designs=(50, 25, 20, 20),
+        kernel=(64, 32, 16, 4),
+        growing={
+            "10^6": studies.designs_study(11, 5, 5, 5),
+            "10^7": studies.designs_study(23, 12, 10, 5),
+            "10^8": studies.designs_study(50, 25, 11, 10),
+            "10^9": studies.designs_study(50, 50, 25, 22),
+        },
+        growing_states={"2*10^6": studies.states_study(25, 10, 11), "2*10^7": studies.states_study(50, 25, 22)},
     )
 
 
-def _rival(name: str, *arguments: object) -> dict[str, float]:
-    *given, scratch = arguments
-    result = Path(str(scratch)) / f"{name}.json"
-    run([sys.executable, "-m", "benchmarks.rivals", name, *map(str, given), str(result)])
-    measured: dict[str, float] = json.loads(result.read_text())
-    return measured
+def quick(scratch: Path) -> Bench:
+    """A tenth of the sizes, for a look while working."""
+    bench = full(scratch)
+    bench.rounds, bench.small_rounds = 2, 5
+    bench.states, bench.designs = (25, 10, 11), (25, 20, 10, 10)
+    bench.growing = {size: bench.growing[size] for size in ("10^6", "10^7")}
+    bench.growing_states = {"2*10^6": bench.growing_states["2*10^6"]}
+    return bench
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.bench", description="measure tendon in ratios")
+    parser.add_argument("--quick", action="store_true", help="smaller sizes, under a minute, nothing recorded")
+    parser.add_argument("--only", choices=_SECTIONS, action="append", help="just this section, nothing recorded")
+    parser.add_argument("--history", type=Path, default=HISTORY, help="where a full run is recorded")
+    return parser.parse_args()
 
 
 def main() -> None:
-    """Measure and print."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    print(f"{platform.machine()}, {cores} cores, Python {platform.python_version()}, {platform.system()}")
+    """Measure, print, record."""
+    options, started = _options(), time.monotonic()
+    what, here = when_and_what(), machine()
+    changed = ", with uncommitted changes" if what["uncommitted_changes"] else ""
+    print(f"tendon {what['version']} ({what['commit'] or 'no commit'}{changed}), {what['date']}")
+    print(", ".join(f"{name} {value}" for name, value in here.items()))
+    if float(str(what["load_before"])) > QUIET:
+        print(f"the machine is in use (load {what['load_before']}), and ratios are worse than on a quiet one")
+    if options.quick:
+        print("quick: a tenth of the sizes that the targets are for")
     with tempfile.TemporaryDirectory(prefix="tendon-bench-") as name:
-        scratch = Path(name)
-        states = scratch / "states.toml"
-        states.write_text(STATES_STUDY)
-        for study, sample in ((states, 2000), (ROOT / "configs" / "large.toml", 2000)):
-            print("\n".join(measure(study, scratch, sample).lines()), flush=True)
+        bench = (quick if options.quick else full)(Path(name))
+        for section in options.only or _SECTIONS:
+            _SECTIONS[section](bench)
+    print(f"\n{time.monotonic() - started:.0f} s in all")
+    if not (options.quick or options.only):
+        append(bench.report.record(what, here), options.history)
+        print(f"recorded in {options.history.name}")
 
 
 if __name__ == "__main__":

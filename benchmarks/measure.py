@@ -1,42 +1,94 @@
-"""Running a command as a whole process and asking the system what it took."""
+"""Running commands as whole processes and asking the system what they took."""
 
 from __future__ import annotations
 
+import contextlib
 import os
-import statistics
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from benchmarks.machine import ROOT
+
+_SAMPLED_EVERY = 0.02  # s
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What a process took: wall-clock seconds and its peak resident memory in bytes."""
+    """What a process took: wall-clock seconds, and peak resident bytes.
+
+    `memory` is the peak of the largest process of the tree, as the system knows it; `tree` that of their sum, sampled,
+    and only where asked for.
+    """
 
     seconds: float
     memory: int
+    tree: int
 
 
-def run(command: Sequence[str], *, environment: dict[str, str] | None = None) -> Cost:
-    """Run a command once; raises RuntimeError with its error output where it fails."""
+def run(command: Sequence[str], *, watch_tree: bool = False) -> Cost:
+    """Run a command once; raises RuntimeError with its error output where it fails.
+
+    Linux begins the peak of a process with that of the one which starts it, so this one imports nothing large.
+    """
     started = time.perf_counter()
-    process = subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env={**os.environ, **(environment or {})}
-    )
-    errors = process.stderr.read() if process.stderr else ""
-    _, status, usage = os.wait4(process.pid, 0)
-    seconds = time.perf_counter() - started
-    process.returncode = os.waitstatus_to_exitcode(status)
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        peak, over = [0], threading.Event()
+        watcher = threading.Thread(target=_watch, args=(process.pid, peak, over))
+        if watch_tree:
+            watcher.start()
+        errors = process.stderr.read() if process.stderr else ""
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - started
+        process.returncode = os.waitstatus_to_exitcode(status)
+    over.set()
+    if watch_tree:
+        watcher.join()
     if process.returncode:
         raise RuntimeError(f"{' '.join(command)} failed:\n{errors}")
-    unit = 1 if sys.platform == "darwin" else 1024
-    return Cost(seconds, usage.ru_maxrss * unit)
+    own = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return Cost(seconds, own, max(own, peak[0]))
 
 
-def median(command: Sequence[str], times: int = 3) -> Cost:
-    """The median of several runs, after one that is not counted."""
-    run(command)
-    costs = [run(command) for _ in range(times)]
-    return Cost(statistics.median(cost.seconds for cost in costs), max(cost.memory for cost in costs))
+def interleaved(times: int, *sides: Callable[[], float]) -> list[list[float]]:
+    """Seconds of each side, run in turn, so that a machine that slows down does so for all.
+
+    What is unwritten is flushed before each run, lest one side waits for the disk on behalf of another.
+    """
+    taken: list[list[float]] = [[] for _ in sides]
+    for _ in range(times):
+        for side, seconds in zip(sides, taken, strict=True):
+            os.sync()
+            seconds.append(side())
+    return taken
+
+
+def median_ratio(above: Sequence[float], below: Sequence[float]) -> float:
+    """The median of the ratios of runs made next to each other."""
+    return median(one / other for one, other in zip(above, below, strict=True))
+
+
+def _watch(process: int, peak: list[int], over: threading.Event) -> None:
+    while not over.wait(_SAMPLED_EVERY):
+        peak[0] = max(peak[0], sum(map(_resident, _tree(process))))
+
+
+def _tree(process: int) -> list[int]:
+    """A process and everything below it; on systems without /proc nothing is found."""
+    found = [process]
+    for each in found:  # grows as it goes
+        for file in Path(f"/proc/{each}/task").glob("*/children"):
+            with contextlib.suppress(OSError):  # ended in between
+                found += map(int, file.read_text(encoding="ascii").split())
+    return found
+
+
+def _resident(process: int) -> int:
+    with contextlib.suppress(OSError, IndexError):
+        return int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return 0

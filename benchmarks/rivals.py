@@ -1,60 +1,133 @@
-"""What tendon is measured against; each is run as a process of its own: `python -m benchmarks.rivals NAME ...`."""
+"""What tendon is measured against, each in a process of its own: `python -m benchmarks.rivals NAME ...`.
+
+`bare_write` and `ready_table` are the machine's limit: a table that is ready in memory, written by pyarrow as tendon
+writes it (row groups, encoding of each column, compression, statistics, page checksums) and by as many threads, but to
+one file a thread, without fsync, SHA-256, footer check, journal and record. `joblib_per_design` is a plain script.
+"""
 
 from __future__ import annotations
 
 import json
+import os
 import sys
 import threading
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+TABLES = ("states", "designs")
 
 
-def bare_write(run_folder: str, target: str) -> dict[str, float]:
-    """The machine's limit: the same tables, already in memory, written by bare pyarrow with the same encoding.
+def encoding_of(file: Path) -> dict[str, Any]:
+    """How a table file is encoded, as arguments for pyarrow's writer; read from its footer, whoever wrote it."""
+    import pyarrow.parquet as pq
 
-    Two threads, one file each; only the writing is timed.
-    """
+    footer = pq.read_metadata(file)
+    group = footer.row_group(0)
+    columns = [group.column(index) for index in range(group.num_columns)]
+    plain = {"PLAIN", "RLE", "BIT_PACKED"}
+    return {
+        "version": footer.format_version,
+        "row_group_size": group.num_rows,
+        "compression": {column.path_in_schema: column.compression for column in columns},
+        "use_dictionary": [column.path_in_schema for column in columns if column.has_dictionary_page],
+        "column_encoding": {
+            column.path_in_schema: special[0]
+            for column in columns
+            if not column.has_dictionary_page and (special := sorted(set(column.encodings) - plain))
+        },
+        "write_statistics": [column.path_in_schema for column in columns if column.is_stats_set],
+        "write_page_checksum": True,
+    }
+
+
+def table_files(run_folder: Path, table: str) -> list[Path]:
+    """The files of a table of a run, in order: one, or those of its parts."""
+    path = run_folder / f"{table}.parquet"
+    return sorted(path.glob("part-*.parquet")) if path.is_dir() else [path] if path.exists() else []
+
+
+def in_memory(files: list[Path]) -> pa.Table:
+    """A table as a whole, each column in one piece."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    seconds = 0.0
-    for path in sorted(Path(run_folder).glob("*.parquet")):
-        table = pq.read_table(path).combine_chunks()
-        halves = [table.slice(0, table.num_rows // 2), table.slice(table.num_rows // 2)]
-        results = [
-            field.name
-            for field in table.schema
-            if field.type == pa.float64() and table.schema.names.index(field.name) >= _first_result(table.schema.names)
-        ]
-        options = {
-            "compression": "snappy",
-            "use_dictionary": [name for name in table.schema.names if name not in results],
-            "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT"),
-            "write_statistics": False,
-            "row_group_size": 2**17,
-        }
-        threads = [
-            threading.Thread(target=pq.write_table, args=(half, f"{target}-{index}.parquet"), kwargs=options)
-            for index, half in enumerate(halves)
-        ]
+    table = pa.concat_tables([pq.ParquetFile(file).read().replace_schema_metadata() for file in files])
+    for index, field in enumerate(table.schema):
+        table = table.set_column(index, field, table.column(index).combine_chunks())
+    return table
+
+
+class Ready:
+    """Tables of a run in memory, to be written again and again."""
+
+    def __init__(self, run_folder: Path, target: Path, threads: int) -> None:
+        found = [files for name in TABLES if (files := table_files(run_folder, name))]
+        self._tables = [(in_memory(files), encoding_of(files[0])) for files in found]
+        self._target, self._threads = target, threads
+
+    def write(self) -> float:
+        """Write each table in as many slices as there are threads; seconds."""
+        workers = [threading.Thread(target=self._slices, args=(thread,)) for thread in range(self._threads)]
         started = time.perf_counter()
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        seconds += time.perf_counter() - started
-    return {"seconds": seconds}
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        return time.perf_counter() - started
+
+    def flush(self) -> float:
+        """Wait until what was written is on the disk, then remove it; seconds of the waiting."""
+        files = sorted(self._target.parent.glob(f"{self._target.name}-*.parquet"))
+        started = time.perf_counter()
+        for file in files:
+            with file.open("rb") as opened:
+                os.fsync(opened.fileno())
+        taken = time.perf_counter() - started
+        for file in files:
+            file.unlink()
+        return taken
+
+    def _slices(self, thread: int) -> None:
+        import pyarrow.parquet as pq
+
+        for number, (table, encoding) in enumerate(self._tables):
+            start, stop = (table.num_rows * at // self._threads for at in (thread, thread + 1))
+            file = self._target.with_name(f"{self._target.name}-{number}-{thread}.parquet")
+            pq.write_table(table.slice(start, stop - start), file, **encoding)
 
 
-def _first_result(names: list[str]) -> int:
-    return names.index("status") if "status" in names else names.index("min_flexor_tension")
+def bare_write(run_folder: str, target: str, threads: str) -> None:
+    """Keep the tables of a run in memory; write them, and say what it took, for every line on standard input."""
+    ready = Ready(Path(run_folder), Path(target), int(threads))
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        print(json.dumps({"seconds": ready.write(), "flush": ready.flush()}), flush=True)
 
 
-def joblib_per_design(study: str, target: str, most: str) -> dict[str, float]:
+def ready_table(run_folder: str, target: str, threads: str) -> None:
+    """Import what tendon needs for a sweep and write a table: when that ended, and how long reading the table took."""
+    import numpy as np  # noqa: F401
+    import pyarrow.parquet as pq  # noqa: F401
+    import pydantic  # noqa: F401
+    import typer  # noqa: F401
+
+    started = time.monotonic()
+    ready = Ready(Path(run_folder), Path(target), int(threads))
+    reading = time.monotonic() - started
+    ready.write()
+    print(json.dumps({"ended": time.monotonic(), "reading": reading}))
+
+
+def joblib_per_design(study: str, target: str, most: str) -> None:
     """The straightforward script: joblib over designs, a small data frame each, one `to_parquet` at the end.
 
     Takes the first `most` designs only; says how many, so that the rate can be compared.
     """
+    import numpy as np
     import pandas as pd
     from joblib import Parallel, delayed
 
@@ -66,23 +139,21 @@ def joblib_per_design(study: str, target: str, most: str) -> dict[str, float]:
     plan = Plan(load_study(Path(study)))
     inputs = Inputs(plan)
     count = min(plan.designs, int(most))
-    states_wanted = "states" in plan.study.output.tables
 
     def one(design: int) -> pd.DataFrame:
         block = next(plan.blocks(range(design, design + 1)))
         columns = state_columns(evaluate(inputs, block))
-        import numpy as np
-
         frame = pd.DataFrame({name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()})
         frame.insert(0, "design", design)
-        return frame if states_wanted else frame.agg(["min", "max"])
+        return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])
 
     started = time.perf_counter()
     frames = Parallel(n_jobs=2)(delayed(one)(design) for design in range(count))
-    pd.concat(frames).to_parquet(f"{target}.parquet")
-    return {"seconds": time.perf_counter() - started, "designs": count}
+    pd.concat(frames).to_parquet(target)
+    print(json.dumps({"seconds": time.perf_counter() - started, "designs": count}))
 
 
 if __name__ == "__main__":
-    chosen = {"bare_write": bare_write, "joblib_per_design": joblib_per_design}[sys.argv[1]]
-    Path(sys.argv[-1]).write_text(json.dumps(chosen(*sys.argv[2:-1])))
+    {"bare_write": bare_write, "ready_table": ready_table, "joblib_per_design": joblib_per_design}[sys.argv[1]](
+        *sys.argv[2:]
+    )

@@ -1,0 +1,111 @@
+"""`fused.c` compiled by the system's C compiler and called from threads: the designs of `studies.designs_study`.
+
+Its tables by angle and by friction are made here with NumPy; the call lets go of the interpreter's lock.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import threading
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from benchmarks.expert import ELBOW, GRAVITY, LOAD_AT, SPOOL, WEIGHT, WEIGHT_AT, geometry, sheath
+
+if TYPE_CHECKING:
+    from tendon_cli.sweep.plan import Plan
+
+OPTIONS = ("-O3", "-march=native", "-ffast-math")
+RESULTS = (
+    "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
+    "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
+    "first_slack_angle", "required_pretension", "margin", "feasible",
+)  # fmt: skip
+AXES = ("tendon.pretension", "spring.stiffness", "spool.ratio", "sheath.friction", "load.mass")
+MOST_ANGLES = 1016  # as in fused.c
+
+Array = npt.NDArray[np.float64]
+_LENGTHS = ("pretensions", "springs", "ratios", "frictions", "loads", "angles", "without")
+_TABLES = ("pretension", "spring", "ratio", "load_moment", "angle", "arm", "arm_slope", "flexor_travel",
+           "extensor_travel", "sine", "cosine", "capstan", "tendon", "out")  # fmt: skip
+
+
+class _Study(ctypes.Structure):
+    _fields_ = (
+        *((name, ctypes.c_long) for name in _LENGTHS),
+        ("elbow_radius", ctypes.c_double),
+        ("flexor_radius", ctypes.c_double),
+        *((name, ctypes.c_void_p) for name in _TABLES),
+    )
+
+
+class Fused:
+    """The loop over the designs of a plan whose axes are `AXES`, all else by default; `out` has the results."""
+
+    def __init__(self, plan: Plan, folder: Path) -> None:
+        if tuple(axis.key for axis in plan.axes) != AXES:
+            raise ValueError(f"the loop is written for the axes {', '.join(AXES)}")
+        self._function = _compiled(folder)
+        values = [np.array(axis.values, dtype=np.float64) for axis in plan.axes]
+        self._combinations = plan.designs // len(values[0])
+        self.out = np.zeros((len(RESULTS), plan.designs))
+        self._tables = _tables(values, plan.elbow_angles) | {"out": self.out}
+        angles = len(self._tables["angle"])
+        if angles > MOST_ANGLES:
+            raise ValueError(f"the loop has room for {MOST_ANGLES} angles")
+        counts = (*map(len, values), angles, plan.states_per_design - 2 * angles)
+        pointers = {name: array.ctypes.data for name, array in self._tables.items()}
+        self._study = _Study(
+            **dict(zip(_LENGTHS, counts, strict=True)), elbow_radius=ELBOW, flexor_radius=SPOOL, **pointers
+        )
+
+    def run(self, threads: int) -> float:
+        """Compute everything; seconds."""
+        ends = [self._combinations * at // threads for at in range(threads + 1)]
+        workers = [
+            threading.Thread(target=self._function, args=(ctypes.byref(self._study), *ends[at : at + 2]))
+            for at in range(threads)
+        ]
+        started = time.perf_counter()
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        return time.perf_counter() - started
+
+    def columns(self) -> dict[str, Array]:
+        """The result columns of the designs table."""
+        return dict(zip(RESULTS, self.out, strict=True))
+
+
+def _compiled(folder: Path) -> ctypes._NamedFuncPointer:
+    library = folder / "fused.so"
+    source = Path(__file__).with_name("fused.c")
+    subprocess.run(["cc", *OPTIONS, "-shared", "-fPIC", "-o", str(library), str(source), "-lm"], check=True)
+    function = ctypes.CDLL(str(library)).sweep
+    function.argtypes = (ctypes.POINTER(_Study), ctypes.c_long, ctypes.c_long)
+    function.restype = None
+    return function
+
+
+def _tables(values: list[Array], angle: Array) -> dict[str, Array]:
+    """The axes, and what the loop looks up by angle and by friction, flexor before extensor as they are in flexion."""
+    pretension, spring, ratio, friction, load = values
+    flexor_travel, extensor_travel, arm, slope = geometry(angle)
+    able = arm > 0
+    by_angle = {
+        "angle": angle, "arm": arm, "arm_slope": slope, "flexor_travel": flexor_travel,
+        "extensor_travel": extensor_travel, "sine": np.sin(angle), "cosine": np.cos(angle),
+    }  # fmt: skip
+    capstan, tendon = sheath(np.array([-1.0, 1.0]), friction[:, np.newaxis])
+    return {
+        "pretension": pretension, "spring": spring, "ratio": ratio,
+        "load_moment": GRAVITY * (WEIGHT * WEIGHT_AT + load * LOAD_AT),
+        "capstan": np.ascontiguousarray(capstan), "tendon": np.ascontiguousarray(tendon),
+        **{name: np.ascontiguousarray(column[able]) for name, column in by_angle.items()},
+    }  # fmt: skip

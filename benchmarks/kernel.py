@@ -1,0 +1,64 @@
+"""The kernel of tendon against the loop in C, over the same states and in as many threads, in turn.
+
+    python -m benchmarks.kernel STUDY FOLDER THREADS TIMES
+
+Runs in one process and prints seconds as JSON. tendon computes parts as a sweep does, into rows that are discarded.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy.typing as npt
+
+from benchmarks.fused import OPTIONS, Fused
+from benchmarks.measure import interleaved
+from tendon_cli.study.load import load_study
+from tendon_cli.sweep.part import PartMaker
+from tendon_cli.sweep.plan import Plan
+
+
+class Discarded:
+    """Rows that go nowhere."""
+
+    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
+        """Forget them."""
+
+
+def tendon(maker: PartMaker, threads: int) -> float:
+    """All parts of a plan, computed by some threads; seconds."""
+    parts = iter(range(maker.plan.parts))
+    lock = threading.Lock()
+    workers = [threading.Thread(target=_parts, args=(maker, parts, lock)) for _ in range(threads)]
+    started = time.perf_counter()
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    return time.perf_counter() - started
+
+
+def _parts(maker: PartMaker, parts: Iterator[int], lock: threading.Lock) -> None:
+    while True:
+        with lock:
+            index = next(parts, None)
+        if index is None:
+            return
+        maker.fill({"designs": Discarded()}, maker.plan.part(index))
+
+
+def main(study: str, folder: str, threads: str, times: str) -> None:
+    plan = Plan(load_study(Path(study)))
+    maker, fused = PartMaker(plan, Path(folder)), Fused(plan, Path(folder))
+    fused.run(int(threads))  # its results take their memory once
+    ours, theirs = interleaved(int(times), lambda: tendon(maker, int(threads)), lambda: fused.run(int(threads)))
+    print(json.dumps({"tendon": ours, "c": theirs, "states": plan.states, "options": " ".join(OPTIONS)}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,153 @@
+"""What tendon is measured against computes the same, and writes the same."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from tendon_cli.study.load import load_study
+from tendon_cli.sweep.columns import DESIGN_RESULTS
+from tendon_cli.sweep.plan import Plan
+
+sys.path.append(str(Path(__file__).parents[1]))  # benchmarks are not installed
+
+from benchmarks import expert, fused, kernel, measure, report, rivals, studies
+
+
+def assert_close(found, expected):
+    """Within 1e-9, and null in the same rows; text and truth exactly."""
+    if expected.dtype.kind != "f":
+        np.testing.assert_array_equal(np.asarray(found), np.asarray(expected))
+    else:
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def both_tables(new_sweep, tmp_path_factory):
+    return new_sweep(studies.states_study(4, 3, 3), tmp_path_factory.mktemp("states"))
+
+
+def test_the_script_of_the_expert_writes_the_states_table(both_tables):
+    ours, theirs = both_tables.states, expert.table(4, 3, 3).to_pandas()
+    assert list(theirs) == list(ours)
+    for name in ours:
+        assert_close(theirs[name], ours[name])
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize(("lowest", "highest"), [("-15 deg", "90 deg"), ("-110 deg", "60 deg")])
+def test_the_loop_in_c_finds_the_designs_table(new_sweep, tmp_path, lowest, highest):
+    """On both sides of the hanging arm, so that either tendon goes slack; and where states have no equilibrium."""
+    text = studies.designs_study(5, 3, 4, 3).replace('"20 N"', '"0 N"')
+    text += f'[motion]\nelbow_angle = {{ from = "{lowest}", to = "{highest}", num = 53 }}\n'
+    ours = new_sweep(text, tmp_path).designs
+    loop = fused.Fused(Plan(load_study(tmp_path / "study.toml")), tmp_path)
+    loop.run(2)
+    assert (*DESIGN_RESULTS, "feasible") == fused.RESULTS
+    assert ours["slack_fraction"].max() > 0
+    assert ours["required_pretension"].isna().all() == (lowest == "-110 deg")
+    for name, column in loop.columns().items():
+        assert_close(column, ours[name].astype(np.float64))
+
+
+def test_the_loop_in_c_refuses_other_axes(configs, tmp_path):
+    with pytest.raises(ValueError, match=r"spool\.ratio"):
+        fused.Fused(Plan(load_study(configs / "quickstart.toml")), tmp_path)
+
+
+def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
+    small_parts(2000, 7)
+    plan = Plan(load_study(studies.written(studies.designs_study(3, 2, 2, 2), tmp_path / "study.toml")))
+    seen = []
+
+    class Maker(kernel.PartMaker):
+        def fill(self, tables, designs):
+            seen.append(designs)
+            return super().fill(tables, designs)
+
+    assert kernel.tendon(Maker(plan, tmp_path), 2) > 0
+    assert sorted(design for part in seen for design in part) == list(range(plan.designs))
+
+
+@pytest.mark.parametrize("table", ["states", "designs"])
+def test_a_bare_write_has_the_rows_and_the_encoding_of_a_run(both_tables, tmp_path, monkeypatch, table):
+    monkeypatch.setattr(rivals, "TABLES", (table,))
+    ready = rivals.Ready(both_tables.folder, tmp_path / "bare", 2)
+    assert ready.write() > 0
+    files = sorted(tmp_path.glob("bare-*.parquet"))
+    [original] = rivals.table_files(both_tables.folder, table)
+    assert sum(pq.read_metadata(file).num_rows for file in files) == pq.read_metadata(original).num_rows
+    ours, theirs = (pq.read_metadata(file).row_group(0) for file in (original, files[0]))
+    for index in range(ours.num_columns):
+        one, other = ours.column(index), theirs.column(index)
+        assert (one.encodings, one.compression, one.is_stats_set) == (
+            other.encodings,
+            other.compression,
+            other.is_stats_set,
+        )
+    ready.flush()
+    assert not list(tmp_path.glob("bare-*"))
+
+
+def test_parts_of_a_table_are_put_together_in_order(new_sweep, tmp_path, small_parts):
+    small_parts(2000)
+    swept = new_sweep(studies.states_study(3, 2, 2), tmp_path)
+    files = rivals.table_files(swept.folder, "states")
+    assert len(files) > 1
+    whole = rivals.in_memory(files)
+    assert whole.column("design").to_pylist() == sorted(swept.states["design"])
+    assert all(column.num_chunks == 1 for column in whole.columns)
+
+
+def test_memory_is_that_of_the_whole_tree():
+    """Measured from a small process, since the peak of a process begins with that of the one which starts it."""
+    inner = "import time; held = b'x' * 60_000_000; time.sleep(0.3)"
+    outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {inner!r}], check=True)"
+    asks = (
+        f"import sys; from benchmarks.measure import run; c = run([sys.executable, '-c', {outer!r}], watch_tree=True)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", f"{asks}; print(c.memory, c.tree)"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=measure.ROOT,
+    )
+    own, tree = map(int, done.stdout.split())
+    assert own > 60e6
+    if Path("/proc/self/task").exists():
+        assert tree > own + 4e6  # the outer one, which waits
+
+
+def test_a_command_that_fails_is_no_measurement():
+    with pytest.raises(RuntimeError, match="out of paper"):
+        measure.run([sys.executable, "-c", "raise SystemExit('out of paper')"])
+
+
+def test_the_ratio_of_pairs_is_their_median():
+    assert measure.median_ratio([2.0, 30.0, 4.0], [1.0, 10.0, 1.0]) == 3.0
+
+
+@pytest.mark.parametrize(
+    ("value", "bound", "met"),
+    [(1.2, "at most", True), (1.3, "at most", False), (1.3, "at least", True), (None, "at most", None)],
+)
+def test_a_target_is_met_or_not(value, bound, met):
+    ratio = report.Ratio("name", value, 1.25, bound)
+    assert ratio.met is met
+    assert ("MISSED" in ratio.line()) is (met is False)
+
+
+def test_the_history_grows_by_a_line(tmp_path):
+    measured = report.Report()
+    measured.add(report.Ratio("a / b", 1.0, 2.0))
+    measured.seconds["a"] = [1.23456]
+    for _ in range(2):
+        report.append(measured.record({"version": "1"}, {"cores": 2}), tmp_path / "history.jsonl")
+    assert len((tmp_path / "history.jsonl").read_text().splitlines()) == 2
