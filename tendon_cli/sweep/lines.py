@@ -1,24 +1,21 @@
-"""The states of many designs as straight lines in pretension, laid out for passes over whole arrays.
+"""A look at all states of a tile in NumPy: every result of a state is a straight line in pretension.
 
-A *tile* is a set of designs: P pretensions for each of B designs that have all else in common. Every result of a state
-is a line in v = max(F - shortfall, lowest), as `statics.respond` derives. All that does not depend on the pretension F
-is worked out here, once for all pretensions of the tile.
+With v = max(F - shortfall, lowest), which `statics.respond` derives, tensions, motor torque and stiffness are lines in
+v that do not depend on the pretension F. For each F a few passes over these find what is smallest, largest and counted.
+`compiled` does the same, operation by operation, where a C compiler was at hand.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model import actuator, statics
-from tendon_cli.model.actuator import Design, Transmission
+from tendon_cli.model import statics
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.statics import Coupling, Response
-
-Flags = npt.NDArray[np.bool_]
+from tendon_cli.model.statics import Response
+from tendon_cli.sweep.tile import Flags, Range, Seen, Tile
 
 
 @dataclass(frozen=True)
@@ -46,11 +43,8 @@ class Lines:
     limit: Array
     """Pretension below which a state counts as slack, N."""
     flexor: Line
-    """x, distal flexor tension, N."""
     extensor: Line
-    """y, distal extensor tension, N."""
     motor: Line
-    """τ_m (Eq. 17), N m."""
     stiffness: Line
     """Elbow stiffness as `statics.elbow_stiffness` has it while both tendons pull, N m/rad."""
     slack_stiffness: Array
@@ -58,58 +52,115 @@ class Lines:
     pretension: Array
     """(P, 1), or (P, D B) where it differs between columns, N."""
 
+    @classmethod
+    def of(cls, tile: Tile, response: Response) -> Lines:
+        """Lay the lines out for passes over whole arrays."""
+        shape, pretension = tile.shape, tile.pretension
+        flexor_arm, extensor_arm = tile.motor_arms
+        motor_floor = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
+        motor_gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
+        stiffness_floor, stiffness_gain, slack_stiffness = _stiffness(tile, response)
+        return cls(
+            shortfall=_flat(response.shortfall, shape),
+            lowest=_flat(response.lowest, shape),
+            limit=_flat(response.limit, shape),
+            flexor=_line(response.flexor_floor, response.flexor_gain, shape),
+            extensor=_line(response.extensor_floor, response.extensor_gain, shape),
+            motor=_line(motor_floor, motor_gain, shape),
+            stiffness=_line(stiffness_floor, stiffness_gain, shape),
+            slack_stiffness=_flat(slack_stiffness, shape),
+            pretension=pretension[:, 0]
+            if pretension[0].size == 1
+            else _flat(pretension, (len(pretension), *shape[1:])),
+        )
+
+
+def look(tile: Tile) -> Seen:
+    """Look at all states of a tile, once for each pretension."""
+    response = statics.respond(tile.coupling, unilateral=tile.design.unilateral)
+    lines, seen = Lines.of(tile, response), Seen.empty(len(tile.pretension), tile.shape)
+    slackness = _Slackness.of(lines, tile.elbow_angle)
+    taking, values = np.empty_like(lines.limit), np.empty_like(lines.limit)
+    for index, pretension in enumerate(lines.pretension):
+        np.subtract(pretension, lines.shortfall, out=taking)
+        np.maximum(taking, lines.lowest, out=taking)
+        _take(seen.flexor, index, lines.flexor(taking, values))
+        _take(seen.extensor, index, lines.extensor(taking, values))
+        _take(seen.motor, index, lines.motor(taking, values))
+        slackness.take(seen, index, pretension, lines.stiffness(taking, values))
+    _look_aside(tile, response, seen)
+    return seen
+
+
+def _take(found: Range, index: int, values: Array) -> None:
+    np.fmin.reduce(values, axis=0, out=found.lowest[index].reshape(-1))
+    np.fmax.reduce(values, axis=0, out=found.highest[index].reshape(-1))
+
 
 @dataclass(frozen=True)
-class Tile:
-    """What a tile comes to before any of its pretensions is looked at. Arrays broadcast to (K, D, B) but for one."""
+class _Slackness:
+    """Which states of a tile are slack or unstable at a pretension."""
 
-    design: Design
-    flexor: Transmission
-    extensor: Transmission
-    coupling: Coupling
-    response: Response
-    elbow_torque: Array
-    """τ_a where there is an equilibrium, N m."""
-    pretension: Array
-    """Common to both sides; broadcasts to (P, D, B), N."""
-    shape: tuple[int, int, int]
-    """K, D, B."""
     lines: Lines
+    highest_limit: Array
+    """At or above this pretension no state of a column is slack, N."""
+    limit_until: Array
+    """At or above this pretension no state of a column is slack at this angle or at a smaller one, N."""
+    angles: Array
+    """Elbow angles, ascending, and not a number for none at all, rad."""
+
+    @classmethod
+    def of(cls, lines: Lines, elbow_angle: Array) -> _Slackness:
+        order = np.argsort(elbow_angle, kind="stable")
+        until = np.fmax.accumulate(np.fmax(lines.limit[order], -np.inf), axis=0)
+        return cls(lines, until[-1], until, np.append(elbow_angle[order], np.nan))
+
+    def take(self, seen: Seen, index: int, pretension: Array, stiffness: Array) -> None:
+        """Note what a pretension does, given each state's stiffness as if both tendons pulled."""
+        shape = seen.slack[index].shape
+        seen.slack[index], seen.first_slack_angle[index] = 0.0, np.nan
+        if (pretension < self.highest_limit).any():
+            slack = pretension < self.lines.limit
+            seen.slack[index] = _count(slack).reshape(shape)
+            seen.first_slack_angle[index] = self.angles[_count(pretension >= self.limit_until)].reshape(shape)
+            # A state is never stiffer slack than taut.
+            stiffness = np.fmin(stiffness, np.where(slack, self.lines.slack_stiffness, np.inf))
+        lowest = np.fmin.reduce(stiffness, axis=0, out=seen.stiffness[index].reshape(-1))
+        seen.unstable[index] = _count(stiffness < 0.0).reshape(shape) if np.fmin.reduce(lowest) < 0.0 else 0.0
 
 
-def tile(design: Design, elbow_angle: Array, flexion: Flags) -> Tile:
-    """Work out a tile from arrays that broadcast to (K, D, B): elbow angles (K, 1, 1), directions (1, D, 1), designs.
-
-    The design's pretensions have another axis in front, (P, 1, 1, B).
-    """
-    motion, flexor, extensor, coupling = actuator.couple(design, elbow_angle, flexion)
-    response = statics.respond(coupling, unilateral=design.unilateral)
-    common = np.asarray(statics.common_pretension(coupling, design.flexor.pretension, design.extensor.pretension))
-    pretension = common.reshape(-1, *common.shape[-2:]) if common.ndim else common.reshape(1, 1, 1)
-    torque, torque_slope = actuator.gravity_torque(design.arm, design.load_mass, elbow_angle)
-    motor = _motor(design, response, flexor, extensor)
-    stiffness, slack_stiffness = _stiffness(design, coupling, response, motion.flexor_moment_arm_slope, torque_slope)
-    arrays = (response.limit, motor[1], stiffness[0], pretension[0])
-    shape = len(elbow_angle), flexion.shape[1], max(array.shape[-1] for array in arrays)
-    lines = Lines(
-        shortfall=_flat(response.shortfall, shape),
-        lowest=_flat(response.lowest, shape),
-        limit=_flat(response.limit, shape),
-        flexor=_line(response.flexor_floor, response.flexor_gain, shape),
-        extensor=_line(response.extensor_floor, response.extensor_gain, shape),
-        motor=_line(*motor, shape),
-        stiffness=_line(*stiffness, shape),
-        slack_stiffness=_flat(slack_stiffness, shape),
-        pretension=pretension[:, 0] if pretension[0].size == 1 else _flat(pretension, (len(pretension), *shape[1:])),
-    )
-    torque = np.where(np.isnan(coupling.moment_arm), np.nan, torque)
-    return Tile(design, flexor, extensor, coupling, response, torque, pretension, shape, lines)
+def _look_aside(tile: Tile, response: Response, seen: Seen) -> None:
+    """What no pretension changes: how far a tile's states are from slack, and on which side."""
+    seen.shortfall[...] = np.fmax.reduce(response.shortfall, axis=0)
+    idle, backward, nowhere = response.idle, tile.coupling.elbow_torque < 0.0, np.isnan(response.limit)
+    for side, chosen in zip(seen.sides, (backward, ~backward), strict=True):
+        alone = chosen & ~idle
+        side.shortfall[...] = np.fmax.reduce(np.where(alone, response.shortfall, -np.inf), axis=0)
+        side.limit[...] = np.fmax.reduce(np.where(alone, response.limit, -np.inf), axis=0)
+    seen.one_sided[...] = np.logical_or.reduce(~nowhere & ~idle, axis=0)
+    seen.both_limit[...] = np.fmin.reduce(np.where(idle, response.limit, np.inf), axis=0)
+    seen.no_equilibrium[...] = np.add.reduce(nowhere, axis=0)
 
 
-def only_designs(values: Any) -> npt.NDArray[Any]:
-    """An array that depends on no state, without the states' axes: scalar, or of the shape (B,)."""
-    array = np.asarray(values)
-    return np.asarray(array if array.ndim == 0 else array[0, 0])
+def _stiffness(tile: Tile, response: Response) -> tuple[Array, Array, Array]:
+    """Elbow stiffness while taut, floor and gain of a line in v, and what is left of it where the state is slack."""
+    tied, unilateral = tile.coupling, tile.design.unilateral
+    flexor = np.square(tied.moment_arm) / tied.flexor_compliance
+    extensor = np.square(tied.elbow_radius) / tied.extensor_compliance
+    floor = flexor + extensor + (tile.torque_slope - tile.arm_slope * response.flexor_floor)
+    backward = tied.elbow_torque < 0.0
+    lost = statics.by_side(backward, flexor, extensor) + response.idle * statics.by_side(backward, extensor, flexor)
+    left = floor - lost
+    if not np.all(unilateral):
+        left = np.where(unilateral, left, np.inf)
+    return floor, -tile.arm_slope * response.flexor_gain, left
+
+
+def _count(flags: Flags) -> npt.NDArray[np.intp]:
+    """How many rows have their flag set, by column. Bytes add up fastest; they hold up to 255."""
+    narrow = np.uint8 if len(flags) < 256 else np.int64
+    counts = np.add.reduce(flags.view(np.uint8), axis=0, dtype=narrow)
+    return np.asarray(counts, dtype=np.intp)
 
 
 def _flat(values: Array, shape: tuple[int, ...]) -> Array:
@@ -118,28 +169,3 @@ def _flat(values: Array, shape: tuple[int, ...]) -> Array:
 
 def _line(floor: Array, gain: Array, shape: tuple[int, ...]) -> Line:
     return Line(_flat(floor, shape) if floor.any() else None, _flat(gain, shape))
-
-
-def _motor(design: Design, response: Response, flexor: Transmission, extensor: Transmission) -> tuple[Array, Array]:
-    """τ_m = (x_prox - η y_prox) R_f (Eq. 17) is a line in v, too: its floor and gain."""
-    flexor_arm = design.flexor_radius / flexor.capstan
-    extensor_arm = design.ratio * design.flexor_radius / extensor.capstan
-    return (
-        response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm,
-        response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm,
-    )
-
-
-def _stiffness(
-    design: Design, tied: Coupling, response: Response, arm_slope: Array, torque_slope: Array
-) -> tuple[tuple[Array, Array], Array]:
-    """Elbow stiffness while taut, floor and gain of a line in v, and what is left of it where the state is slack."""
-    flexor = np.square(tied.moment_arm) / tied.flexor_compliance
-    extensor = np.square(tied.elbow_radius) / tied.extensor_compliance
-    floor = flexor + extensor + (torque_slope - arm_slope * response.flexor_floor)
-    backward = tied.elbow_torque < 0.0
-    lost = statics.by_side(backward, flexor, extensor) + response.idle * statics.by_side(backward, extensor, flexor)
-    left = floor - lost
-    if not np.all(design.unilateral):
-        left = np.where(design.unilateral, left, np.inf)
-    return (floor, -arm_slope * response.flexor_gain), left

@@ -15,7 +15,7 @@ import pyarrow as pa
 
 from tendon_cli.sweep.columns import Tables, state_keys
 from tendon_cli.sweep.evaluate import evaluate, state_columns
-from tendon_cli.sweep.extremes import COUNTS, Extremes, extremes, finished, merge
+from tendon_cli.sweep.extremes import COUNTS, Extremes, blocks_at_once, extremes, finished, merge
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import DESIGNS_PER_TILE, ROW_GROUP, Block, Plan
 from tendon_cli.tables.schema import Column
@@ -125,7 +125,7 @@ class PartMaker:
         """Blocks of designs, evaluated in tiles that suit the model best, and what their designs come to."""
         for rectangle in self.plan.rectangles(designs):
             found: Extremes = {}
-            for within in self.plan.tiles(rectangle, self.inputs.loops):
+            for within in self.plan.tiles(rectangle, self.inputs.loops, blocks_at_once()):
                 piece = rectangle.piece(within)
                 for name, values in self._extremes(piece).items():
                     whole = found.setdefault(name, np.empty(rectangle.shape[:-2]))

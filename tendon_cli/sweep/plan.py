@@ -170,14 +170,14 @@ class Plan:
             yield block
             at += block.design_count
 
-    def tiles(self, rectangle: Block, loops: Collection[int]) -> Iterator[tuple[slice, ...]]:
+    def tiles(self, rectangle: Block, loops: Collection[int], blocks: int = 1) -> Iterator[tuple[slice, ...]]:
         """Cut a rectangle into pieces that suit the model, as slices of its own design axes.
 
-        A piece has about four times `block_states` states, which the fast memory of a processor holds, but for the axes
-        in `loops`: what the model computes without these is computed once.
+        A piece has as many states as `blocks` blocks, but for the axes in `loops`: what the model computes without these
+        is computed once.
         """
         lengths = rectangle.shape[:-2]
-        beside = max(1, 4 * self.block_states // self.states_per_design)
+        beside = max(1, blocks * self.block_states // self.states_per_design)
         steps = [1] * len(lengths)
         rest = set(range(len(lengths))).difference(loops)
         for axes, most in ((rest, beside), (loops, DESIGNS_PER_TILE // beside)):
