@@ -117,9 +117,14 @@ class State:
         return self.balance.status
 
 
+def gravity_moment(arm: Arm, load_mass: Real) -> Array:
+    """Moment of forearm and load about the elbow where the forearm is level, N m."""
+    return np.asarray(STANDARD_GRAVITY * (arm.forearm_mass * arm.forearm_com + load_mass * arm.load_distance))
+
+
 def gravity_torque(arm: Arm, load_mass: Real, elbow_angle: Real) -> tuple[Array, Array]:
     """τ_a that holds forearm and load against gravity, quasi-static (N m), and its derivative dτ_a/dθ (N m/rad)."""
-    moment = STANDARD_GRAVITY * (arm.forearm_mass * arm.forearm_com + load_mass * arm.load_distance)
+    moment = gravity_moment(arm, load_mass)
     inclination = np.add(elbow_angle, arm.upper_arm_angle)
     return np.asarray(moment * np.sin(inclination)), np.asarray(moment * np.cos(inclination))
 
@@ -135,11 +140,16 @@ def transmission(side: Side, toward: Real) -> Transmission:
     )
 
 
+def transmissions(design: Design, flexion: Flag) -> tuple[Transmission, Transmission]:
+    """Flexor and extensor. In flexion the flexor is pulled toward the motor, the extensor dragged toward the elbow."""
+    pulled = np.where(flexion, sheath.TOWARD_MOTOR, sheath.TOWARD_ELBOW)
+    return transmission(design.flexor, pulled), transmission(design.extensor, -pulled)
+
+
 def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:
     """What a state knows before any pretension: motion, both transmissions, and how they are tied together."""
     motion = kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial)
-    pulled = np.where(flexion, sheath.TOWARD_MOTOR, sheath.TOWARD_ELBOW)
-    flexor, extensor = transmission(design.flexor, pulled), transmission(design.extensor, -pulled)
+    flexor, extensor = transmissions(design, flexion)
     tied = statics.coupling(
         moment_arm=motion.flexor_moment_arm,
         elbow_radius=design.arm.anchors.elbow_radius,

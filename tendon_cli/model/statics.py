@@ -127,16 +127,19 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
     solution for J > 0. Bilateral ones go on along the same lines.
     """
-    common, radius = state.common_compliance, np.asarray(state.elbow_radius)
-    flexor_share = state.ratio * state.flexor_compliance / common
-    extensor_share = state.extensor_compliance / common
-    floor_x = np.maximum(state.elbow_torque / state.moment_arm, 0.0)
-    floor_y = np.maximum(-state.elbow_torque / radius, 0.0)
-    flexor_gain = radius / (flexor_share * radius + extensor_share * state.moment_arm)
-    extensor_gain = flexor_gain * (state.moment_arm / radius)
-    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch / common
+    radius = np.asarray(state.elbow_radius)
+    per_common, per_radius, per_arm = 1.0 / state.common_compliance, 1.0 / radius, 1.0 / state.moment_arm
+    flexor_share = state.ratio * state.flexor_compliance * per_common
+    extensor_share = state.extensor_compliance * per_common
+    floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
+    floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
+    spread = flexor_share * radius + extensor_share * state.moment_arm
+    flexor_gain = radius / spread
+    extensor_gain = flexor_gain * (state.moment_arm * per_radius)
+    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_common
     tolerance = _tolerance(np.maximum(floor_x, floor_y), shortfall)
-    limit = shortfall - tolerance / by_side(state.elbow_torque < 0.0, flexor_gain, extensor_gain)
+    # Over the gain of the side that goes slack first.
+    limit = shortfall - tolerance * spread * by_side(state.elbow_torque < 0.0, per_radius, per_arm)
     if not np.all(unilateral):
         limit = np.where(unilateral, limit, np.fmax(*_side_limits(state, flexor_gain, extensor_gain)))
     return Response(

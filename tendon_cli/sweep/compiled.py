@@ -20,15 +20,17 @@ UNWANTED = "TENDON_NO_COMPILED"
 
 _VERSION = 1
 """Of `look.c`: raised there and here with every change of it, so that what an older one left behind is not used."""
-_BY_PRETENSION, _ASIDE = 10, 8
+_BY_PRETENSION, _ASIDE = 10, 10
 
 
 class _Field(ctypes.Structure):
     _fields_ = (("at", ctypes.c_void_p), ("step", ctypes.c_long * 3))
 
 
-_FIELDS = ("arm", "arm_slope", "mismatch", "torque", "torque_slope", "flexor_compliance", "extensor_compliance",
-           "flexor_arm", "extensor_arm", "ratio", "radius", "unilateral", "pretension")  # fmt: skip
+_FIELDS = (
+    "arm", "per_arm", "arm_slope", "flexor_travel", "extensor_travel", "sine", "cosine", "flexor_compliance",
+    "extensor_compliance", "flexor_arm", "extensor_arm", "ratio", "radius", "moment", "unilateral", "pretension",
+)  # fmt: skip
 
 
 class _Tile(ctypes.Structure):
@@ -60,19 +62,20 @@ def library() -> ctypes.CDLL | None:
 
 def look(tile: Tile, code: ctypes.CDLL) -> Seen:
     """Look at all states of a tile, once for each pretension."""
-    tied, design = tile.coupling, tile.design
+    motion, design = tile.motion, tile.design
+    arm = np.where(motion.flexor_moment_arm > 0.0, motion.flexor_moment_arm, np.nan)
     fields = (
-        tied.moment_arm, tile.arm_slope, tied.mismatch, tied.elbow_torque, tile.torque_slope, tied.flexor_compliance,
-        tied.extensor_compliance, *tile.motor_arms, design.ratio, design.arm.anchors.elbow_radius,
+        arm, 1.0 / arm, motion.flexor_moment_arm_slope, motion.flexor_travel, motion.extensor_travel,
+        np.sin(tile.inclination), np.cos(tile.inclination), tile.flexor.compliance, tile.extensor.compliance,
+        *tile.motor_arms, design.ratio, design.arm.anchors.elbow_radius, tile.moment,
     )  # fmt: skip
     unilateral = np.asarray(design.unilateral, dtype=np.float64)
-    pretension = np.ascontiguousarray(tile.pretension)
-    whole = len(pretension), *tile.shape[1:]
+    whole = tile.pretensions, *tile.shape[1:]
     arrays = [np.broadcast_to(np.asarray(values, dtype=np.float64), tile.shape) for values in (*fields, unilateral)]
-    arrays.append(np.broadcast_to(pretension, whole))
+    arrays.append(np.broadcast_to(tile.pretension, whole))
     angle = np.ascontiguousarray(tile.elbow_angle)
     by_pretension, aside = np.empty((_BY_PRETENSION, *whole)), np.empty((_ASIDE, *whole[1:]))
-    given = _Tile(*map(_field, arrays), angle.ctypes.data, *tile.shape, len(pretension), not unilateral.all())
+    given = _Tile(*map(_field, arrays), angle.ctypes.data, *tile.shape, tile.pretensions, not unilateral.all())
     found = _Seen(_pointers(by_pretension), _pointers(aside))
     if code.tendon_look(ctypes.byref(given), ctypes.byref(found)):
         raise MemoryError("no memory for the states of a tile")
@@ -90,8 +93,20 @@ def _pointers(arrays: Array) -> ctypes.Array[ctypes.c_void_p]:
 def _seen(by_pretension: Array, aside: Array) -> Seen:
     """What was found, as it leaves the compiled code: infinite where there was nothing to find."""
     low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, unstable, slack, first = by_pretension
-    shortfall, flexor_shortfall, flexor_limit, extensor_shortfall, extensor_limit, one_sided, both, nowhere = aside
-    for values in (low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, first, shortfall):
+    (
+        shortfall,
+        flexor_shortfall,
+        flexor_limit,
+        extensor_shortfall,
+        extensor_limit,
+        one_sided,
+        both,
+        nowhere,
+        low_torque,
+        high_torque,
+    ) = aside
+    for values in (low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, first, shortfall, low_torque,
+                   high_torque):  # fmt: skip
         values[np.isinf(values)] = np.nan
     return Seen(
         flexor=Range(low_x, high_x),
@@ -101,6 +116,7 @@ def _seen(by_pretension: Array, aside: Array) -> Seen:
         unstable=unstable,
         slack=slack,
         first_slack_angle=first,
+        elbow_torque=Range(low_torque, high_torque),
         shortfall=shortfall,
         sides=(Side(flexor_shortfall, flexor_limit), Side(extensor_shortfall, extensor_limit)),
         one_sided=one_sided > 0.0,

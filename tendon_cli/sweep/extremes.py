@@ -18,12 +18,10 @@ _HIGHEST = ("max_tension", "max_spring_extension", "max_slack", "required_preten
             "highest_elbow_torque", "highest_motor_torque")  # fmt: skip
 COUNTS = ("slack", "no_equilibrium", "unstable")
 
-_STATES = (0, 1)
-
 
 def blocks_at_once() -> int:
     """How many blocks of a plan make the tile that is looked at fastest; the results do not depend on it."""
-    return 8 if compiled.library() else 2
+    return 16 if compiled.library() else 2
 
 
 def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
@@ -34,7 +32,6 @@ def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
     tile = Tile.of(design, elbow_angle, flexion)
     code = compiled.library()
     seen = compiled.look(tile, code) if code else lines.look(tile)
-    torque = np.where(np.isnan(tile.coupling.moment_arm), np.nan, tile.coupling.elbow_torque)
     return (
         _tensions(tile, seen)
         | _pretensions(tile, seen)
@@ -42,8 +39,8 @@ def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
             "max_slack": _longest_slack(tile, seen),
             "lowest_motor_torque": np.fmin.reduce(seen.motor.lowest, axis=1),
             "highest_motor_torque": np.fmax.reduce(seen.motor.highest, axis=1),
-            "lowest_elbow_torque": np.fmin.reduce(torque, axis=_STATES)[np.newaxis],
-            "highest_elbow_torque": np.fmax.reduce(torque, axis=_STATES)[np.newaxis],
+            "lowest_elbow_torque": np.fmin.reduce(seen.elbow_torque.lowest, axis=0)[np.newaxis],
+            "highest_elbow_torque": np.fmax.reduce(seen.elbow_torque.highest, axis=0)[np.newaxis],
             "min_elbow_stiffness": np.fmin.reduce(seen.stiffness, axis=1),
             "unstable": np.add.reduce(seen.unstable, axis=1),
             "slack": np.add.reduce(seen.slack, axis=1),
@@ -99,9 +96,10 @@ def _longest_slack(tile: Tile, seen: Seen) -> Array:
     so the state with the largest shortfall on a side has the longest slack. Where both tendons are slack, only their
     sum is determined, and such a state tells no length.
     """
-    pretension, looseness = tile.pretension, tile.coupling.common_compliance[0]
+    pretension, looseness = tile.pretension, tile.looseness
     longest = np.zeros(1)
-    for side, share in zip(seen.sides, (1.0 / only_designs(tile.design.ratio), 1.0), strict=True):
+    per_ratio = 1.0 / only_designs(tile.design.ratio)
+    for side, share in zip(seen.sides, (per_ratio, np.ones(())), strict=True):
         length = looseness * share * (side.shortfall - pretension)
         longest = np.maximum(longest, np.where(pretension < side.limit, length, 0.0))
     told = seen.one_sided | (pretension >= seen.both_limit)

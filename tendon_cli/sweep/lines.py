@@ -78,7 +78,7 @@ class Lines:
 def look(tile: Tile) -> Seen:
     """Look at all states of a tile, once for each pretension."""
     response = statics.respond(tile.coupling, unilateral=tile.design.unilateral)
-    lines, seen = Lines.of(tile, response), Seen.empty(len(tile.pretension), tile.shape)
+    lines, seen = Lines.of(tile, response), Seen.empty(tile.pretensions, tile.shape)
     slackness = _Slackness.of(lines, tile.elbow_angle)
     taking, values = np.empty_like(lines.limit), np.empty_like(lines.limit)
     for index, pretension in enumerate(lines.pretension):
@@ -131,6 +131,9 @@ class _Slackness:
 
 def _look_aside(tile: Tile, response: Response, seen: Seen) -> None:
     """What no pretension changes: how far a tile's states are from slack, and on which side."""
+    torque = np.where(np.isnan(tile.coupling.moment_arm), np.nan, tile.coupling.elbow_torque)
+    seen.elbow_torque.lowest[...] = np.fmin.reduce(torque, axis=0)
+    seen.elbow_torque.highest[...] = np.fmax.reduce(torque, axis=0)
     seen.shortfall[...] = np.fmax.reduce(response.shortfall, axis=0)
     idle, backward, nowhere = response.idle, tile.coupling.elbow_torque < 0.0, np.isnan(response.limit)
     for side, chosen in zip(seen.sides, (backward, ~backward), strict=True):
@@ -145,15 +148,16 @@ def _look_aside(tile: Tile, response: Response, seen: Seen) -> None:
 def _stiffness(tile: Tile, response: Response) -> tuple[Array, Array, Array]:
     """Elbow stiffness while taut, floor and gain of a line in v, and what is left of it where the state is slack."""
     tied, unilateral = tile.coupling, tile.design.unilateral
-    flexor = np.square(tied.moment_arm) / tied.flexor_compliance
+    flexor = np.square(tied.moment_arm) * (1.0 / tied.flexor_compliance)
     extensor = np.square(tied.elbow_radius) / tied.extensor_compliance
-    floor = flexor + extensor + (tile.torque_slope - tile.arm_slope * response.flexor_floor)
+    torque_slope, arm_slope = tile.moment * np.cos(tile.inclination), tile.motion.flexor_moment_arm_slope
+    floor = flexor + extensor + (torque_slope - arm_slope * response.flexor_floor)
     backward = tied.elbow_torque < 0.0
     lost = statics.by_side(backward, flexor, extensor) + response.idle * statics.by_side(backward, extensor, flexor)
     left = floor - lost
     if not np.all(unilateral):
         left = np.where(unilateral, left, np.inf)
-    return floor, -tile.arm_slope * response.flexor_gain, left
+    return floor, -arm_slope * response.flexor_gain, left
 
 
 def _count(flags: Flags) -> npt.NDArray[np.intp]:

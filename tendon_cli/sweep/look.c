@@ -29,15 +29,16 @@ typedef struct {
 } Field;
 
 typedef struct {
-    Field arm, arm_slope, mismatch, torque, torque_slope, flexor_compliance, extensor_compliance, flexor_arm,
-        extensor_arm, ratio, radius, unilateral, pretension;
+    Field arm, per_arm, arm_slope, flexor_travel, extensor_travel, sine, cosine;
+    Field flexor_compliance, extensor_compliance, flexor_arm, extensor_arm, ratio, radius, moment, unilateral;
+    Field pretension;
     const double *angle;
     long angles, directions, designs, pretensions, any_bilateral;
 } Tile;
 
 enum { LOW_X, HIGH_X, LOW_Y, HIGH_Y, LOW_MOTOR, HIGH_MOTOR, STIFFNESS, UNSTABLE, SLACK, FIRST, BY_PRETENSION };
 enum { SHORTFALL, FLEXOR_SHORTFALL, FLEXOR_LIMIT, EXTENSOR_SHORTFALL, EXTENSOR_LIMIT, ONE_SIDED, BOTH_LIMIT, NOWHERE,
-       ASIDE };
+       LOW_TORQUE, HIGH_TORQUE, ASIDE };
 
 /* Each result is an array over (pretensions, directions, designs), or over (directions, designs). */
 typedef struct {
@@ -53,7 +54,8 @@ typedef struct {
 
 static const double BEGIN[BY_PRETENSION] = {INFINITY, -INFINITY, INFINITY, -INFINITY, INFINITY,
                                             -INFINITY, INFINITY, 0.0, 0.0, INFINITY};
-static const double BEGIN_ASIDE[ASIDE] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY, 0.0, INFINITY, 0.0};
+static const double BEGIN_ASIDE[ASIDE] = {-INFINITY, -INFINITY, -INFINITY, -INFINITY, -INFINITY, 0.0, INFINITY, 0.0,
+                                          INFINITY, -INFINITY};
 
 /* Of two numbers; where one is none, the first of `most` and `least` gives way, and `clip` keeps it. */
 static inline double most(double a, double b) { return a > b ? a : b; }
@@ -70,24 +72,43 @@ static inline void take(Row to, const Field *from, long first, long direction, l
 
 /* Designs in one direction: what does not depend on the angle. */
 typedef struct {
-    Row c_x, c_y, x_arm, y_arm, ratio, radius, unilateral, flexor, common, share_x, share_y, pull_y;
+    Row c_x, c_y, x_arm, y_arm, ratio, radius, moment, unilateral, flexor, common, per_common, per_radius,
+        per_c_x, share_x, share_y, pull_y;
 } Designs;
 
-/* And what does. */
+/* And what does. Without a positive moment arm nothing is a number. */
 typedef struct {
-    Row arm, arm_slope, mismatch, torque, torque_slope;
+    Row arm, per_arm, arm_slope, mismatch, torque, torque_slope;
 } Given;
+
+static inline void set_given(Given *g, const Tile *t, const Designs *d, long angle, long direction, long design,
+                             long count) {
+    Row flexor_travel, extensor_travel, sine, cosine;
+    take(g->arm, &t->arm, angle, direction, design, count);
+    take(g->per_arm, &t->per_arm, angle, direction, design, count);
+    take(g->arm_slope, &t->arm_slope, angle, direction, design, count);
+    take(flexor_travel, &t->flexor_travel, angle, direction, design, count);
+    take(extensor_travel, &t->extensor_travel, angle, direction, design, count);
+    take(sine, &t->sine, angle, direction, design, count);
+    take(cosine, &t->cosine, angle, direction, design, count);
+    for (long j = 0; j < WIDTH; j++) {
+        g->mismatch[j] = extensor_travel[j] - d->ratio[j] * flexor_travel[j];
+        g->torque[j] = d->moment[j] * sine[j];
+        g->torque_slope[j] = d->moment[j] * cosine[j];
+    }
+}
 
 static void set_designs(Designs *d, const Tile *t, long direction, long design, long count) {
     const Field *from[] = {&t->flexor_compliance, &t->extensor_compliance, &t->flexor_arm, &t->extensor_arm, &t->ratio,
-                           &t->radius, &t->unilateral};
-    double *to[] = {d->c_x, d->c_y, d->x_arm, d->y_arm, d->ratio, d->radius, d->unilateral};
-    for (int i = 0; i < 7; i++) take(to[i], from[i], 0, direction, design, count);
+                           &t->radius, &t->moment, &t->unilateral};
+    double *to[] = {d->c_x, d->c_y, d->x_arm, d->y_arm, d->ratio, d->radius, d->moment, d->unilateral};
+    for (int i = 0; i < 8; i++) take(to[i], from[i], 0, direction, design, count);
     for (long j = 0; j < WIDTH; j++) {
         d->flexor[j] = d->ratio[j] * d->c_x[j];
         d->common[j] = d->flexor[j] + d->c_y[j];
-        d->share_x[j] = d->flexor[j] / d->common[j];
-        d->share_y[j] = d->c_y[j] / d->common[j];
+        d->per_common[j] = 1.0 / d->common[j], d->per_radius[j] = 1.0 / d->radius[j], d->per_c_x[j] = 1.0 / d->c_x[j];
+        d->share_x[j] = d->flexor[j] * d->per_common[j];
+        d->share_y[j] = d->c_y[j] * d->per_common[j];
         d->pull_y[j] = d->radius[j] * d->radius[j] / d->c_y[j];
     }
 }
@@ -95,13 +116,14 @@ static void set_designs(Designs *d, const Tile *t, long direction, long design, 
 /* The lines of one angle: statics.respond and lines.Lines, of unilateral tendons. */
 static inline void set_lines(Lines *restrict l, const Given *restrict g, const Designs *restrict d) {
     for (long j = 0; j < WIDTH; j++) {
-        double R = d->radius[j], J = g->arm[j], torque = g->torque[j];
-        double x = clip(torque / J, 0.0), y = clip(-torque / R, 0.0), load = clip(x, y);
-        double x_gain = R / (d->share_x[j] * R + d->share_y[j] * J), y_gain = x_gain * (J / R);
-        double shortfall = d->share_x[j] * x + d->share_y[j] * y - g->mismatch[j] / d->common[j];
-        double near = TOLERANCE * clip(load, fabs(shortfall));
-        double limit = shortfall - near / (torque < 0.0 ? x_gain : y_gain);
-        double pull_x = J * J / d->c_x[j], pull_y = d->pull_y[j];
+        double R = d->radius[j], J = g->arm[j], torque = g->torque[j], per_arm = g->per_arm[j];
+        double x = clip(torque * per_arm, 0.0), y = clip(-torque * d->per_radius[j], 0.0), load = clip(x, y);
+        double spread = d->share_x[j] * R + d->share_y[j] * J;
+        double x_gain = R / spread, y_gain = x_gain * (J * d->per_radius[j]);
+        double shortfall = d->share_x[j] * x + d->share_y[j] * y - g->mismatch[j] * d->per_common[j];
+        double near = TOLERANCE * clip(load, fabs(shortfall)) * spread;
+        double limit = shortfall - near * (torque < 0.0 ? d->per_radius[j] : per_arm);
+        double pull_x = J * J * d->per_c_x[j], pull_y = d->pull_y[j];
         double k = pull_x + pull_y + (g->torque_slope[j] - g->arm_slope[j] * x);
         double first = torque < 0.0 ? pull_x : pull_y, other = torque < 0.0 ? pull_y : pull_x;
         double idle = load <= TOLERANCE * fabs(shortfall) ? 1.0 : 0.0;
@@ -140,6 +162,8 @@ static inline void look_aside(Row *restrict aside, const Lines *restrict l, cons
         aside[ONE_SIDED][j] = most(alone, aside[ONE_SIDED][j]);
         aside[BOTH_LIMIT][j] = least(l->idle[j] > 0.0 ? limit : INFINITY, aside[BOTH_LIMIT][j]);
         aside[NOWHERE][j] += nowhere;
+        aside[LOW_TORQUE][j] = least(g->arm[j] > 0.0 ? g->torque[j] : INFINITY, aside[LOW_TORQUE][j]);
+        aside[HIGH_TORQUE][j] = most(g->arm[j] > 0.0 ? g->torque[j] : -INFINITY, aside[HIGH_TORQUE][j]);
     }
 }
 
@@ -149,11 +173,7 @@ static void prepare(Lines *lines, Row aside[ASIDE], const Tile *t, const Designs
                     long direction, long design, long count) {
     for (long i = 0; i < angles; i++) {
         Given g;
-        take(g.arm, &t->arm, from + i, direction, design, count);
-        take(g.arm_slope, &t->arm_slope, from + i, direction, design, count);
-        take(g.mismatch, &t->mismatch, from + i, direction, design, count);
-        take(g.torque, &t->torque, from + i, direction, design, count);
-        take(g.torque_slope, &t->torque_slope, from + i, direction, design, count);
+        set_given(&g, t, d, from + i, direction, design, count);
         set_lines(lines + i, &g, d);
         if (t->any_bilateral) set_bilateral(lines + i, &g, d);
         look_aside(aside, lines + i, &g);

@@ -173,8 +173,8 @@ class Plan:
     def tiles(self, rectangle: Block, loops: Collection[int], blocks: int = 1) -> Iterator[tuple[slice, ...]]:
         """Cut a rectangle into pieces that suit the model, as slices of its own design axes.
 
-        A piece has as many states as `blocks` blocks, but for the axes in `loops`: what the model computes without these
-        is computed once.
+        A piece has as many states as `blocks` blocks, but for the axes in `loops`: what the model computes without
+        these is computed once.
         """
         lengths = rectangle.shape[:-2]
         beside = max(1, blocks * self.block_states // self.states_per_design)

@@ -7,6 +7,7 @@ does not depend on pretension is worked out once for all of these: here, whateve
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy.typing as npt
 
 from tendon_cli.model import actuator, statics
 from tendon_cli.model.actuator import Design, Transmission
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Kinematics, kinematics
 from tendon_cli.model.statics import Coupling
 
 Flags = npt.NDArray[np.bool_]
@@ -27,15 +28,15 @@ class Tile:
     design: Design
     elbow_angle: Array
     """(K,), rad."""
+    motion: Kinematics
     flexor: Transmission
     extensor: Transmission
-    coupling: Coupling
-    arm_slope: Array
-    """dJ/dθ, m/rad."""
-    torque_slope: Array
-    """dτ_a/dθ, N m/rad."""
-    pretension: Array
-    """Common to both sides; broadcasts to (P, D, B), N."""
+    moment: Array
+    """Of gravity about the elbow where the forearm is level, N m."""
+    inclination: Array
+    """Of the forearm from the vertical, rad."""
+    pretensions: int
+    """P."""
     shape: tuple[int, int, int]
     """K, D, B."""
 
@@ -45,33 +46,64 @@ class Tile:
 
         The design's pretensions have another axis in front, (P, 1, 1, B).
         """
-        motion, flexor, extensor, coupling = actuator.couple(design, elbow_angle, flexion)
-        common = np.asarray(statics.common_pretension(coupling, design.flexor.pretension, design.extensor.pretension))
-        torque_slope = actuator.gravity_torque(design.arm, design.load_mass, elbow_angle)[1]
-        arrays = (coupling.mismatch, coupling.elbow_torque, flexor.compliance, extensor.compliance, flexor.capstan,
-                  extensor.capstan, design.flexor_radius, design.unilateral, common)  # fmt: skip
+        motion = kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial)
+        flexor, extensor = actuator.transmissions(design, flexion)
+        moment = actuator.gravity_moment(design.arm, design.load_mass)
+        inclination = np.add(elbow_angle, design.arm.upper_arm_angle)
+        sides = [np.asarray(side.pretension) for side in (design.flexor, design.extensor)]
+        arrays = (
+            motion.flexor_moment_arm, motion.flexor_travel, flexor.compliance, extensor.compliance, flexor.capstan,
+            extensor.capstan, moment, inclination, design.ratio, design.flexor_radius, design.unilateral, *sides,
+        )  # fmt: skip
         return cls(
             design=design,
             elbow_angle=elbow_angle.reshape(-1),
+            motion=motion,
             flexor=flexor,
             extensor=extensor,
-            coupling=coupling,
-            arm_slope=motion.flexor_moment_arm_slope,
-            torque_slope=torque_slope,
-            pretension=common.reshape(-1, *common.shape[-2:]) if common.ndim else common.reshape(1, 1, 1),
+            moment=moment,
+            inclination=inclination,
+            pretensions=max(len(side) if side.ndim > 3 else 1 for side in sides),
             shape=(len(elbow_angle), flexion.shape[1], max(np.shape(array)[-1] for array in arrays if np.ndim(array))),
         )
+
+    @cached_property
+    def coupling(self) -> Coupling:
+        """What ties the tensions of a state together."""
+        return statics.coupling(
+            moment_arm=self.motion.flexor_moment_arm,
+            elbow_radius=self.design.arm.anchors.elbow_radius,
+            ratio=self.design.ratio,
+            flexor_compliance=self.flexor.compliance,
+            extensor_compliance=self.extensor.compliance,
+            flexor_travel=self.motion.flexor_travel,
+            extensor_travel=self.motion.extensor_travel,
+            elbow_torque=np.asarray(self.moment * np.sin(self.inclination)),
+        )
+
+    @cached_property
+    def pretension(self) -> Array:
+        """Common to both sides; broadcasts to (P, D, B), N."""
+        flexor, extensor = self.design.flexor.pretension, self.design.extensor.pretension
+        one = flexor if flexor is extensor else statics.common_pretension(self.coupling, flexor, extensor)
+        common = np.asarray(one)
+        return common.reshape(-1, *common.shape[-2:]) if common.ndim else common.reshape(1, 1, 1)
+
+    @property
+    def looseness(self) -> Array:
+        """Path that comes loose per newton below a state's shortfall, η c_f + c_e, (1 or D, B), m/N."""
+        return np.asarray(self.design.ratio * self.flexor.compliance + self.extensor.compliance)[0]
 
     @property
     def motor_arms(self) -> tuple[Array, Array]:
         """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
-        radius = self.design.flexor_radius
+        radius = np.asarray(self.design.flexor_radius)
         return radius / self.flexor.capstan, self.design.ratio * radius / self.extensor.capstan
 
 
 @dataclass(frozen=True)
 class Range:
-    """Smallest and largest value over the elbow angles, (P, D, B)."""
+    """Smallest and largest value over the elbow angles, (P, D, B) if nothing else is said."""
 
     lowest: Array
     highest: Array
@@ -110,6 +142,8 @@ class Seen:
     """How many states are slack, (P, D, B)."""
     first_slack_angle: Array
     """The smallest angle with a slack state, (P, D, B), rad."""
+    elbow_torque: Range
+    """τ_a, (D, B), N m."""
     shortfall: Array
     """The largest, (D, B), N."""
     sides: tuple[Side, Side]
@@ -133,6 +167,7 @@ class Seen:
             unstable=np.empty(by_pretension),
             slack=np.empty(by_pretension),
             first_slack_angle=np.empty(by_pretension),
+            elbow_torque=Range.empty(columns),
             shortfall=np.empty(columns),
             sides=(Side(np.empty(columns), np.empty(columns)), Side(np.empty(columns), np.empty(columns))),
             one_sided=np.empty(columns, dtype=np.bool_),
