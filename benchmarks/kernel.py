@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import interleaved
+from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.load import load_study
 from tendon_cli.sweep.part import PartMaker
 from tendon_cli.sweep.plan import Plan
@@ -53,6 +54,7 @@ def _parts(maker: PartMaker, parts: Iterator[int], lock: threading.Lock) -> None
 
 
 def main(study: str, folder: str, threads: str, times: str) -> None:
+    keep_freed_memory()
     plan = Plan(load_study(Path(study)))
     maker, fused = PartMaker(plan, Path(folder)), Fused(plan, Path(folder))
     fused.run(int(threads))  # its results take their memory once

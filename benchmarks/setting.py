@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import os
 import shutil
 import subprocess
 import sys
@@ -37,9 +38,7 @@ class Bench:
     """Values on the axes of `studies.designs_study`."""
     kernel: tuple[int, int, int, int]
     growing: dict[str, str]
-    """Studies of growing size with only the designs table, by their number of states."""
-    growing_states: dict[str, str]
-    """The same with both tables."""
+    """Studies of growing size, by their number of states."""
     threads: int = field(default_factory=cores)
     _numbers: Iterator[int] = field(default_factory=itertools.count)
 
@@ -81,9 +80,10 @@ class Bench:
             into.close()
 
 
-def said_by(module: str, *arguments: object) -> dict[str, Any]:
-    """What a module of the benchmark prints as JSON when it is run as a process."""
-    ended = subprocess.run(_python(module, *arguments), check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True)
+def said_by(module: str, *arguments: object, **environment: str) -> dict[str, Any]:
+    """What a module of the benchmark prints as JSON when it is run as a process, with more in its environment."""
+    command, around = _python(module, *arguments), os.environ | environment
+    ended = subprocess.run(command, check=True, cwd=ROOT, stdout=subprocess.PIPE, text=True, env=around)
     said: dict[str, Any] = json.loads(ended.stdout)
     return said
 

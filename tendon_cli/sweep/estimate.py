@@ -11,15 +11,17 @@ from typing import Any
 from tendon_cli.quantities import Quantity
 from tendon_cli.study.study import CASE_AXIS, keys
 from tendon_cli.sweep.part import PartMaker
-from tendon_cli.sweep.plan import ROW_GROUP, STATES_PER_PART, Plan
+from tendon_cli.sweep.plan import ROW_GROUP, Plan
 from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import UNITS
 
-# Measured on 64-bit Linux: the interpreter with its libraries, and the temporary arrays of one block.
+# Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
 _BYTES_AT_REST = 110_000_000
 _ARRAYS_PER_BLOCK = 70
+_RESULTS = 16
 _SAMPLES = 8
-_SECONDS_TO_START = 0.4
+_MOST_STATES = 2**26
+_SECONDS_TO_START = 0.3
 _SECONDS_FOR_FIGURES = 1.5
 
 
@@ -97,8 +99,14 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
 
 
 def _samples(plan: Plan) -> list[range]:
-    """Runs of designs spread evenly over the product, a part's worth at most; all of a small one."""
-    most = min(plan.designs, plan.part_designs, max(1, 2 * STATES_PER_PART // plan.states_per_design))
+    """What is computed to know the rest: runs of designs spread evenly over the product, for the size of their rows.
+
+    Without rows of states a stretch of a part in the middle, for designs side by side have much in common.
+    """
+    if "states" not in plan.study.output.tables:
+        part = plan.part(plan.parts // 2)
+        return [part[: max(1, _MOST_STATES // plan.states_per_design)]]
+    most = min(plan.designs, plan.part_designs)
     runs = 1 if most == plan.designs else min(_SAMPLES, most)
     length = most // runs
     starts = [(plan.designs - length) * index // max(1, runs - 1) for index in range(runs)]
@@ -137,10 +145,11 @@ def _design_axis(plan: Plan, index: int) -> AxisLine:
 
 
 def _bytes_per_worker(plan: Plan, maker: PartMaker) -> int:
-    """Row groups while they are gathered and encoded, and the arrays of a block."""
+    """Row groups while they are gathered and encoded, the arrays of a block, and what a part's designs come to."""
     part = plan.part(0)
     gathered = sum(
         2 * 8 * len(maker.layout(table, 0)[0]) * min(ROW_GROUP, plan.rows(table, part))
         for table in plan.study.output.tables
     )
-    return gathered + 8 * _ARRAYS_PER_BLOCK * min(plan.block_states, plan.rows("states", part))
+    block = 8 * _ARRAYS_PER_BLOCK * min(plan.block_states, plan.rows("states", part))
+    return gathered + block + 8 * _RESULTS * len(part)

@@ -92,13 +92,15 @@ class Tile:
     @property
     def looseness(self) -> Array:
         """Path that comes loose per newton below a state's shortfall, η c_f + c_e, (1 or D, B), m/N."""
-        return np.asarray(self.design.ratio * self.flexor.compliance + self.extensor.compliance)[0]
+        common: Array = self.design.ratio * self.flexor.compliance + self.extensor.compliance
+        return np.asarray(common[0])
 
     @property
     def motor_arms(self) -> tuple[Array, Array]:
         """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
-        radius = np.asarray(self.design.flexor_radius)
-        return radius / self.flexor.capstan, self.design.ratio * radius / self.extensor.capstan
+        radius = self.design.flexor_radius
+        flexor, extensor = radius / self.flexor.capstan, self.design.ratio * radius / self.extensor.capstan
+        return np.asarray(flexor), np.asarray(extensor)
 
 
 @dataclass(frozen=True)

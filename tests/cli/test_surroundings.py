@@ -2,8 +2,14 @@
 
 import json
 import os
+import shutil
+import sys
+from importlib.metadata import packages_distributions
+from pathlib import Path
 
 import pytest
+
+import tendon_cli
 
 HEAVY = ("numpy", "pandas", "pyarrow", "scipy", "matplotlib", "joblib", "distributed")
 LOADED = """
@@ -13,7 +19,7 @@ with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
     cli.main(sys.argv[1:])
 print(json.dumps(sorted(sys.modules)))
 """
-VARIABLES = ("OPENBLAS_NUM_THREADS", "PYDANTIC_DISABLE_PLUGINS")
+VARIABLES = ("OPENBLAS_NUM_THREADS", "PYDANTIC_DISABLE_PLUGINS", "ARROW_DEFAULT_MEMORY_POOL")
 
 
 def loaded_after(outside, *words):
@@ -48,7 +54,7 @@ def test_what_the_environment_says_counts_more_than_a_quick_start(outside, given
     code = f"from tendon_cli.startup import spare_time; spare_time(); import os; print(*map(os.getenv, {VARIABLES}))"
     clean = {name: value for name, value in os.environ.items() if name not in VARIABLES}
     words = outside("-c", code, python=True, env=clean | given).out.split()
-    assert words == ([*given.values()] or ["1", "__all__"])
+    assert words == ([*given.values()] or ["1", "__all__", "system"])
 
 
 def test_modules_in_the_working_directory_are_not_executed(outside, workplace):
@@ -69,6 +75,71 @@ def test_modules_in_the_working_directory_are_not_executed(outside, workplace):
     ran = outside("sweep", "study.toml", "--no-figures", "--json")
     assert (ran.exit, ran.json["designs"]) == (0, 1)
     assert not (workplace / "executed").exists()
+
+
+INSTALLED = Path(tendon_cli.__file__).parents[1]
+UNINSTALLED = {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path.endswith("site-packages"))}
+"""With -S no hook of an installation is read, and less is imported before tendon is."""
+
+
+def traps_except(folder, names):
+    """A module under every name of the standard library and of what is installed that says if it is executed."""
+    installed = {name for name in packages_distributions() if name.isidentifier()}
+    for name in {*sys.stdlib_module_names, *installed} - names:
+        (folder / f"{name}.py").write_text("open('executed', 'a').write(__name__ + ' ')\n", encoding="utf-8")
+
+
+@pytest.mark.parametrize("flags", [(), ("-S",)], ids=["installed", "uninstalled"])
+def test_python_m_executes_no_module_in_the_working_directory_either(outside, workplace, tmp_path_factory, flags):
+    paths = {"PYTHONPATH": os.pathsep.join([str(INSTALLED), UNINSTALLED["PYTHONPATH"]])} if flags else {}
+    options = {"python": True, "env": os.environ | paths}
+    probe = tmp_path_factory.mktemp("probe")
+    (probe / "probe.py").write_text("import sys; print(*sys.modules)", encoding="utf-8")
+    # What any `python -m` has imported before the module is asked: contextlib, functools, warnings and such.
+    beyond_reach = set(outside(*flags, "-m", "probe", **options, cwd=probe).out.split())
+    assert not {"json", "typing", "signal", "typer", "pydantic", "numpy"} & beyond_reach
+    traps_except(workplace, {*beyond_reach, "tendon_cli"})
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    for words in (("--help",), ("sweep", "study.toml", "--json")):
+        ran = outside(*flags, "-m", "tendon_cli", *words, **options)
+        assert (ran.exit, ran.err, (workplace / "executed").exists()) == (0, "", False), words
+
+
+def test_python_m_with_p_executes_nothing_at_all(outside, workplace):
+    traps_except(workplace, set())
+    ran = outside("-P", "-m", "tendon_cli", "--help", python=True)
+    assert (ran.exit, ran.err, (workplace / "executed").exists()) == (0, "", False)
+
+
+@pytest.fixture
+def checkout(workplace):
+    """The sources in the working directory, of a version that nobody has installed."""
+    shutil.copytree(INSTALLED / "tendon_cli", workplace / "tendon_cli", ignore=shutil.ignore_patterns("__pycache__"))
+    (workplace / "tendon_cli/version.py").write_text('__version__ = "9"\nRESULTS_VERSION = 9\n', encoding="utf-8")
+    return workplace
+
+
+def test_a_checkout_that_is_not_installed_runs(outside, checkout):
+    options = {"python": True, "env": os.environ | UNINSTALLED}
+    assert outside("-S", "-m", "tendon_cli", "--version", **options).out == "tendon 9\n"
+    assert outside("-S", "-m", "tendon_cli", "init", **options).exit == 0
+    ran = outside("-S", "-m", "tendon_cli", "sweep", "study.toml", "--json", **options)
+    assert (ran.exit, ran.err, ran.json["results_version"], ran.json["figures"]) == (0, "", 9, ["slack_map.png"])
+
+
+def test_a_working_directory_that_pythonpath_names_stays(outside, checkout):
+    paths = {"PYTHONPATH": os.pathsep.join([str(checkout), UNINSTALLED["PYTHONPATH"]])}
+    (checkout / "rich.py").write_text("raise SystemExit(77)", encoding="utf-8")
+    shown = "import sys, runpy; sys.argv[1:] = ['--version']; runpy.run_module('tendon_cli', run_name='__main__')"
+    for words in (("-P", "-m", "tendon_cli", "--version"), ("-m", "tendon_cli", "--version"), ("-P", "-c", shown)):
+        ran = outside("-S", *words, python=True, env=os.environ | paths)
+        assert (ran.exit, ran.out) == (0, "tendon 9\n"), words
+
+
+def test_python_m_runs_where_the_working_directory_is_gone(outside, tmp_path_factory):
+    gone = tmp_path_factory.mktemp("gone")
+    ran = outside("-m", "tendon_cli", "--version", python=True, cwd=gone, preexec_fn=gone.rmdir)
+    assert (ran.exit, ran.err) == (0, "")
 
 
 def test_an_unwritable_home_is_no_obstacle(outside, workplace):
