@@ -1,4 +1,17 @@
-"""`python -m tendon_cli` is `tendon`."""
+"""`python -m tendon_cli` is `tendon`: nothing in the working directory is executed.
+
+Beyond reach are what Python itself has imported by now, and a `tendon_cli` that stands there; `python -P` spares both.
+"""
+
+import os  # Python has both already; any other import would look into the working directory
+import sys
+
+try:
+    is_first = sys.path[0] == os.getcwd()  # noqa: PTH109 - pathlib is not imported yet
+except OSError:  # there is none any more
+    is_first = False
+if is_first and not sys.flags.safe_path:  # with -P it is first only where PYTHONPATH says so
+    del sys.path[0]
 
 from tendon_cli.cli import main
 

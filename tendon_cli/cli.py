@@ -10,12 +10,12 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from tendon_cli import options
-from tendon_cli.errors import EXIT_NOT_AS_HOPED, OutputError, TendonError, UsageError
+from tendon_cli.errors import EXIT_NOT_AS_HOPED, TendonError, UsageError
 from tendon_cli.startup import spare_time
 from tendon_cli.terminal import (
     as_json_text,
+    as_output_error,
     flush_results,
-    give_up_stdout,
     prepare_streams,
     print_error,
     print_result,
@@ -240,8 +240,7 @@ def _as_fault(error: Exception) -> TendonError:
     if isinstance(error, _USAGE):
         return UsageError(error.format_message(), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
-        give_up_stdout()  # most likely it was a help page that nobody could take
-        return OutputError(f"input or output failed: {error.strerror or error}")
+        return as_output_error(error)
     return TendonError(f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where")
 
 

@@ -36,6 +36,17 @@ def flush_results() -> None:
         raise OutputError(f"standard output cannot be written: {getattr(error, 'strerror', None) or error}") from error
 
 
+def as_output_error(error: OSError) -> OutputError:
+    """An OSError that nobody expected: of standard output, where that cannot be flushed, else of the file it names."""
+    try:
+        flush_results()  # a help page that nobody could take is still in there
+    except OutputError as fault:
+        return fault
+    file = error.filename
+    where = os.fsdecode(file) if isinstance(file, str | bytes | os.PathLike) else None
+    return OutputError(f"input or output failed: {error.strerror or error}", where=where)
+
+
 class _Closed(io.TextIOBase):
     """Stands for a standard output that was closed before Python started."""
 

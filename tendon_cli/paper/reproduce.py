@@ -96,7 +96,8 @@ def reproduce(
     steps = _Steps(progress, total)
     with tempfile.TemporaryDirectory(prefix="tendon-paper-") as temporary:
         area = runs if runs is not None else Path(temporary)
-        found = evaluate(area, jobs=jobs, stop=stop or threading.Event(), step=steps.take)
+        # A temporary folder is this run's alone: it needs no lock, and may lie where nothing can be locked.
+        found = evaluate(area, jobs=jobs, stop=stop, step=steps.take, lock=runs is not None)
         files = _draw(found, out, steps.take)
     write_whole(out / "ledger.md", ledger_page(found.findings, found.slips).encode())
     write_whole(out / "ledger.json", ledger_json([*found.findings, *found.slips]).encode())
@@ -104,11 +105,12 @@ def reproduce(
 
 
 def evaluate(
-    area: Path, *, jobs: int = 1, stop: threading.Event | None = None, step: Callable[[], None] = lambda: None
-) -> Evaluation:
+    area: Path, *, jobs: int = 1, stop: threading.Event | None = None, step: Callable[[], None] = lambda: None,
+    lock: bool = True,
+) -> Evaluation:  # fmt: skip
     """Sweep all studies into folders of `area`, fit Table A.1, and judge; nothing is drawn."""
     runs: dict[str, Run] = {}
-    for name, run in swept((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event()):
+    for name, run in swept((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event(), lock=lock):
         runs[name] = run
         step()
     fit, at_pi = (fit_file(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE))

@@ -81,12 +81,14 @@ def load(name: str) -> Study:
     return load_study(FOLDER / f"{study}.toml", tuple(settings))
 
 
-def swept(names: tuple[str, ...], area: Path, *, jobs: int, stop: threading.Event) -> Iterator[tuple[str, Run]]:
+def swept(
+    names: tuple[str, ...], area: Path, *, jobs: int, stop: threading.Event, lock: bool = True
+) -> Iterator[tuple[str, Run]]:
     """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
     for name in names:
         study = load(name)
         folder = RunFolder(area / name, Plan(study))
-        with folder.locked():
+        with folder.locked(use_lock=lock):
             outcome = run(folder, jobs=jobs, stop=stop, progress=_silent)
             if not outcome.up_to_date:
                 folder.write_record(outcome.record)

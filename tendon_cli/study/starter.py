@@ -6,7 +6,8 @@ import re
 from importlib.resources import files
 from pathlib import Path
 
-from tendon_cli.errors import OutputError, UsageError
+from tendon_cli.errors import UsageError
+from tendon_cli.files import write_new
 from tendon_cli.study.reading import YAML_SUFFIXES
 
 
@@ -21,10 +22,5 @@ def write_starter(path: Path) -> None:
     """Write the starter study; raises UsageError where a file stands there, OutputError where none can be written."""
     if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
         raise UsageError(f"{path.name} ends in neither .toml nor .yaml", hint=f"tendon init {path.name}.toml")
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(starter(path))
-    except FileExistsError:
-        raise UsageError("exists already, and is not overwritten", where=str(path), hint="name another file") from None
-    except OSError as error:
-        raise OutputError(f"cannot be written: {error.strerror}", where=str(path)) from error
+    if not write_new(path, starter(path).encode()):
+        raise UsageError("exists already, and is not overwritten", where=str(path), hint="name another file")

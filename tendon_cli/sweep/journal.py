@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.errors import FolderError
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.sweep.part import PartResult, Totals
 from tendon_cli.tables.write import WrittenFile
@@ -30,7 +31,7 @@ class Journal:
 
     @classmethod
     def read(cls, path: Path) -> Journal:
-        """All whole lines of a journal; a file that is not there is an empty journal."""
+        """All whole lines of a journal; a file that is not there is an empty journal. Raises FolderError."""
         journal = cls(path)
         for entry in _entries(path):
             if "part" in entry:
@@ -65,6 +66,9 @@ def _entries(path: Path) -> list[dict[str, Any]]:
         lines = path.read_bytes().split(b"\n")[:-1]
     except FileNotFoundError:
         return []
+    except OSError as error:  # what it lists is not known, so nothing in the folder may be trusted or deleted
+        hint = "make it a file that can be read, or choose another folder with --out"
+        raise FolderError(f"cannot be read: {error.strerror}", where=str(path), hint=hint) from error
     found = []
     for line in lines:
         checksum, _, text = line.partition(b" ")

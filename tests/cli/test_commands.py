@@ -2,6 +2,8 @@
 
 import json
 import re
+import resource
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -106,6 +108,25 @@ def test_init_where_no_file_can_be_is_exit_5(tendon):
     ran = tendon("init", "no/such/folder/study.toml")
     assert ran.exit == 5
     assert "no/such/folder/study.toml" in ran.err
+
+
+def test_an_init_that_is_cut_off_leaves_nothing_and_can_be_done_again(outside, workplace):
+    """A limit on the length of a file stands in for a full disk."""
+    limit = (resource.RLIMIT_FSIZE, (1000, 1000))
+    ran = outside("init", "mine.toml", preexec_fn=lambda: resource.setrlimit(*limit))
+    assert (ran.exit, ran.out) == (5, "")
+    assert ran.err == "tendon: error: mine.toml: cannot be written: File too large\n"
+    assert list(workplace.iterdir()) == []
+    assert outside("init", "mine.toml").exit == 0
+    assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
+
+
+def test_of_many_inits_at_once_one_writes_the_starter(outside, workplace):
+    with ThreadPoolExecutor(8) as pool:
+        ended = list(pool.map(lambda _: outside("init", "mine.toml").exit, range(8)))
+    assert sorted(ended) == [0, *[2] * 7]
+    assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
+    assert load_study(workplace / "mine.toml").name == "mine"
 
 
 # --- schema ----------------------------------------------------------------------------------------------------------

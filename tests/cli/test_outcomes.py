@@ -1,5 +1,6 @@
 """Exit codes, each reached for real; JSON, one object whatever happens; errors that are one message."""
 
+import errno
 import gc
 import json
 import os
@@ -261,6 +262,41 @@ def test_a_reader_that_left_is_exit_5_and_one_line(outside, study):
     os.close(writing)
     assert ran.exit == 5
     assert one_line(ran.err)
+
+
+def test_an_error_that_nobody_expected_is_not_taken_for_one_of_stdout(outside, study):
+    """A name too long for the file system fails where nothing is written yet; the object must reach stdout."""
+    name = "x" * 300
+    ran = outside("sweep", study, "--no-figures", "--out", name, "--json")
+    assert (ran.exit, ran.err, ran.json["error"]["kind"]) == (5, "", "output")
+    assert name in ran.json["error"]["where"]
+    assert os.strerror(errno.ENAMETOOLONG) in ran.json["error"]["message"]
+    ran = outside("sweep", study, "--no-figures", "--out", name)
+    assert (ran.exit, ran.out, name in ran.err) == (5, "", True)
+    assert one_line(ran.err)
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_any_oserror_is_one_message_and_one_object(tendon, study, monkeypatch, named):
+    def failing(*_args, **_options):
+        raise OSError(errno.EIO, os.strerror(errno.EIO), *(["some/file"] if named else []))
+
+    monkeypatch.setattr("tendon_cli.study.load.load_study", failing)
+    ran = tendon("sweep", study, "--json")
+    assert (ran.exit, ran.err, ran.json["error"]["where"]) == (5, "", "some/file" if named else None)
+    assert os.strerror(errno.EIO) in ran.json["error"]["message"]
+    assert tendon("sweep", study).err.count("tendon: error: ") == 1
+    assert tendon("--version").exit == 0, "stdout was given up"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_help_page_that_does_not_fit_is_an_error_of_stdout(outside, unbuffered):
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+        ran = outside("--help", capture_output=False, stdout=full, stderr=subprocess.PIPE, env=environment)
+    assert (ran.exit, one_line(ran.err)) == (5, True)
+    assert unbuffered or "standard output cannot be written" in ran.err
 
 
 def test_a_closed_stderr_changes_nothing(outside, study):

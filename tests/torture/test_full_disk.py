@@ -1,5 +1,6 @@
 """A disk that is full, or fails: exit 5, nothing that looks finished, and the run goes on where there is room again."""
 
+import errno
 import json
 import os
 import resource
@@ -76,6 +77,27 @@ def test_a_disk_that_cannot_hold_the_run_is_told_beforehand(namespace, place, tm
     first = json.loads(ran.stdout)["first"]
     assert (first["exit"], first["files"]) == (2, [])
     assert json.loads(first["out"])["error"]["kind"] == "size"
+
+
+INIT = """
+mount -t tmpfs -o size=64k tmpfs "$0" && cd "$0" || exit 99
+cat /dev/zero 2>/dev/null > filler
+"$@"; echo "exit $?"; ls -A
+rm filler
+"$@"; echo "exit $?"; ls -A
+"""
+
+
+def test_a_starter_that_does_not_fit_leaves_nothing_and_fits_when_there_is_room(namespace, tmp_path):
+    point = tmp_path / "disk"
+    point.mkdir()
+    words = [*namespace, "sh", "-c", INIT, point, *command({}, "init", "mine.toml")]
+    ran = subprocess.run(words, check=True, capture_output=True, text=True, timeout=60)
+    said = "mine.toml written; next: tendon sweep mine.toml"
+    assert ran.stdout.splitlines() == ["exit 5", "filler", said, "exit 0", "mine.toml"]
+    first, *hint = ran.stderr.splitlines()
+    assert first == f"tendon: error: mine.toml: cannot be written: {os.strerror(errno.ENOSPC)}"
+    assert len(hint) == 1
 
 
 @pytest.mark.parametrize("kilobytes", some([4], [1, 2, 8, 16]))

@@ -49,3 +49,11 @@ def test_a_run_that_stands_where_nothing_can_be_locked_is_left_as_it_was(place, 
     assert (code, error["exit"], error["kind"], error["where"]) == (7, 7, "folder", "run")
     assert "--no-lock" in error["hint"]
     assert standing(place / "run") == before
+
+
+@pytest.mark.parametrize("error", some(["ENOLCK"], ["EOPNOTSUPP", "ENOSYS"]))
+def test_the_paper_needs_no_lock(place, error):
+    """Its runs stand in a temporary folder that nobody else has."""
+    code, out, said = launched(place, without_locks(error), "paper", "--out", "paper", "--json")
+    assert (code, said) == (0, "")
+    assert sorted(item.name for item in (place / "paper").iterdir()) == sorted(json.loads(out)["files"])

@@ -1,8 +1,11 @@
 """A run.json or a journal that somebody changed ends in one message, or in a run that stands; never in a bug."""
 
 import copy
+import errno
 import json
+import os
 import random
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +13,7 @@ from tendon_cli.errors import TendonError
 from tendon_cli.sweep.journal import _line
 
 from .test_journal import PARTS, advance, folder, stopped, whole  # noqa: F401 - fixtures
-from .tools import some
+from .tools import some, study_in
 
 VALUES = [None, True, -1, 0, 1.5, 10**9, 10**30, "", "x", "../../x", "/", [], {}, [[]], {"path": 1}]
 
@@ -80,3 +83,57 @@ def test_a_changed_journal_is_no_bug(folder, whole, hashes_in, tmp_path, seed): 
             assert hashes_in(folder.path) == whole
         assert {item.name for item in tmp_path.iterdir()} == {"run", "study.toml"}
     assert faults == {}
+
+
+# --- A journal that cannot be read ------------------------------------------------------------------------------------
+
+
+def a_folder(journal, _patch):
+    """Where the journal should be."""
+    journal.unlink()
+    journal.mkdir()
+    return errno.EISDIR
+
+
+def forbidden(journal, patch):
+    """The superuser may read everything, so it is injected."""
+    read = Path.read_bytes
+
+    def call(path):
+        if path.name == journal.name:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        return read(path)
+
+    patch.setattr(Path, "read_bytes", call)
+    return errno.EACCES
+
+
+@pytest.mark.parametrize("words", [(), ("--resume",), ("--overwrite",)], ids=" ".join)
+@pytest.mark.parametrize("harm", [a_folder, forbidden])
+@pytest.mark.parametrize("state", ["finished", "unfinished"])
+def test_a_journal_that_cannot_be_read_is_named_and_nothing_is_touched(
+    tendon, workplace, monkeypatch, hashes_in, state, harm, words
+):
+    study_in(workplace, "")
+    sweep = ("sweep", "study.toml", "--out", "run", "--no-figures", *words)
+    assert tendon(*sweep).exit == 0
+    run, journal = workplace / "run", workplace / "run/journal.jsonl"
+    journal.touch()
+    if state == "unfinished":
+        (run / "run.json").unlink()
+    before = hashes_in(run), sorted(run.iterdir())
+    reason = os.strerror(harm(journal, monkeypatch))
+    ran = tendon(*sweep, "--json")
+    error = ran.json["error"]
+    assert (ran.exit, ran.err, error["exit"], error["kind"], error["where"]) == (
+        7,
+        "",
+        7,
+        "folder",
+        "run/journal.jsonl",
+    )
+    assert error["message"] == f"cannot be read: {reason}"
+    ran = tendon(*sweep)
+    assert (ran.exit, ran.out) == (7, "")
+    assert ran.err == f"tendon: error: run/journal.jsonl: cannot be read: {reason}\n  hint: {error['hint']}\n"
+    assert (hashes_in(run), sorted(run.iterdir())) == before

@@ -2,6 +2,7 @@
 
 import errno
 import os
+from pathlib import Path
 
 import pytest
 
@@ -54,3 +55,64 @@ def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(tendon, 
             assert not stands or file.read_bytes() == BEFORE
     assert tendon(*WRITERS[name]).exit == 0
     assert file.read_bytes() == whole
+
+
+# --- A starter, which is put in place where nothing stands ------------------------------------------------------------
+
+INIT = ("init", "mine.toml")
+INIT_STEPS = {"links": ("open", "write", "fsync file"), "no links": (*STEPS[:3], "open", "rename")}
+NO_LINKS = (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS)
+
+
+def linking(patch, number=None, appears=None):
+    """Links that fail as on a file system that has none, perhaps after somebody else has made the file."""
+    link = Path.hardlink_to
+
+    def call(path, target):
+        if appears is not None:
+            path.write_bytes(appears)
+        if number is not None:
+            raise OSError(number, os.strerror(number))
+        link(path, target)
+
+    patch.setattr(Path, "hardlink_to", call)
+
+
+@pytest.mark.parametrize("links", INIT_STEPS)
+def test_an_error_at_any_step_of_a_starter_leaves_nothing(tendon, workplace, monkeypatch, muttered, links):
+    if links == "no links":
+        linking(monkeypatch, errno.EPERM)
+    steps = INIT_STEPS[links]
+    for at in range(len(steps)):
+        for number in NUMBERS:
+            with monkeypatch.context() as patch:
+                faults = Faults(patch, workplace)
+                faults.begin(at, number=number)
+                ran = tendon("init", workplace / "mine.toml")
+            assert [kind for kind, _ in faults.seen][: at + 1] == list(steps[: at + 1])
+            assert (ran.exit, ran.out) == (5, "")
+            assert ran.err.startswith(
+                f"tendon: error: {workplace}/mine.toml: cannot be written: {os.strerror(number)}\n"
+            )
+            assert list(workplace.iterdir()) == []
+    assert tendon(*INIT).exit == 0
+    assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
+
+
+@pytest.mark.parametrize("number", NO_LINKS)
+def test_a_starter_is_the_same_where_there_are_no_links(tendon, workplace, monkeypatch, number):
+    assert tendon(*INIT).exit == 0
+    with_links = (workplace / "mine.toml").read_bytes()
+    (workplace / "mine.toml").unlink()
+    linking(monkeypatch, number)
+    assert tendon(*INIT).exit == 0
+    assert (workplace / "mine.toml").read_bytes() == with_links
+    assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
+
+
+@pytest.mark.parametrize("number", [None, *NO_LINKS])
+def test_a_file_that_appears_while_a_starter_is_written_stays(tendon, workplace, monkeypatch, number):
+    linking(monkeypatch, number, appears=BEFORE)
+    assert tendon(*INIT).exit == 2
+    assert (workplace / "mine.toml").read_bytes() == BEFORE
+    assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
