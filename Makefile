@@ -48,7 +48,7 @@ torture: $(FUZZER)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
 clean:  ## remove the environment and caches, never results
-	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info
+	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_look.*
 
 VERIFY := .venv-verify
 MUJOCO := $(VERIFY)/.ready

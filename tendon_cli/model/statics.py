@@ -54,6 +54,11 @@ class Coupling:
         """η c_f + c_e, by how much h grows per newton of pretension on both sides, m/N."""
         return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
 
+    @property
+    def flexor_share(self) -> Array:
+        """The flexor's part in that."""
+        return np.asarray(self.ratio * self.flexor_compliance / self.common_compliance)
+
 
 @dataclass(frozen=True)
 class Response:
@@ -175,12 +180,14 @@ def _tolerance(tension: Array, pretension: Array) -> Array:
     return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
 
 
-def common_pretension(state: Coupling, flexor_pretension: Real, extensor_pretension: Real) -> Real:
-    """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance."""
+def common_pretension(flexor_share: Array, flexor_pretension: Real, extensor_pretension: Real) -> Real:
+    """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance.
+
+    `flexor_share` is η c_f / (η c_f + c_e).
+    """
     if flexor_pretension is extensor_pretension:
         return flexor_pretension
-    share = state.ratio * state.flexor_compliance / state.common_compliance
-    return np.asarray(extensor_pretension + share * np.subtract(flexor_pretension, extensor_pretension))
+    return np.asarray(extensor_pretension + flexor_share * np.subtract(flexor_pretension, extensor_pretension))
 
 
 def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True) -> Balance:
@@ -189,7 +196,7 @@ def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *
     Where J <= 0 the tensions are not numbers.
     """
     response = respond(state, unilateral=unilateral)
-    pretension = common_pretension(state, flexor_pretension, extensor_pretension)
+    pretension = common_pretension(state.flexor_share, flexor_pretension, extensor_pretension)
     surplus = pretension - response.shortfall
     taking = np.maximum(surplus, response.lowest)
     flexor_slack, extensor_slack = _slack_sides(state, response, pretension, unilateral)
@@ -241,12 +248,3 @@ def pretension_shortfall(state: Coupling) -> Array:
     required pretension F0*.
     """
     return respond(state).shortfall
-
-
-def pretension_in_hand(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, shortfall: Array) -> Array:
-    """By how much both pretensions could be lowered before a state goes slack, N; negative where it is slack.
-
-    For equal pretensions F0 - max(0, shortfall); where the sides differ, pretension counts by each side's compliance.
-    """
-    common = common_pretension(state, flexor_pretension, extensor_pretension)
-    return np.asarray(np.minimum(common - shortfall, np.minimum(flexor_pretension, extensor_pretension)))

@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array
 from tendon_cli.sweep.tile import Range, Seen, Side, Tile
@@ -48,9 +49,12 @@ class _Seen(ctypes.Structure):
 @cache
 def library() -> ctypes.CDLL | None:
     """The compiled code; None where there is none of this version, or none is wanted."""
-    if os.environ.get(UNWANTED):
-        return None
-    for path in Path(__file__).parent.glob("_look.*"):
+    return None if os.environ.get(UNWANTED) else _load(Path(__file__).parent)
+
+
+def _load(folder: Path) -> ctypes.CDLL | None:
+    """The first of what is compiled in a folder that this machine can run and that is of this version."""
+    for path in sorted(folder.glob("_look.*")):
         try:
             code = ctypes.CDLL(str(path))
             if ctypes.c_int.in_dll(code, "tendon_look_version").value == _VERSION:
@@ -61,7 +65,7 @@ def library() -> ctypes.CDLL | None:
 
 
 def look(tile: Tile, code: ctypes.CDLL) -> Seen:
-    """Look at all states of a tile, once for each pretension."""
+    """Look at all states of a tile, once for each pretension, by what `library` gave; safe from several threads."""
     motion, design = tile.motion, tile.design
     arm = np.where(motion.flexor_moment_arm > 0.0, motion.flexor_moment_arm, np.nan)
     fields = (
@@ -71,8 +75,8 @@ def look(tile: Tile, code: ctypes.CDLL) -> Seen:
     )  # fmt: skip
     unilateral = np.asarray(design.unilateral, dtype=np.float64)
     whole = tile.pretensions, *tile.shape[1:]
-    arrays = [np.broadcast_to(np.asarray(values, dtype=np.float64), tile.shape) for values in (*fields, unilateral)]
-    arrays.append(np.broadcast_to(tile.pretension, whole))
+    arrays = [_spread(values, tile.shape) for values in (*fields, unilateral)]
+    arrays.append(_spread(tile.pretension, whole))
     angle = np.ascontiguousarray(tile.elbow_angle)
     by_pretension, aside = np.empty((_BY_PRETENSION, *whole)), np.empty((_ASIDE, *whole[1:]))
     given = _Tile(*map(_field, arrays), angle.ctypes.data, *tile.shape, tile.pretensions, not unilateral.all())
@@ -82,7 +86,16 @@ def look(tile: Tile, code: ctypes.CDLL) -> Seen:
     return _seen(by_pretension, aside)
 
 
+def _spread(values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    """Broadcast without a copy, but first laid out row by row: along the designs `look.c` takes steps of one or none.
+
+    Pretensions that differ between cases come with the axes in another order.
+    """
+    return np.broadcast_to(np.ascontiguousarray(values, dtype=np.float64), shape)
+
+
 def _field(array: Array) -> _Field:
+    """Where an array is and its steps; the array itself has to outlive what is made here."""
     return _Field(array.ctypes.data, (ctypes.c_long * 3)(*(step // array.itemsize for step in array.strides)))
 
 
@@ -91,7 +104,7 @@ def _pointers(arrays: Array) -> ctypes.Array[ctypes.c_void_p]:
 
 
 def _seen(by_pretension: Array, aside: Array) -> Seen:
-    """What was found, as it leaves the compiled code: infinite where there was nothing to find."""
+    """What was found. It leaves the compiled code infinite where there was nothing to find; no true result is."""
     low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, unstable, slack, first = by_pretension
     (
         shortfall,

@@ -61,16 +61,17 @@ def finished(found: Extremes, states: int) -> Extremes:
     """The result columns of `designs`, from the extremes over all `states` of each design."""
     unanswerable = found["no_equilibrium"] > 0
     failing = found["slack"] + found["no_equilibrium"]
-    columns = {name: found[name] for name in (*_LOWEST, *_HIGHEST) if "_elbow_torque" not in name}
-    return columns | {
+    columns = {name: found[name] for name in (*_LOWEST, *_HIGHEST) if not name.endswith("_torque")}
+    columns |= {
         "peak_elbow_torque": _larger(found["lowest_elbow_torque"], found["highest_elbow_torque"]),
         "peak_motor_torque": _larger(found["lowest_motor_torque"], found["highest_motor_torque"]),
         "slack_fraction": failing / states,
         "unstable_fraction": found["unstable"] / states,
         "required_pretension": np.where(unanswerable, np.nan, np.maximum(0.0, found["required_pretension"])),
         "margin": np.where(unanswerable, np.nan, found["margin"]),
-        "feasible": failing == 0,
     }
+    # Minus nought becomes nought: which of the two is the smallest depends on the order in which states are looked at.
+    return {name: values + 0.0 for name, values in columns.items()} | {"feasible": failing == 0}
 
 
 def _tensions(tile: Tile, seen: Seen) -> Extremes:

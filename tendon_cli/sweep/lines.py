@@ -123,8 +123,8 @@ class _Slackness:
             slack = pretension < self.lines.limit
             seen.slack[index] = _count(slack).reshape(shape)
             seen.first_slack_angle[index] = self.angles[_count(pretension >= self.limit_until)].reshape(shape)
-            # A state is never stiffer slack than taut.
-            stiffness = np.fmin(stiffness, np.where(slack, self.lines.slack_stiffness, np.inf))
+            # A state is never stiffer slack than taut. One without equilibrium stays not a number: no fmin here.
+            stiffness = np.minimum(stiffness, np.where(slack, self.lines.slack_stiffness, np.inf))
         lowest = np.fmin.reduce(stiffness, axis=0, out=seen.stiffness[index].reshape(-1))
         seen.unstable[index] = _count(stiffness < 0.0).reshape(shape) if np.fmin.reduce(lowest) < 0.0 else 0.0
 
@@ -135,13 +135,14 @@ def _look_aside(tile: Tile, response: Response, seen: Seen) -> None:
     seen.elbow_torque.lowest[...] = np.fmin.reduce(torque, axis=0)
     seen.elbow_torque.highest[...] = np.fmax.reduce(torque, axis=0)
     seen.shortfall[...] = np.fmax.reduce(response.shortfall, axis=0)
-    idle, backward, nowhere = response.idle, tile.coupling.elbow_torque < 0.0, np.isnan(response.limit)
+    backward, nowhere = tile.coupling.elbow_torque < 0.0, np.isnan(response.limit)
+    one_sided = ~nowhere & ~response.idle
     for side, chosen in zip(seen.sides, (backward, ~backward), strict=True):
-        alone = chosen & ~idle
+        alone = chosen & one_sided
         side.shortfall[...] = np.fmax.reduce(np.where(alone, response.shortfall, -np.inf), axis=0)
         side.limit[...] = np.fmax.reduce(np.where(alone, response.limit, -np.inf), axis=0)
-    seen.one_sided[...] = np.logical_or.reduce(~nowhere & ~idle, axis=0)
-    seen.both_limit[...] = np.fmin.reduce(np.where(idle, response.limit, np.inf), axis=0)
+    seen.one_sided[...] = np.logical_or.reduce(one_sided, axis=0)
+    seen.both_limit[...] = np.fmin.reduce(np.where(response.idle, response.limit, np.inf), axis=0)
     seen.no_equilibrium[...] = np.add.reduce(nowhere, axis=0)
 
 

@@ -6,28 +6,33 @@
  * through, and comparisons leave it out. To be compiled without contraction of multiply-adds and without fast math.
  */
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
+#if defined(__FAST_MATH__) || FLT_EVAL_METHOD != 0
+#error "other bits than NumPy's, to which this is left if it does not compile"
+#endif
 const int tendon_look_version = 1;
 
 #define WIDTH 32
 #define ANGLES 96
 #define TOLERANCE 1e-9 /* statics.SLACK_TOLERANCE */
 
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__linux__)
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__) /* musl cannot choose */
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define FOR_EACH_PROCESSOR
 #endif
 
 /* An array over (angles, directions, designs), or (pretensions, directions, designs): where it is broadcast its step is
- * nought. Steps count numbers; along the designs the step is one. */
+ * nought. Steps count numbers; along the designs the step is one or nought. */
 typedef struct {
     const double *at;
     long step[3];
 } Field;
 
+/* As `tile.Tile` has it, in SI units; `unilateral` is one or nought. */
 typedef struct {
     Field arm, per_arm, arm_slope, flexor_travel, extensor_travel, sine, cosine;
     Field flexor_compliance, extensor_compliance, flexor_arm, extensor_arm, ratio, radius, moment, unilateral;
@@ -48,6 +53,7 @@ typedef struct {
 
 typedef double Row[WIDTH];
 
+/* As `lines.Lines`, at one angle: values at v = 0, and gains; `idle` is one where no load picks a side, or nought. */
 typedef struct {
     Row shortfall, lowest, limit, x, x_gain, y, y_gain, motor, motor_gain, k, k_gain, k_slack, idle;
 } Lines;
@@ -107,8 +113,7 @@ static void set_designs(Designs *d, const Tile *t, long direction, long design, 
         d->flexor[j] = d->ratio[j] * d->c_x[j];
         d->common[j] = d->flexor[j] + d->c_y[j];
         d->per_common[j] = 1.0 / d->common[j], d->per_radius[j] = 1.0 / d->radius[j], d->per_c_x[j] = 1.0 / d->c_x[j];
-        d->share_x[j] = d->flexor[j] * d->per_common[j];
-        d->share_y[j] = d->c_y[j] * d->per_common[j];
+        d->share_x[j] = d->flexor[j] * d->per_common[j], d->share_y[j] = d->c_y[j] * d->per_common[j];
         d->pull_y[j] = d->radius[j] * d->radius[j] / d->c_y[j];
     }
 }
@@ -209,14 +214,14 @@ static void over_angles(Row found[BY_PRETENSION], const Lines *lines, const doub
 static void over_pretensions(const Tile *t, Seen *s, const Lines *lines, long from, long angles, long direction,
                              long design, long count) {
     for (long p = 0; p < t->pretensions; p++) {
-        long place = (p * t->directions + direction) * t->designs + design;
+        long at = (p * t->directions + direction) * t->designs + design;
         Row found[BY_PRETENSION], pretension;
         take(pretension, &t->pretension, p, direction, design, count);
         for (int r = 0; r < BY_PRETENSION; r++)
-            for (long j = 0; j < WIDTH; j++) found[r][j] = from && j < count ? s->by_pretension[r][place + j] : BEGIN[r];
+            for (long j = 0; j < WIDTH; j++) found[r][j] = from && j < count ? s->by_pretension[r][at + j] : BEGIN[r];
         over_angles(found, lines, t->angle + from, angles, pretension);
         for (int r = 0; r < BY_PRETENSION; r++)
-            for (long j = 0; j < count; j++) s->by_pretension[r][place + j] = found[r][j];
+            for (long j = 0; j < count; j++) s->by_pretension[r][at + j] = found[r][j];
     }
 }
 

@@ -180,8 +180,8 @@ class Plan:
         beside = max(1, blocks * self.block_states // self.states_per_design)
         steps = [1] * len(lengths)
         rest = set(range(len(lengths))).difference(loops)
-        for axes, most in ((rest, beside), (loops, DESIGNS_PER_TILE // beside)):
-            taken = 1
+        taken = 1
+        for axes, most in ((rest, beside), (loops, DESIGNS_PER_TILE)):
             for axis in sorted(axes, reverse=True):
                 steps[axis] = max(1, min(lengths[axis], most // taken))
                 taken *= steps[axis]

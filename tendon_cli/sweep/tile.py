@@ -52,8 +52,9 @@ class Tile:
         inclination = np.add(elbow_angle, design.arm.upper_arm_angle)
         sides = [np.asarray(side.pretension) for side in (design.flexor, design.extensor)]
         arrays = (
-            motion.flexor_moment_arm, motion.flexor_travel, flexor.compliance, extensor.compliance, flexor.capstan,
-            extensor.capstan, moment, inclination, design.ratio, design.flexor_radius, design.unilateral, *sides,
+            motion.flexor_moment_arm, motion.flexor_travel, motion.extensor_travel, flexor.compliance,
+            extensor.compliance, flexor.capstan, extensor.capstan, moment, inclination, design.ratio,
+            design.flexor_radius, design.unilateral, *sides,
         )  # fmt: skip
         return cls(
             design=design,
@@ -84,16 +85,19 @@ class Tile:
     @cached_property
     def pretension(self) -> Array:
         """Common to both sides; broadcasts to (P, D, B), N."""
-        flexor, extensor = self.design.flexor.pretension, self.design.extensor.pretension
-        one = flexor if flexor is extensor else statics.common_pretension(self.coupling, flexor, extensor)
-        common = np.asarray(one)
+        share = self.design.ratio * self.flexor.compliance / self._looseness
+        sides = self.design.flexor.pretension, self.design.extensor.pretension
+        common = np.asarray(statics.common_pretension(share, *sides))
         return common.reshape(-1, *common.shape[-2:]) if common.ndim else common.reshape(1, 1, 1)
 
     @property
     def looseness(self) -> Array:
         """Path that comes loose per newton below a state's shortfall, η c_f + c_e, (1 or D, B), m/N."""
-        common: Array = self.design.ratio * self.flexor.compliance + self.extensor.compliance
-        return np.asarray(common[0])
+        return np.asarray(self._looseness[0])
+
+    @property
+    def _looseness(self) -> Array:
+        return np.asarray(self.design.ratio * self.flexor.compliance + self.extensor.compliance)
 
     @property
     def motor_arms(self) -> tuple[Array, Array]:

@@ -285,8 +285,9 @@ def test_the_required_pretension_does_not_depend_on_the_pretension():
 
 def in_hand(p, angle, flexion):
     *_, tied = actuator.couple(design(p), angle, flexion)
-    shortfall = statics.pretension_shortfall(tied)
-    return statics.pretension_in_hand(tied, p["flexor_pretension"], p["extensor_pretension"], shortfall)
+    sides = p["flexor_pretension"], p["extensor_pretension"]
+    common = statics.common_pretension(tied.flexor_share, *sides)
+    return np.minimum(common - statics.pretension_shortfall(tied), np.minimum(*sides))
 
 
 def lowered(p, by):
