@@ -84,9 +84,10 @@ class Fused:
 
 
 def _compiled(folder: Path) -> ctypes._NamedFuncPointer:
-    library = folder / "fused.so"
-    source = Path(__file__).with_name("fused.c")
-    subprocess.run(["cc", *OPTIONS, "-shared", "-fPIC", "-o", str(library), str(source), "-lm"], check=True)
+    library, loop = folder / "fused.so", folder / "fused.o"
+    subprocess.run(["cc", *OPTIONS, "-fPIC", "-c", "-o", loop, Path(__file__).with_name("fused.c")], check=True)
+    # Linked without these options, or loading it would have the whole process take the smallest numbers for nought.
+    subprocess.run(["cc", "-shared", "-o", library, loop, "-lm"], check=True)
     function = ctypes.CDLL(str(library)).sweep
     function.argtypes = (ctypes.POINTER(_Study), ctypes.c_long, ctypes.c_long)
     function.restype = None
