@@ -8,7 +8,8 @@ import pytest
 
 from .tools import (
     PARTS,
-    STATES,
+    SLOW,
+    SMALL,
     SWEEP,
     group_members,
     journalled,
@@ -21,7 +22,6 @@ from .tools import (
     wait_for,
 )
 
-SMALL = {"states": STATES}
 JOBS = 2
 IN_FLIGHT = 2 * JOBS
 """Parts that may be out at once: each thread has one, and one more is handed to it beforehand."""
@@ -75,7 +75,7 @@ def assert_resumes_to(expected, place, hashes_in, tendon):
 
 @pytest.mark.parametrize("seed", some(range(4), range(4, 54)))
 def test_a_run_killed_at_a_random_moment_resumes_to_the_same_bytes(place, uninterrupted, hashes_in, tendon, seed):
-    with running(place, SMALL, *SWEEP) as process:
+    with running(place, SLOW, *SWEEP) as process:
         kill_somewhen(process, place / "run", random.Random(seed))  # noqa: S311 - a repeatable sample
     assert group_members(process.pid) == []
     assert_resumes_to(uninterrupted, place, hashes_in, tendon)
@@ -86,7 +86,7 @@ def test_a_run_killed_again_and_again_still_comes_to_its_end(place, uninterrupte
     chance, run = random.Random(seed), place / "run"  # noqa: S311 - a repeatable sample
     done = 0
     for _ in range(4):
-        with running(place, SMALL, *SWEEP, "--resume") as process:
+        with running(place, SLOW, *SWEEP, "--resume") as process:
             wanted = min(PARTS - 1, done + chance.randrange(1, 15))
             wait_for(lambda wanted=wanted, process=process: journalled(run) >= wanted or process.poll() is not None)
             kill_group(process)
@@ -126,12 +126,12 @@ RACES = {"empty": (), "resume": ("--resume",), "overwrite": ("--overwrite",)}
 def test_of_two_runs_on_one_folder_exactly_one_proceeds(place, uninterrupted, hashes_in, seed):
     kind = list(RACES)[seed % 3]
     if kind == "resume":
-        with running(place, SMALL, *SWEEP) as process:
+        with running(place, SLOW, *SWEEP) as process:
             wait_for(lambda: journalled(place / "run") >= 5)
             kill_group(process)
     elif kind == "overwrite":
         assert launched(place, SMALL, *SWEEP)[0] == 0
-    both = [start(place, SMALL | {"go": "go", "runner": runner}, *SWEEP, *RACES[kind], "--json") for runner in "ab"]
+    both = [start(place, SLOW | {"go": "go", "runner": runner}, *SWEEP, *RACES[kind], "--json") for runner in "ab"]
     try:
         wait_for(lambda: all((place / f"go-{runner}").exists() for runner in "ab"))
         (place / "go").touch()

@@ -7,9 +7,20 @@ from pathlib import Path
 
 import pytest
 
-from .tools import STATES, SWEEP, ended, group_members, journalled, launched, running, some, temporary_files, wait_for
+from .tools import (
+    SLOW,
+    SMALL,
+    SWEEP,
+    ended,
+    group_members,
+    journalled,
+    launched,
+    running,
+    some,
+    temporary_files,
+    wait_for,
+)
 
-SMALL = {"states": STATES}
 WITH_FIGURES = [word for word in SWEEP if word != "--no-figures"]
 
 
@@ -49,7 +60,7 @@ def test_a_second_sigint_ends_a_run_at_once(place, uninterrupted, hashes_in):
 
 @pytest.mark.parametrize("number", some([signal.SIGTERM], [signal.SIGINT, signal.SIGHUP]))
 def test_a_signal_to_the_parent_alone_stops_at_the_next_part_at_latest(place, uninterrupted, hashes_in, number):
-    with running(place, SMALL, *SWEEP) as process:
+    with running(place, SLOW, *SWEEP) as process:
         wait_for(lambda: journalled(place / "run") >= 5)
         os.kill(process.pid, number)
         left, _, said = ended(process)
