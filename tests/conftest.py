@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import signal
 import subprocess
 import sys
 import threading
@@ -22,6 +23,12 @@ from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
 
 CONFIGS = Path(__file__).parents[1] / "configs"
+
+# Commands that the tests start hear signals, though the tests themselves may run in the background or under nohup.
+if threading.current_thread() is threading.main_thread():
+    for number in (signal.SIGINT, signal.SIGHUP):
+        if signal.getsignal(number) is signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
 
 
 @dataclass(frozen=True)
