@@ -17,7 +17,7 @@ from tendon_cli.units import UNITS
 
 # Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
 _BYTES_AT_REST = 110_000_000
-_ARRAYS_PER_BLOCK = 70
+_ARRAYS_PER_BLOCK = 35
 _RESULTS = 16
 _SAMPLES = 8
 _MOST_STATES = 2**26

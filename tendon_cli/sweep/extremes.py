@@ -21,7 +21,7 @@ COUNTS = ("slack", "no_equilibrium", "unstable")
 
 def blocks_at_once() -> int:
     """How many blocks of a plan make the tile that is looked at fastest; the results do not depend on it."""
-    return 16 if compiled.library() else 2
+    return 8 if compiled.library() else 1
 
 
 def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
