@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-import threading
-import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.expert import ELBOW, GRAVITY, LOAD_AT, SPOOL, WEIGHT, WEIGHT_AT, geometry, sheath
+from benchmarks.measure import in_threads
 
 if TYPE_CHECKING:
     from tendon_cli.sweep.plan import Plan
@@ -67,16 +67,8 @@ class Fused:
     def run(self, threads: int) -> float:
         """Compute everything; seconds."""
         ends = [self._combinations * at // threads for at in range(threads + 1)]
-        workers = [
-            threading.Thread(target=self._function, args=(ctypes.byref(self._study), *ends[at : at + 2]))
-            for at in range(threads)
-        ]
-        started = time.perf_counter()
-        for worker in workers:
-            worker.start()
-        for worker in workers:
-            worker.join()
-        return time.perf_counter() - started
+        study = ctypes.byref(self._study)
+        return in_threads(partial(self._function, study, *ends[at : at + 2]) for at in range(threads))
 
     def columns(self) -> dict[str, Array]:
         """The result columns of the designs table."""

@@ -10,14 +10,13 @@ from __future__ import annotations
 import json
 import sys
 import threading
-import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy.typing as npt
 
 from benchmarks.fused import OPTIONS, Fused
-from benchmarks.measure import interleaved
+from benchmarks.measure import in_threads, interleaved
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.load import load_study
 from tendon_cli.sweep.part import PartMaker
@@ -35,13 +34,7 @@ def tendon(maker: PartMaker, threads: int) -> float:
     """All parts of a plan, computed by some threads; seconds."""
     parts = iter(range(maker.plan.parts))
     lock = threading.Lock()
-    workers = [threading.Thread(target=_parts, args=(maker, parts, lock)) for _ in range(threads)]
-    started = time.perf_counter()
-    for worker in workers:
-        worker.start()
-    for worker in workers:
-        worker.join()
-    return time.perf_counter() - started
+    return in_threads([lambda: _parts(maker, parts, lock)] * threads)
 
 
 def _parts(maker: PartMaker, parts: Iterator[int], lock: threading.Lock) -> None:

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -66,6 +66,17 @@ def interleaved(times: int, *sides: Callable[[], float]) -> list[list[float]]:
             os.sync()
             seconds.append(side())
     return taken
+
+
+def in_threads(calls: Iterable[Callable[[], object]]) -> float:
+    """Seconds that some calls take, each in a thread of its own."""
+    workers = [threading.Thread(target=call) for call in calls]
+    started = time.perf_counter()
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    return time.perf_counter() - started
 
 
 def median_ratio(above: Sequence[float], below: Sequence[float]) -> float:

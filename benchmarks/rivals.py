@@ -10,10 +10,12 @@ from __future__ import annotations
 import json
 import os
 import sys
-import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from benchmarks.measure import in_threads
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -71,13 +73,7 @@ class Ready:
 
     def write(self) -> float:
         """Write each table in as many slices as there are threads; seconds."""
-        workers = [threading.Thread(target=self._slices, args=(thread,)) for thread in range(self._threads)]
-        started = time.perf_counter()
-        for worker in workers:
-            worker.start()
-        for worker in workers:
-            worker.join()
-        return time.perf_counter() - started
+        return in_threads(partial(self._slices, thread) for thread in range(self._threads))
 
     def flush(self) -> float:
         """Wait until what was written is on the disk, then remove it; seconds of the waiting."""
