@@ -146,11 +146,11 @@ def transmissions(design: Design, flexion: Flag) -> tuple[Transmission, Transmis
     return transmission(design.flexor, pulled), transmission(design.extensor, -pulled)
 
 
-def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:
-    """What a state knows before any pretension: motion, both transmissions, and how they are tied together."""
-    motion = kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial)
-    flexor, extensor = transmissions(design, flexion)
-    tied = statics.coupling(
+def tie(
+    design: Design, motion: Kinematics, flexor: Transmission, extensor: Transmission, elbow_torque: Array
+) -> Coupling:
+    """What ties the tensions of a state together, from its parts."""
+    return statics.coupling(
         moment_arm=motion.flexor_moment_arm,
         elbow_radius=design.arm.anchors.elbow_radius,
         ratio=design.ratio,
@@ -158,9 +158,16 @@ def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics
         extensor_compliance=extensor.compliance,
         flexor_travel=motion.flexor_travel,
         extensor_travel=motion.extensor_travel,
-        elbow_torque=gravity_torque(design.arm, design.load_mass, elbow_angle)[0],
+        elbow_torque=elbow_torque,
     )
-    return motion, flexor, extensor, tied
+
+
+def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:
+    """What a state knows before any pretension: motion, both transmissions, and how they are tied together."""
+    motion = kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial)
+    flexor, extensor = transmissions(design, flexion)
+    torque = gravity_torque(design.arm, design.load_mass, elbow_angle)[0]
+    return motion, flexor, extensor, tie(design, motion, flexor, extensor, torque)
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:

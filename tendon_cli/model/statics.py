@@ -54,11 +54,6 @@ class Coupling:
         """η c_f + c_e, by how much h grows per newton of pretension on both sides, m/N."""
         return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
 
-    @property
-    def flexor_share(self) -> Array:
-        """The flexor's part in that."""
-        return np.asarray(self.ratio * self.flexor_compliance / self.common_compliance)
-
 
 @dataclass(frozen=True)
 class Response:
@@ -180,14 +175,16 @@ def _tolerance(tension: Array, pretension: Array) -> Array:
     return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
 
 
-def common_pretension(flexor_share: Array, flexor_pretension: Real, extensor_pretension: Real) -> Real:
-    """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance.
-
-    `flexor_share` is η c_f / (η c_f + c_e).
-    """
+def common_pretension(
+    ratio: Real, flexor_compliance: Array, extensor_compliance: Array,
+    flexor_pretension: Real, extensor_pretension: Real,
+) -> Real:  # fmt: skip
+    """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance."""
     if flexor_pretension is extensor_pretension:
         return flexor_pretension
-    return np.asarray(extensor_pretension + flexor_share * np.subtract(flexor_pretension, extensor_pretension))
+    turned = np.asarray(ratio * flexor_compliance)
+    share = turned / (turned + extensor_compliance)
+    return np.asarray(extensor_pretension + share * np.subtract(flexor_pretension, extensor_pretension))
 
 
 def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True) -> Balance:
@@ -196,7 +193,8 @@ def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *
     Where J <= 0 the tensions are not numbers.
     """
     response = respond(state, unilateral=unilateral)
-    pretension = common_pretension(state.flexor_share, flexor_pretension, extensor_pretension)
+    compliances = state.flexor_compliance, state.extensor_compliance
+    pretension = common_pretension(state.ratio, *compliances, flexor_pretension, extensor_pretension)
     surplus = pretension - response.shortfall
     taking = np.maximum(surplus, response.lowest)
     flexor_slack, extensor_slack = _slack_sides(state, response, pretension, unilateral)

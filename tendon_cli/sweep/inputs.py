@@ -29,32 +29,28 @@ class Source:
 
     def within(self, block: Block) -> Real:
         """The values in a block, shaped to broadcast over its designs, directions and angles."""
-        if not self.axes:
-            return float(self.values)
-        chosen, shape = self._chosen(block), [1] * (len(block.designs) + 2)
-        for axis, length in zip(self.axes, chosen.shape, strict=True):
-            shape[axis] = length
-        return chosen.reshape(shape)
+        return self._apart(block)[..., np.newaxis, np.newaxis] if self.axes else float(self.values)
 
     def in_tile(self, block: Block, loops: tuple[int, ...]) -> Real:
-        """The values in a block as `lines.tile` takes them: scalar, or (1, 1, B) for the designs of a tile.
+        """The values in a block as `Tile.of` takes them: scalar, or (1, 1, B) for the designs of a tile.
 
         Values that vary along an axis in `loops` have the shape (P, 1, 1, B) or (P, 1, 1, 1).
         """
-        chosen, lengths = self._chosen(block) if self.axes else self.values, block.shape[:-2]
-        if chosen.size == 1:
-            return float(chosen.item())
-        apart = [1] * len(lengths)
-        for axis, length in zip(self.axes, chosen.shape, strict=True):
-            apart[axis] = length
+        apart, lengths = self._apart(block), block.shape[:-2]
+        if apart.size == 1:
+            return float(apart.item())
         rest = [axis for axis in range(len(lengths)) if axis not in loops]
-        sides = [_spread(apart, lengths, axes) for axes in (loops, rest)]
-        values = np.broadcast_to(chosen.reshape(apart).transpose(*loops, *rest), [*sides[0], *sides[1]])
+        sides = [_spread(apart.shape, lengths, axes) for axes in (loops, rest)]
+        values = np.broadcast_to(apart.transpose(*loops, *rest), [*sides[0], *sides[1]])
         shaped = values.reshape(-1, 1, 1, math.prod(sides[1]))
         return shaped[0] if len(shaped) == 1 else shaped
 
-    def _chosen(self, block: Block) -> npt.NDArray[np.float64]:
-        return np.asarray(self.values[tuple(block.designs[axis] for axis in self.axes)])
+    def _apart(self, block: Block) -> npt.NDArray[np.float64]:
+        """The values in a block with an axis for each of its designs' axes, one long where they do not vary."""
+        shape = [1] * len(block.designs)
+        for axis in self.axes:
+            shape[axis] = block.designs[axis].stop - block.designs[axis].start
+        return np.asarray(self.values[tuple(block.designs[axis] for axis in self.axes)]).reshape(shape)
 
 
 def _spread(apart: Sequence[int], lengths: Sequence[int], axes: Sequence[int]) -> list[int]:

@@ -71,33 +71,22 @@ class Tile:
     @cached_property
     def coupling(self) -> Coupling:
         """What ties the tensions of a state together."""
-        return statics.coupling(
-            moment_arm=self.motion.flexor_moment_arm,
-            elbow_radius=self.design.arm.anchors.elbow_radius,
-            ratio=self.design.ratio,
-            flexor_compliance=self.flexor.compliance,
-            extensor_compliance=self.extensor.compliance,
-            flexor_travel=self.motion.flexor_travel,
-            extensor_travel=self.motion.extensor_travel,
-            elbow_torque=np.asarray(self.moment * np.sin(self.inclination)),
-        )
+        torque = np.asarray(self.moment * np.sin(self.inclination))
+        return actuator.tie(self.design, self.motion, self.flexor, self.extensor, torque)
 
     @cached_property
     def pretension(self) -> Array:
         """Common to both sides; broadcasts to (P, D, B), N."""
-        share = self.design.ratio * self.flexor.compliance / self._looseness
         sides = self.design.flexor.pretension, self.design.extensor.pretension
-        common = np.asarray(statics.common_pretension(share, *sides))
+        compliances = self.flexor.compliance, self.extensor.compliance
+        common = np.asarray(statics.common_pretension(self.design.ratio, *compliances, *sides))
         return common.reshape(-1, *common.shape[-2:]) if common.ndim else common.reshape(1, 1, 1)
 
     @property
     def looseness(self) -> Array:
         """Path that comes loose per newton below a state's shortfall, η c_f + c_e, (1 or D, B), m/N."""
-        return np.asarray(self._looseness[0])
-
-    @property
-    def _looseness(self) -> Array:
-        return np.asarray(self.design.ratio * self.flexor.compliance + self.extensor.compliance)
+        common: Array = self.design.ratio * self.flexor.compliance + self.extensor.compliance
+        return np.asarray(common[0])
 
     @property
     def motor_arms(self) -> tuple[Array, Array]:

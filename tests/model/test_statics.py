@@ -286,7 +286,7 @@ def test_the_required_pretension_does_not_depend_on_the_pretension():
 def in_hand(p, angle, flexion):
     *_, tied = actuator.couple(design(p), angle, flexion)
     sides = p["flexor_pretension"], p["extensor_pretension"]
-    common = statics.common_pretension(tied.flexor_share, *sides)
+    common = statics.common_pretension(tied.ratio, tied.flexor_compliance, tied.extensor_compliance, *sides)
     return np.minimum(common - statics.pretension_shortfall(tied), np.minimum(*sides))
 
 
