@@ -22,9 +22,7 @@ def print_result(text: str) -> None:
         sys.stdout.write(text + "\n")
         sys.stdout.flush()
     except (OSError, ValueError) as error:
-        give_up_stdout()
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OutputError(f"standard output cannot be written: {reason}") from error
+        raise _lost(error) from error
 
 
 def flush_results() -> None:
@@ -32,8 +30,12 @@ def flush_results() -> None:
     try:
         sys.stdout.flush()
     except (OSError, ValueError) as error:
-        give_up_stdout()
-        raise OutputError(f"standard output cannot be written: {getattr(error, 'strerror', None) or error}") from error
+        raise _lost(error) from error
+
+
+def _lost(error: OSError | ValueError) -> OutputError:
+    give_up_stdout()
+    return OutputError(f"standard output cannot be written: {getattr(error, 'strerror', None) or error}")
 
 
 def as_output_error(error: OSError) -> OutputError:
