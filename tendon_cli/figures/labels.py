@@ -56,14 +56,12 @@ class Shown:
     @property
     def label(self) -> str:
         """Name, symbol and unit, for an axis."""
-        unit = "" if self.unit == "1" else f" ({plain(self.unit)})"
-        return f"{self.titled}{unit}"
+        return f"{self.titled}{self._in_brackets}"
 
     @property
     def short_label(self) -> str:
         """Dimension and unit, for the axis of a panel whose title has the name."""
-        unit = "" if self.unit == "1" else f" ({plain(self.unit)})"
-        return f"{self.quantity.dimension}{unit}"
+        return f"{self.quantity.dimension}{self._in_brackets}"
 
     @property
     def dimension_shown(self) -> tuple[str, str]:
@@ -83,6 +81,10 @@ class Shown:
     def equation(self, value: float) -> str:
         """One SI value with its symbol: "K = 3 kN/m"."""
         return f"{self.symbol} = {self.text(value)}"
+
+    @property
+    def _in_brackets(self) -> str:
+        return "" if self.unit == "1" else f" ({plain(self.unit)})"
 
     def _is_of(self, side: str) -> bool:
         return self.column.endswith(f"_{side}") and side not in self.quantity.name

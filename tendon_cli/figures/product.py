@@ -139,10 +139,16 @@ def _lengths(table: TableFiles) -> list[tuple[str, int, bool]]:
     return found
 
 
-def _grid(study: Mapping[str, Any], key: str) -> tuple[int, bool]:
-    value: Any = study
+def _said(study: Mapping[str, Any], key: str) -> Any:
+    """What a study says under a dotted key."""
+    said: Any = study
     for name in key.split("."):
-        value = value[name]
+        said = said[name]
+    return said
+
+
+def _grid(study: Mapping[str, Any], key: str) -> tuple[int, bool]:
+    value = _said(study, key)
     if isinstance(value, Mapping):
         return int(value["num"]), value.get("spacing") == "log"
     return (len(value), False) if isinstance(value, list) else (1, False)
@@ -150,10 +156,7 @@ def _grid(study: Mapping[str, Any], key: str) -> tuple[int, bool]:
 
 def _in_study(study: Mapping[str, Any], key: str) -> npt.NDArray[np.float64]:
     """The values of an axis in SI, from the study that the table knows."""
-    said: Any = study
-    for name in key.split("."):
-        said = said[name]
-    values = keys()[key].number.read(said)
+    values = keys()[key].number.read(_said(study, key))
     return values.array if values is not None else np.full(1, np.nan)
 
 
