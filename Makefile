@@ -10,7 +10,7 @@ READY := $(VENV)/.ready
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-$(READY): pyproject.toml constraints.txt tendon_cli/sweep/look.c
+$(READY): pyproject.toml constraints.txt $(wildcard tendon_cli/sweep/kernel/*)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "tendon needs Python 3.11 or later; set PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
@@ -48,7 +48,7 @@ torture: $(FUZZER)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
 clean:  ## remove the environment and caches, never results
-	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_look.*
+	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_native.*
 
 VERIFY := .venv-verify
 MUJOCO := $(VERIFY)/.ready

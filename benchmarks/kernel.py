@@ -21,10 +21,14 @@ from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.load import load_study
 from tendon_cli.sweep.part import PartMaker
 from tendon_cli.sweep.plan import Plan
+from tendon_cli.tables.write import Filler
 
 
 class Discarded:
     """Rows that go nowhere."""
+
+    def fill(self, count: int, write: Filler) -> None:
+        """Do not even ask for them."""
 
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
         """Forget them."""

@@ -17,9 +17,9 @@ from tendon_cli.errors import InterruptError
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.study import Study
 from tendon_cli.summary import estimate_text, run_text, warnings_of
-from tendon_cli.sweep.part import Stopped
+from tendon_cli.sweep.part import Runner, Stopped
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run import Progress, Runner, available_cores, run
+from tendon_cli.sweep.run import Progress, available_cores, run
 from tendon_cli.sweep.run_folder import RunFolder
 
 if TYPE_CHECKING:

@@ -18,8 +18,8 @@ from typing import Any
 from tendon_cli.errors import OutputError, WorkersLostError
 from tendon_cli.sweep.cluster_link import ask_everywhere, check_address, close, connect, library, lost, unfit
 from tendon_cli.sweep.cluster_task import Assignment, Refusal, halt, make_part, ready, tidy
-from tendon_cli.sweep.part import PartMaker, PartResult, Stopped
-from tendon_cli.sweep.run import PartFailure, Results, place
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Stopped
+from tendon_cli.sweep.run import place
 
 PATIENCE = 30.0
 """Seconds that a run waits for a scheduler that does not answer, or for the first worker after the last one died."""

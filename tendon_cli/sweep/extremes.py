@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.sweep import compiled, lines
+from tendon_cli.sweep import compiled, lines, native
 from tendon_cli.sweep.tile import Flags, Seen, Tile, only_designs
 
 Extremes = dict[str, npt.NDArray[np.float64]]
@@ -21,7 +21,7 @@ COUNTS = ("slack", "no_equilibrium", "unstable")
 
 def blocks_at_once() -> int:
     """How many blocks of a plan make the tile that is looked at fastest; the results do not depend on it."""
-    return 8 if compiled.library() else 1
+    return 16 if native.library() else 1
 
 
 def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
@@ -30,7 +30,7 @@ def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
     The arguments are those of `Tile.of`; the results broadcast to (P, B).
     """
     tile = Tile.of(design, elbow_angle, flexion)
-    code = compiled.library()
+    code = native.library()
     seen = compiled.look(tile, code) if code else lines.look(tile)
     return (
         _tensions(tile, seen)

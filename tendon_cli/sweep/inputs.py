@@ -161,7 +161,7 @@ class Inputs:
         return tuple(axis for axis in range(len(self.plan.shape)) if axis not in taken)
 
     def tile(self, block: Block) -> tuple[Design, npt.NDArray[np.float64], Flags]:
-        """The designs, elbow angles and directions of a block as `lines.tile` takes them."""
+        """The designs, elbow angles and directions of a block as `Tile.of` takes them."""
         angles, flexion = self.motion(block)
         design = self._design(lambda source: source.in_tile(block, self.loops))
         return design, angles.reshape(-1, 1, 1), flexion.reshape(1, -1, 1)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,16 +15,19 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.sweep.columns import Tables, state_keys
-from tendon_cli.sweep.evaluate import evaluate, state_columns
 from tendon_cli.sweep.extremes import COUNTS, Extremes, blocks_at_once, extremes, finished, merge
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import DESIGNS_PER_TILE, ROW_GROUP, Block, Plan
+from tendon_cli.sweep.rows import blocks_of_rows, state_rows
 from tendon_cli.tables.schema import Column
-from tendon_cli.tables.write import TableFile, WrittenFile
+from tendon_cli.tables.write import Filler, TableFile, WrittenFile
 
 
 class Rows(Protocol):
     """Where the rows of a table go."""
+
+    def fill(self, count: int, write: Filler) -> None:
+        """Add rows that are written straight to where they are gathered."""
 
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
         """Add the rows of a block."""
@@ -64,6 +68,14 @@ class PartResult:
     files: dict[str, WrittenFile] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class PartFailure:
+    """A part that could not be made, and why; the others go on."""
+
+    index: int
+    error: Exception
+
+
 def file_name(table: str, index: int, parts: int) -> str:
     """Where a part of a table stands in the run folder: a file of its own, or one in a folder of parts."""
     return f"{table}.parquet" if parts == 1 else f"{table}.parquet/part-{index:05d}.parquet"
@@ -73,6 +85,27 @@ def part_index(name: str) -> int:
     """The part that a file of a run folder belongs to."""
     _, found, number = name.rpartition("/part-")
     return int(number.removesuffix(".parquet")) if found else 0
+
+
+@dataclass(frozen=True)
+class WrittenPart:
+    """A part whose files are written, but not yet in place: from here on nothing but the disk is waited for."""
+
+    index: int
+    totals: Totals
+    files: dict[str, TableFile]
+    """By their names in the run folder."""
+    stack: ExitStack
+    """Leaves nothing behind of a file that is not put in place."""
+
+    def finish(self) -> PartResult:
+        """Put the files in place; raises OutputError."""
+        with self.stack:
+            return PartResult(self.index, self.totals, {name: file.finish() for name, file in self.files.items()})
+
+    def discard(self) -> None:
+        """Leave nothing behind."""
+        self.stack.close()
 
 
 @dataclass(frozen=True)
@@ -91,12 +124,18 @@ class PartMaker:
 
     def make(self, index: int) -> PartResult:
         """Compute a part and put its files in place; raises OutputError, or Stopped."""
+        return self.compute(index).finish()
+
+    def compute(self, index: int) -> WrittenPart:
+        """Compute a part into files under temporary names; raises OutputError, or Stopped."""
         designs = self.plan.part(index)
         names = {str(table): file_name(table, index, self.plan.parts) for table in self.plan.study.output.tables}
         with ExitStack() as stack:
             files = {table: stack.enter_context(self._file(table, index, name)) for table, name in names.items()}
             totals = self.fill(files, designs)
-            return PartResult(index, totals, {names[table]: file.finish() for table, file in files.items()})
+            for file in files.values():
+                file.close()
+            return WrittenPart(index, totals, {names[table]: file for table, file in files.items()}, stack.pop_all())
 
     def layout(self, table: str, index: int) -> tuple[tuple[Column, ...], pa.Schema]:
         """Columns and schema of a part of a table."""
@@ -110,8 +149,10 @@ class PartMaker:
     def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
         """Evaluate a range of designs into the tables asked for; raises Stopped."""
         if "states" in tables:
-            for block in self.plan.blocks(designs):
-                tables["states"].append(self._state_rows(block), block.shape)
+            for block in self.plan.blocks(designs, blocks_of_rows()):
+                self._go_on()
+                keys = self._leading(block) | state_keys(block, self.plan.elbow_angles)
+                tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, keys))
         totals = Totals()
         whole = self.plan.states_per_design <= self.plan.block_states
         for block, found in self._by_tiles(designs) if whole else self._by_blocks(designs):
@@ -155,16 +196,15 @@ class PartMaker:
         if self.stop.is_set():
             raise Stopped
 
-    def _state_rows(self, block: Block) -> dict[str, npt.ArrayLike]:
-        self._go_on()
-        evaluated = evaluate(self.inputs, block)
-        keys = state_keys(block, self.plan.elbow_angles)
-        return self._leading(block) | keys | {"status": evaluated.state.status} | state_columns(evaluated)
-
     def _design_rows(self, block: Block, found: Extremes) -> dict[str, npt.ArrayLike]:
         """Rows of `designs`, and the counts they came from; the results have no axes of states yet."""
         results = finished(found, self.plan.states_per_design) | {name: found[name] for name in COUNTS}
         return self._leading(block) | {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
+
+
+Results = Generator[PartResult | PartFailure]
+Runner = Callable[[PartMaker, Iterator[int]], Results]
+"""Makes parts, and gives them in whatever order they are finished."""
 
 
 def _totals(rows: dict[str, npt.ArrayLike], shape: tuple[int, ...]) -> Totals:

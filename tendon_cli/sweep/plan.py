@@ -56,7 +56,7 @@ class Block:
     directions: slice
     angles: slice
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Number of values along each design axis, then directions, then angles."""
         return tuple(part.stop - part.start for part in (*self.designs, self.directions, self.angles))
@@ -132,10 +132,20 @@ class Plan:
 
     @property
     def part_designs(self) -> int:
-        """Designs in each part but the last."""
+        """Designs in each part but the last. Without a row for each state, a part ends where an axis does.
+
+        So the part is one rectangle, or a few where the axis does not go up in parts, and what does not depend on
+        pretension, most often the slowest axis, is worked out once for each.
+        """
         if "states" in self.study.output.tables:
             return max(1, STATES_PER_PART // self.states_per_design)
-        return max(1, min(DESIGNS_PER_PART, STATES_PER_PART_WITHOUT_TABLE // self.states_per_design))
+        most = max(1, min(DESIGNS_PER_PART, STATES_PER_PART_WITHOUT_TABLE // self.states_per_design))
+        whole = 1
+        for length in reversed(self.shape):
+            if whole * length > most:
+                break
+            whole *= length
+        return most // whole * whole
 
     @property
     def parts(self) -> int:
@@ -151,13 +161,13 @@ class Plan:
         """Rows that a range of designs has in a table."""
         return len(designs) * (self.states_per_design if table == "states" else 1)
 
-    def blocks(self, designs: range) -> Iterator[Block]:
-        """Cut a range of designs into blocks, in the order of the rows."""
+    def blocks(self, designs: range, at_once: int = 1) -> Iterator[Block]:
+        """Cut a range of designs into blocks, in the order of the rows; of whole designs as many as `at_once` hold."""
         if self.states_per_design > self.block_states:
             for design in designs:
                 yield from self._blocks_within(design)
             return
-        yield from self.rectangles(designs, self.block_states // self.states_per_design)
+        yield from self.rectangles(designs, at_once * self.block_states // self.states_per_design)
 
     def rectangles(self, designs: range, most: int | None = None) -> Iterator[Block]:
         """Cut a range of designs into the fewest blocks, in the order of the rows, with every state of theirs.

@@ -6,7 +6,7 @@ import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -14,8 +14,9 @@ from tendon_cli.errors import FolderError, OutputError, TendonError, WorkersLost
 from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
-from tendon_cli.sweep.part import PartMaker, PartResult, Stopped, Totals, part_index
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, Stopped, Totals, part_index
 from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.sweep.threads import in_threads
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
@@ -27,19 +28,6 @@ class Outcome:
 
     record: dict[str, Any]
     up_to_date: bool
-
-
-@dataclass(frozen=True)
-class PartFailure:
-    """A part that could not be computed, and why; the others go on."""
-
-    index: int
-    error: Exception
-
-
-Results = Generator[PartResult | PartFailure]
-Runner = Callable[[PartMaker, Iterator[int]], Results]
-"""Makes parts, and gives them in whatever order they are finished."""
 
 
 def available_cores() -> int:
@@ -79,7 +67,7 @@ def run(
                 where=str(folder.path),
                 hint="--resume computes just these anew",
             )
-        return _repaired(folder, record, damaged, runner or _in_threads(jobs), stop)
+        return _repaired(folder, record, damaged, runner or in_threads(jobs), stop)
     if not (replaces or (folder.path / JOURNAL).exists()):
         folder.check_empty()
     done = {} if replaces else _recorded(folder, journal, resume=resume)
@@ -94,7 +82,7 @@ def run(
 
     progress(resumed, plan.parts)
     missing = (index for index in range(plan.parts) if index not in done)
-    _compute(folder, runner or _in_threads(min(jobs, plan.parts)), missing, stop, take)
+    _compute(folder, runner or in_threads(min(jobs, plan.parts)), missing, stop, take)
     return Outcome(_finish(folder, journal, resumed, time.monotonic() - started), up_to_date=False)
 
 
@@ -157,28 +145,6 @@ def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None])
     except OutputError as error:
         return PartFailure(result.index, error)
     return None
-
-
-def _in_threads(jobs: int) -> Runner:
-    return lambda maker, missing: _results(maker, missing, jobs)
-
-
-def _results(maker: PartMaker, missing: Iterator[int], jobs: int) -> Results:
-    """Parts as they are finished; a task gives its failure back, since joblib would end all at the first exception."""
-
-    def attempt(index: int) -> PartResult | PartFailure:
-        try:
-            return maker.make(index)
-        except Exception as error:  # noqa: BLE001 - reported with its coordinates, while the other parts go on
-            return PartFailure(index, error)
-
-    if jobs == 1:
-        yield from map(attempt, missing)
-        return
-    from joblib import Parallel, delayed  # a small study does without its import
-
-    with Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool:
-        yield from pool(delayed(attempt)(index) for index in missing)
 
 
 def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:

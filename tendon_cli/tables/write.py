@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
@@ -20,10 +20,11 @@ from tendon_cli.files import output_errors, sync_folder, temporary_of
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
 from tendon_cli.tables.schema import Column
 
-PIECE = 1 << 20
-"""Bytes that are written and hashed at once."""
 _ROWS_AT_ONCE = 1 << 17
 """Most rows in a page and most that are encoded at once."""
+Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], set[str]]
+"""Writes some rows of a block into arrays of that many rows, by column; returns the columns where it put NaN."""
+
 _DTYPES: dict[str, Any] = {"number": np.float64, "text": np.int32, "count": np.int64, "truth": np.bool_}
 
 
@@ -34,6 +35,28 @@ class WrittenFile:
     rows: int
     size: int
     sha256: str
+
+
+def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> Filler:
+    """Writes the rows of a block from columns that broadcast to its shape, whose last axis is the fastest."""
+    arrays = {name: np.asarray(values) for name, values in columns.items()}
+    nulls = {name for name, values in arrays.items() if has_nan(values)}
+
+    def write(to: Mapping[str, npt.NDArray[Any]], rows: range) -> set[str]:
+        for name, values in arrays.items():
+            if len(rows) == math.prod(shape):
+                to[name].reshape(shape)[...] = values
+            else:
+                to[name][...] = np.broadcast_to(values, shape).ravel()[rows.start : rows.stop]
+        return nulls
+
+    return write
+
+
+def has_nan(values: npt.NDArray[Any]) -> bool:
+    """Whether any is NaN: then the sum of squares is, which is found soonest."""
+    flat = values.ravel()
+    return flat.dtype.kind == "f" and math.isnan(np.dot(flat, flat))
 
 
 class RowGroups:
@@ -48,28 +71,28 @@ class RowGroups:
         self._columns, self._schema = columns, schema
         self._capacity = min(row_group, max(rows, 1))
         self._buffers = {column.name: np.empty(self._capacity, _DTYPES[column.kind]) for column in columns}
+        self._with_nulls: set[str] = set()
         self._filled = 0
         self.rows = 0
         self.sink = StampedSink(file)
-        self._stream = pa.BufferedOutputStream(pa.PythonFile(self.sink, mode="w"), PIECE)
+        self._stream = pa.PythonFile(self.sink, mode="w")
         self._writer = pq.ParquetWriter(self._stream, schema, **_encoding(columns))
+
+    def fill(self, count: int, write: Filler) -> None:
+        """Add rows that `write` puts straight to where they are gathered, as many at a time as still fit."""
+        start = 0
+        while start < count:
+            rows = range(start, min(count, start + self._capacity - self._filled))
+            until = self._filled + len(rows)
+            here = {name: column[self._filled : until] for name, column in self._buffers.items()}
+            self._with_nulls |= write(here, rows)
+            self._filled, start = until, rows.stop
+            if self._filled == self._capacity:
+                self._write()
 
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
         """Add the rows of a block: every column broadcasts to `shape`, whose last axis is the fastest."""
-        count = math.prod(shape)
-        if self._filled + count <= self._capacity:
-            for name, buffer in self._buffers.items():
-                buffer[self._filled : self._filled + count].reshape(shape)[...] = columns[name]
-            self._advance(count)
-            return
-        flat = {name: np.broadcast_to(columns[name], shape).ravel() for name in self._buffers}
-        start = 0
-        while start < count:
-            step = min(count - start, self._capacity - self._filled)
-            for name, buffer in self._buffers.items():
-                buffer[self._filled : self._filled + step] = flat[name][start : start + step]
-            self._advance(step)
-            start += step
+        self.fill(math.prod(shape), copied({name: columns[name] for name in self._buffers}, shape))
 
     def abandon(self) -> None:
         """Let go of the writer without another byte; else it would write its footer when it is collected."""
@@ -87,18 +110,18 @@ class RowGroups:
         self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
         self._writer.close()
         self._stream.close()
+        self._buffers = {}
         return WrittenFile(self.rows, self.sink.size, self.sink.stamp())
 
-    def _advance(self, count: int) -> None:
-        self._filled += count
-        if self._filled == self._capacity:
-            self._write()
-
     def _write(self) -> None:
-        arrays = [_array(column, self._buffers[column.name][: self._filled]) for column in self._columns]
+        arrays = [
+            _array(column, self._buffers[column.name][: self._filled], nulls=column.name in self._with_nulls)
+            for column in self._columns
+        ]
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._capacity)
         self.rows += self._filled
         self._filled = 0
+        self._with_nulls = set()
 
 
 class TableFile:
@@ -111,6 +134,7 @@ class TableFile:
         self.path = path
         self.temporary = temporary_of(path)
         self._in_place = False
+        self._written: WrittenFile | None = None
         with output_errors(path):
             self.temporary.unlink(missing_ok=True)
             # Exclusive, so that nothing that stands in the way is followed or written through.
@@ -135,16 +159,28 @@ class TableFile:
         with contextlib.suppress(OSError):
             self.temporary.unlink(missing_ok=True)
 
+    def fill(self, count: int, write: Filler) -> None:
+        """Add rows, as `RowGroups` does."""
+        with output_errors(self.path):
+            self._groups.fill(count, write)
+
     def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
         """Add the rows of a block, as `RowGroups` does."""
         with output_errors(self.path):
             self._groups.append(columns, shape)
 
+    def close(self) -> WrittenFile:
+        """Write what is left, once; the rows and what they took are let go of."""
+        if self._written is None:
+            with output_errors(self.path):
+                self._written = self._groups.close()
+                self._file.flush()
+        return self._written
+
     def finish(self) -> WrittenFile:
-        """Write what is left, flush to the disk, check, and put the file in place under its name."""
+        """Flush what was written to the disk, check, and put the file in place under its name."""
+        written = self.close()
         with output_errors(self.path):
-            written = self._groups.close()
-            self._file.flush()
             os.fsync(self._file.fileno())
             self._file.close()
             self._check(written)
@@ -178,7 +214,7 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     }
 
 
-def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
+def _array(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
     """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
 
     Built from buffers, because the library's own conversions import pandas.
@@ -186,8 +222,8 @@ def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
     if column.kind == "text":
         width = np.int8 if column.type.index_type == pa.int8() else np.int32
         positions = _from_buffers(column.type.index_type, values.astype(width))
-        return pa.DictionaryArray.from_arrays(positions, _texts(column.choices))
-    return _from_buffers(column.type, values)
+        return pa.DictionaryArray.from_arrays(positions, _texts(column.choices), safe=False)
+    return _from_buffers(column.type, values, nulls=nulls)
 
 
 def _texts(words: Sequence[str]) -> pa.StringArray:
@@ -196,10 +232,7 @@ def _texts(words: Sequence[str]) -> pa.StringArray:
     return pa.StringArray.from_buffers(len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
 
 
-def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any]) -> pa.Array:
-    valid = None
-    # One NaN makes the sum of squares NaN, which is found soonest.
-    if kind == pa.float64() and math.isnan(np.dot(values, values)):
-        valid = pa.py_buffer(np.packbits(~np.isnan(values), bitorder="little"))
+def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any], *, nulls: bool = False) -> pa.Array:
+    valid = pa.py_buffer(np.packbits(~np.isnan(values), bitorder="little")) if nulls else None
     data = np.packbits(values, bitorder="little") if kind == pa.bool_() else values
     return pa.Array.from_buffers(kind, len(values), [valid, pa.py_buffer(data)])

@@ -171,15 +171,15 @@ def test_a_folder_in_use_by_another_process_is_exit_7(tendon, study):
 
 def test_a_part_that_fails_is_exit_6_and_named(tendon, study, small_parts, monkeypatch, muttered):
     small_parts(4)
-    evaluate = part_module.evaluate
+    state_rows = part_module.state_rows
 
-    def fails(inputs, block):
+    def fails(inputs, block, keys):
         if block.first_design == 1:
             raise FloatingPointError("something odd")
-        return evaluate(inputs, block)
+        return state_rows(inputs, block, keys)
 
     with monkeypatch.context() as patch:
-        patch.setattr(part_module, "evaluate", fails)
+        patch.setattr(part_module, "state_rows", fails)
         ran = tendon("sweep", study, "--no-figures", "--json", "--jobs", "1")
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert "load.mass=3" in ran.json["error"]["message"]
@@ -187,11 +187,11 @@ def test_a_part_that_fails_is_exit_6_and_named(tendon, study, small_parts, monke
 
 
 def test_a_part_that_fails_is_named_by_its_case(tendon, study, monkeypatch, muttered):
-    def fails(_inputs, _block):
+    def fails(_inputs, _block, _keys):
         raise FloatingPointError("something odd")
 
     study.write_text('[[cases]]\nname = "tall"\n', encoding="utf-8")
-    monkeypatch.setattr(part_module, "evaluate", fails)
+    monkeypatch.setattr(part_module, "state_rows", fails)
     ran = tendon("sweep", study, "--no-figures", "--json")
     gc.collect()  # here, where what finalizers say is not heard
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")

@@ -327,11 +327,11 @@ def test_a_stopped_run_says_one_thing(run, outside):
 MIDWAY = """
 import os, sys
 from tendon_cli.sweep import part
-evaluate = part.evaluate
-def evaluate_and_signal(inputs, block):
+state_rows = part.state_rows
+def signal_and_rows(inputs, block, keys):
     os.kill(os.getpid(), int(sys.argv[1]))
-    return evaluate(inputs, block)
-part.evaluate = evaluate_and_signal
+    return state_rows(inputs, block, keys)
+part.state_rows = signal_and_rows
 from tendon_cli import cli
 cli.main(["sweep", "study.toml", "--no-figures", "--jobs", "1", "--out", "run"])
 """

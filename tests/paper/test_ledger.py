@@ -170,7 +170,7 @@ def add_the_travels(monkeypatch):
 )
 def test_a_broken_model_makes_findings_fail(monkeypatch, tmp_path, fault, fails):
     fault(monkeypatch)
-    monkeypatch.setattr("tendon_cli.sweep.compiled.library", lambda: None)  # compiled code would still be whole
+    monkeypatch.setattr("tendon_cli.sweep.native.library", lambda: None)  # compiled code would still be whole
     found = evaluate(tmp_path)
     failed = {entry.id for entry in found.findings if not entry.holds}
     assert fails <= failed

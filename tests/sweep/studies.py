@@ -82,6 +82,16 @@ CASES = {
 AXES = {"tendon.pretension": (60.0, 250.0), "sheath.friction": (0.05, 0.1), "load.mass": (0.0, 6.0)}
 AXES_PER_SIDE = {"tendon.diameter": (0.001, 0.002), "sheath.friction": (0.05, 0.1), "load.mass": (0.0, 6.0)}
 
+RANGES = {
+    "arm.a1": (0.0, 0.07), "arm.b1": (0.08, 0.30), "arm.a2": (0.0, 0.05), "arm.b2": (0.04, 0.20),
+    "arm.elbow_radius": (0.02, 0.07), "arm.forearm_mass": (0.3, 3.0), "arm.load_distance": (0.2, 0.4),
+    "arm.upper_arm_angle": (-2.0, 1.2), "load.mass": (0.0, 12.0), "spool.ratio": (0.5, 2.0),
+    "spool.flexor_radius": (0.01, 0.06), "sheath.friction": (0.0, 0.25), "sheath.extensor.friction": (0.0, 0.25),
+    "sheath.bend_angle": (0.0, 9.0), "tendon.length": (0.3, 3.0), "tendon.diameter": (0.5e-3, 3e-3),
+    "tendon.youngs_modulus": (2e9, 2e11), "spring.stiffness": (400.0, 60e3), "spring.flexor.stiffness": (400.0, 60e3),
+}  # fmt: skip
+"""What may differ between designs."""
+
 SIDE_KEYS = {
     "friction": "sheath.friction", "bend_angle": "sheath.bend_angle", "length": "tendon.length",
     "diameter": "tendon.diameter", "youngs_modulus": "tendon.youngs_modulus", "spring_stiffness": "spring.stiffness",

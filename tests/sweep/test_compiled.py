@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import fields, is_dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,24 +14,13 @@ from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.tile import Tile
 
-from .studies import BASE, design_of
+from .processors import each_processor, needs_code
+from .studies import BASE, RANGES, design_of
 
-CODE = compiled._load(Path(compiled.__file__).parent)
-needs_code = pytest.mark.skipif(CODE is None, reason="tendon was installed without a C compiler")
 searched = settings(deadline=None, derandomize=True, max_examples=250)
 
-RANGES = {
-    "arm.a1": (0.0, 0.07), "arm.b1": (0.08, 0.30), "arm.a2": (0.0, 0.05), "arm.b2": (0.04, 0.20),
-    "arm.elbow_radius": (0.02, 0.07), "arm.forearm_mass": (0.3, 3.0), "arm.load_distance": (0.2, 0.4),
-    "arm.upper_arm_angle": (-2.0, 1.2), "load.mass": (0.0, 12.0), "spool.ratio": (0.5, 2.0),
-    "spool.flexor_radius": (0.01, 0.06), "sheath.friction": (0.0, 0.25), "sheath.extensor.friction": (0.0, 0.25),
-    "sheath.bend_angle": (0.0, 9.0), "tendon.length": (0.3, 3.0), "tendon.diameter": (0.5e-3, 3e-3),
-    "tendon.youngs_modulus": (2e9, 2e11), "spring.stiffness": (400.0, 60e3), "spring.flexor.stiffness": (400.0, 60e3),
-}  # fmt: skip
-"""What may differ between the designs of a tile."""
-
 WIDTHS, STRETCHES = (1, 2, 31, 32, 33, 65), (1, 2, 95, 96, 97, 193)
-"""On both sides of the number of designs, and of angles, that `look.c` takes at a time."""
+"""On both sides of the number of designs, and of angles, that `look.h` takes at a time."""
 
 
 def leaves(found, prefix=""):
@@ -48,11 +36,13 @@ def leaves(found, prefix=""):
 
 
 def assert_same(tile):
-    """Both ways to look find the same; returns what that is."""
-    found, expected = dict(leaves(compiled.look(tile, CODE))), lines.look(tile)
-    for name, values in leaves(expected):
-        assert np.array_equal(found.pop(name), values, equal_nan=True), name
-    assert not found
+    """Both ways to look find the same, the compiled one on every kind of processor; returns what that is."""
+    expected = lines.look(tile)
+    for processor in each_processor():
+        found = dict(leaves(compiled.look(tile, processor)))
+        for name, values in leaves(expected):
+            assert np.array_equal(found.pop(name), values, equal_nan=True), (processor.kind, name)
+        assert not found
     return expected
 
 
@@ -153,6 +143,16 @@ def test_both_sides_slack_without_any_load():
     assert not seen.one_sided.any()
     assert seen.slack[0].all()
     assert np.isfinite(seen.both_limit).all()
+
+
+@needs_code
+def test_no_load_where_no_pretension_is_needed_either():
+    """Nought is not more than a share of nought: neither side goes slack before the other."""
+    weightless = {"arm.forearm_mass": 0.0, "load.mass": 0.0, "from_initial": True}
+    seen = assert_same(tile_of(weightless, [0.0]))
+    assert (seen.shortfall == 0.0).all()
+    assert (seen.both_limit == 0.0).all()
+    assert not seen.one_sided.any()
 
 
 @needs_code

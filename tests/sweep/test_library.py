@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from numpy.random import mtrand
 
-from tendon_cli.sweep import compiled, lines
+from tendon_cli.sweep import lines, native
 
 from .studies import NEVER_PAST_THE_CENTRE, PRETENSION_PER_SIDE, STUDY
 
-HERE = Path(compiled.__file__).parent
-needs_code = pytest.mark.skipif(compiled._load(HERE) is None, reason="tendon was installed without a C compiler")
+HERE = Path(native.__file__).parent
+needs_code = pytest.mark.skipif(native.load(HERE) is None, reason="tendon was installed without a C compiler")
 
 WEIGHTLESS = """
 arm = { forearm_mass = 0, upper_arm_angle = ["-30 deg", "0 deg", "30 deg"], elbow_radius = ["4 cm", "5 cm"] }
@@ -42,13 +42,13 @@ def wanted(monkeypatch):
     """Choose whether compiled code is wanted; afterwards it is as before."""
 
     def choose(*, code):
-        monkeypatch.setenv(compiled.UNWANTED, "" if code else "1")
-        compiled.library.cache_clear()
-        assert (compiled.library() is not None) == code
+        monkeypatch.setenv(native.UNWANTED, "" if code else "1")
+        native.library.cache_clear()
+        assert (native.library() is not None) == code
 
     yield choose
     monkeypatch.undo()
-    compiled.library.cache_clear()
+    native.library.cache_clear()
 
 
 @needs_code
@@ -71,8 +71,8 @@ def test_a_sweep_writes_the_same_bytes_with_and_without_it(new_sweep, tmp_path, 
 @needs_code
 def test_the_command_writes_the_same_bytes_without_it(outside, workplace, hashes_in):
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    environment = {name: value for name, value in os.environ.items() if name != compiled.UNWANTED}
-    for out, more in (("with", {}), ("without", {compiled.UNWANTED: "1"})):
+    environment = {name: value for name, value in os.environ.items() if name != native.UNWANTED}
+    for out, more in (("with", {}), ("without", {native.UNWANTED: "1"})):
         words = ("sweep", "study.toml", "--out", out, "--no-figures", "--allow-no-equilibrium")
         ran = outside(*words, env=environment | more)
         assert ran.exit == 0, ran.err
@@ -88,25 +88,25 @@ def test_a_sweep_looks_by_it_alone_where_it_is_there(new_sweep, tmp_path, wanted
 
 @needs_code
 def test_code_of_another_version_is_not_used(monkeypatch):
-    monkeypatch.setattr(compiled, "_VERSION", compiled._VERSION + 1)
-    assert compiled._load(HERE) is None
+    monkeypatch.setattr(native, "_VERSION", native._VERSION + 1)
+    assert native.load(HERE) is None
 
 
 def test_what_is_no_code_is_passed_over(tmp_path):
     for name, content in (("c", b"int x;"), ("so", b""), ("xyz.so", b"\x7fELF" + bytes(range(256)) * 40)):
-        (tmp_path / f"_look.{name}").write_bytes(content)
-    (tmp_path / "_look.folder").mkdir()
-    (tmp_path / "_look.nowhere").symlink_to(tmp_path / "nothing")
-    assert compiled._load(tmp_path) is None
-    for code in HERE.glob("_look.*"):
-        shutil.copy(code, tmp_path / f"_look.zz.{code.name}")
-    assert (compiled._load(tmp_path) is None) == (compiled._load(HERE) is None)
+        (tmp_path / f"_native.{name}").write_bytes(content)
+    (tmp_path / "_native.folder").mkdir()
+    (tmp_path / "_native.nowhere").symlink_to(tmp_path / "nothing")
+    assert native.load(tmp_path) is None
+    for code in HERE.glob("_native.*"):
+        shutil.copy(code, tmp_path / f"_native.zz.{code.name}")
+    assert (native.load(tmp_path) is None) == (native.load(HERE) is None)
 
 
 def test_a_library_that_is_not_ours_is_passed_over(tmp_path):
     """NumPy's has no version to tell."""
-    shutil.copy(mtrand.__file__, tmp_path / "_look.other.so")
-    assert compiled._load(tmp_path) is None
+    shutil.copy(mtrand.__file__, tmp_path / "_native.other.so")
+    assert native.load(tmp_path) is None
 
 
 def test_make_compiles_it_where_there_is_a_compiler():
@@ -115,4 +115,4 @@ def test_make_compiles_it_where_there_is_a_compiler():
         pytest.skip("no C compiler")
     if not Path(sys.prefix, ".ready").exists():
         pytest.skip("tendon was not installed by make")
-    assert compiled._load(HERE) is not None
+    assert native.load(HERE) is not None

@@ -264,7 +264,6 @@ def write_with(failure, file, one_table):
     owner, name, broken = FAILURES[failure]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(owner, name, broken() if broken is not full_disk else broken)
-        patch.setattr("tendon_cli.tables.write.PIECE", 64)  # a small table in many writes
         with pytest.raises(OutputError, match="space") as error:
             one_table(file)
     assert (error.value.exit, error.value.where) == (5, str(file))

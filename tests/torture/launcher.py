@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 
 POINTS = {
-    "evaluate": ("tendon_cli.sweep.part", "evaluate"),
+    "rows": ("tendon_cli.sweep.part", "state_rows"),
     "figures": ("tendon_cli.figures.slack_map", "draw_slack_maps"),
     "record": ("tendon_cli.sweep.run_folder.RunFolder", "write_record"),
     "journal": ("tendon_cli.sweep.journal.Journal", "add"),

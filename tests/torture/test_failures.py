@@ -16,16 +16,16 @@ def test_all_parts_but_those_that_fail_are_kept_and_the_first_is_named(
     tendon, tmp_path, small_parts, monkeypatch, muttered, uninterrupted, hashes_in, jobs
 ):
     small_parts(STATES)
-    place, evaluate = study_in(tmp_path / "place"), part_module.evaluate
+    place, state_rows = study_in(tmp_path / "place"), part_module.state_rows
     words = ("sweep", place / "study.toml", "--out", place / "run", "--no-figures", "--json", "--jobs", jobs)
 
-    def fails(inputs, block):
+    def fails(inputs, block, keys):
         if block.first_design // DESIGNS in FAILING:
             raise FloatingPointError("something odd")
-        return evaluate(inputs, block)
+        return state_rows(inputs, block, keys)
 
     with monkeypatch.context() as patch:
-        patch.setattr(part_module, "evaluate", fails)
+        patch.setattr(part_module, "state_rows", fails)
         ran = tendon(*words)
     error = ran.json["error"]
     assert (ran.exit, error["kind"], ran.err) == (6, "workers", "")

@@ -75,7 +75,7 @@ def test_it_installs_whatever_the_compiler_and_writes_the_same_bytes(tmp_path, o
     if compiler is None:
         pytest.skip(f"there is no {name} here")
     programs, packages = installed(tmp_path / "install", compiler)
-    assert bool(list((packages / "tendon_cli/sweep").glob("_look.*"))) == (name == "cc")
+    assert bool(list((packages / "tendon_cli/sweep").glob("_native.*"))) == (name == "cc")
     study_in(workplace, STUDY)
     assert outside(*SWEEP).exit == 0
     here = hashes_in(workplace / "run")

@@ -95,7 +95,7 @@ def test_a_run_killed_again_and_again_still_comes_to_its_end(place, uninterrupte
     assert_resumes_to(uninterrupted, place, hashes_in, tendon)
 
 
-@pytest.mark.parametrize("point", some(["record"], ["evaluate", "journal", "rename", "figures"]))
+@pytest.mark.parametrize("point", some(["record"], ["rows", "journal", "rename", "figures"]))
 def test_a_run_killed_at_a_certain_point_resumes_to_the_same_bytes(place, uninterrupted, hashes_in, tendon, point):
     words = [word for word in SWEEP if word != "--no-figures"] if point == "figures" else SWEEP
     with running(place, SMALL | {"hold": point, "held": "held"}, *words) as process:
@@ -148,7 +148,7 @@ def test_of_two_runs_on_one_folder_exactly_one_proceeds(place, uninterrupted, ha
 
 
 def test_the_second_run_leaves_at_once_and_a_killed_holder_leaves_no_lock(place, uninterrupted, hashes_in, tendon):
-    with running(place, SMALL | {"hold": "evaluate", "held": "held"}, *SWEEP, "--jobs", "1") as holder:
+    with running(place, SMALL | {"hold": "rows", "held": "held"}, *SWEEP, "--jobs", "1") as holder:
         wait_for((place / "held").exists)
         before = modified(place / "run")
         for words in ((), ("--resume",), ("--overwrite",)):

@@ -42,7 +42,7 @@ def assert_nothing_left(process, place):
 
 
 def test_a_second_sigint_ends_a_run_at_once(place, uninterrupted, hashes_in):
-    with running(place, SMALL | {"hold": "evaluate", "held": "held"}, *SWEEP) as process:
+    with running(place, SMALL | {"hold": "rows", "held": "held"}, *SWEEP) as process:
         wait_for((place / "held").exists)
         os.kill(process.pid, signal.SIGINT)
         time.sleep(0.3)

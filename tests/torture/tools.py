@@ -29,7 +29,7 @@ elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
 """60 parts of 3 designs and 30 states, where a part has 30 states."""
 
 SMALL = {"states": STATES}
-SLOW = SMALL | {"hold": "evaluate", "held": "held", "seconds": 0.02}
+SLOW = SMALL | {"hold": "rows", "held": "held", "seconds": 0.02}
 """Settings of the launcher: parts of so many states; and as if each took a while, so that a run is met midway."""
 
 SWEEP = ("sweep", "study.toml", "--out", "run", "--no-figures", "--jobs", "2")

@@ -1,0 +1,10 @@
+/* For x86-64 processors with AVX2. */
+
+#include "processors.h"
+
+#if CHOICE
+#pragma GCC target("avx2")
+#define LANES 4
+#define NAMED(name) name##_avx2
+#include "entry.h"
+#endif

@@ -1,0 +1,132 @@
+"""Parts in threads: computed ahead of the disk, but not far, and none goes on when nobody listens."""
+
+import threading
+import time
+
+import pytest
+
+from tendon_cli.study.load import study_from
+from tendon_cli.sweep import part as part_module
+from tendon_cli.sweep.part import PartFailure, PartMaker, Stopped, WrittenPart
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.threads import in_threads
+from tendon_cli.tables.digest import is_intact
+
+PARTS = 12
+STUDY = {
+    "name": "threads",
+    "tendon": {"pretension": [float(force) for force in range(10, 10 + PARTS)]},
+    "motion": {"elbow_angle": [0.1, 0.5, 1.0]},
+}
+
+
+@pytest.fixture
+def maker(small_parts, tmp_path):
+    """Makes twelve parts of one design each."""
+    small_parts(6)
+    plan = Plan(study_from(STUDY))
+    assert plan.parts == PARTS
+    for table in ("states", "designs"):
+        (tmp_path / f"{table}.parquet").mkdir()
+    return PartMaker(plan, tmp_path)
+
+
+def files(maker):
+    return {
+        path.relative_to(maker.folder): path.stat().st_mtime_ns for path in maker.folder.rglob("*.*") if path.is_file()
+    }
+
+
+def settled(count):
+    """Wait until a count stays what it is."""
+    before = None
+    while before != (before := count()):
+        time.sleep(0.1)
+    return before
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+def test_every_part_comes_once(maker, jobs):
+    results = list(in_threads(jobs)(maker, iter(range(PARTS))))
+    assert sorted(result.index for result in results) == list(range(PARTS))
+    assert {name for result in results for name in result.files} == {str(path) for path in files(maker)}
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 3])
+def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
+    rows, finish = part_module.state_rows, WrittenPart.finish
+
+    def fails(inputs, block, keys):
+        if block.first_design == 3:
+            raise FloatingPointError
+        return rows(inputs, block, keys)
+
+    def fails_to_finish(self):
+        if self.index == 7:
+            self.discard()
+            raise OSError("no space")
+        return finish(self)
+
+    monkeypatch.setattr(part_module, "state_rows", fails)
+    monkeypatch.setattr(WrittenPart, "finish", fails_to_finish)
+    results = list(in_threads(jobs)(maker, iter(range(PARTS))))
+    failures = {result.index: type(result.error) for result in results if isinstance(result, PartFailure)}
+    assert failures == {3: FloatingPointError, 7: OSError}
+    assert len(results) == PARTS
+    assert not list(maker.folder.rglob("*.tmp"))
+
+
+def test_a_slow_disk_holds_up_the_computing(maker, monkeypatch):
+    """Else a run would pile up what is not on the disk, and lose it all where it is killed."""
+    finish, compute, computed, gate = WrittenPart.finish, PartMaker.compute, [], threading.Event()
+
+    def waits(self):
+        gate.wait()
+        return finish(self)
+
+    def counted(self, index):
+        computed.append(index)
+        return compute(self, index)
+
+    monkeypatch.setattr(WrittenPart, "finish", waits)
+    monkeypatch.setattr(PartMaker, "compute", counted)
+    results = in_threads(2)(maker, iter(range(PARTS)))
+    asking = threading.Thread(target=lambda: next(results))
+    asking.start()
+    assert settled(lambda: len(computed)) == 4
+    gate.set()
+    asking.join()
+    assert len(list(results)) == PARTS - 1
+
+
+@pytest.mark.parametrize("taken", [1, 3])
+def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, taken, monkeypatch):
+    rows = part_module.state_rows
+
+    def slow(inputs, block, keys):
+        time.sleep(0.02)
+        return rows(inputs, block, keys)
+
+    monkeypatch.setattr(part_module, "state_rows", slow)
+    results = in_threads(3)(maker, iter(range(PARTS)))
+    for _ in range(taken):
+        next(results)
+    results.close()
+    left = files(maker)
+    assert not [path for path in left if path.suffix == ".tmp"]
+    assert all(is_intact(maker.folder / path) for path in left)
+    assert taken <= len(left) / 2 < PARTS
+    time.sleep(0.2)
+    assert files(maker) == left
+
+
+def test_a_stop_ends_all_parts_that_are_not_written(maker):
+    results = in_threads(2)(maker, iter(range(PARTS)))
+    first = next(results)
+    maker.stop.set()
+    rest = list(results)
+    assert len(rest) == PARTS - 1
+    stopped = [result for result in rest if isinstance(result, PartFailure)]
+    assert stopped
+    assert all(isinstance(result.error, Stopped) for result in stopped)
+    assert len(files(maker)) == 2 * (1 + len(rest) - len(stopped)), first
