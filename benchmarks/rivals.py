@@ -105,7 +105,8 @@ def bare_write(run_folder: str, target: str, threads: str) -> None:
 
 
 def ready_table(run_folder: str, target: str, threads: str) -> None:
-    """Import what tendon needs for a sweep and write a table: when that ended, and how long reading the table took."""
+    """Import the libraries of a sweep in threads, and write a table: when that ended, and how long reading it took."""
+    import joblib  # noqa: F401
     import numpy as np  # noqa: F401
     import pyarrow.parquet as pq  # noqa: F401
     import pydantic  # noqa: F401

@@ -18,7 +18,7 @@ STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Arm:
     """The arm, its anchors and its weight."""
 
@@ -33,7 +33,7 @@ class Arm:
     """ψ, inclination of the upper arm, forward positive, rad."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Side:
     """One tendon with its sheath and its series spring."""
 
@@ -53,7 +53,7 @@ class Side:
     """F0, distal tension before motion, N."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Design:
     """Everything that a state depends on besides elbow angle and direction."""
 
@@ -72,7 +72,7 @@ class Design:
     """A tendon cannot push; otherwise the paper's bilateral model."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Transmission:
     """What a sheathed tendon and its spring do to distal tension, per side and direction."""
 
@@ -89,7 +89,7 @@ class Transmission:
         return np.asarray(self.tendon + self.spring)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """One state of each design, direction and elbow angle: everything the tables hold, as arrays.
 

@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 Real = float | Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Anchors:
     """Where the flexor tendon is fixed (Fig. 2) and what the extensor wraps. All in m, scalars or arrays."""
 
@@ -32,7 +32,7 @@ class Anchors:
     """Radius of the virtual pulley, the constant moment arm of the extensor."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kinematics:
     """The flexor path at some elbow angles and both travels."""
 

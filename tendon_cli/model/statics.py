@@ -30,7 +30,7 @@ SLACK_TOLERANCE = 1e-9
 third of random designs would otherwise be slack by rounding."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Coupling:
     """What ties the two tensions together in a state; arrays that broadcast against each other."""
 
@@ -55,7 +55,7 @@ class Coupling:
         return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Response:
     """How the tensions of a state follow its pretension F: straight lines with one kink.
 
@@ -89,7 +89,7 @@ class Response:
         return np.asarray(load <= SLACK_TOLERANCE * np.abs(self.shortfall))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Balance:
     """The solution of a state."""
 

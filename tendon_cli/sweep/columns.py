@@ -69,7 +69,7 @@ DESIGN_RESULTS = (
 Values = Callable[[Block], npt.ArrayLike]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tables:
     """The columns of both tables of a plan, in order, with what fills the leading ones."""
 

@@ -61,7 +61,7 @@ def _laid_out(values: npt.ArrayLike) -> Array:
 
 
 def _seen(found: Array, aside: Array) -> Seen:
-    """What was found. It leaves the compiled code infinite where there was nothing to find; no true result is."""
+    """What was found, by name."""
     low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, unstable, slack, first = found
     (
         shortfall,
@@ -75,9 +75,6 @@ def _seen(found: Array, aside: Array) -> Seen:
         low_torque,
         high_torque,
     ) = aside
-    for values in (low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, first, shortfall, low_torque,
-                   high_torque):  # fmt: skip
-        values[np.isinf(values)] = np.nan
     return Seen(
         flexor=Range(low_x, high_x),
         extensor=Range(low_y, high_y),

@@ -18,7 +18,7 @@ from tendon_cli.sweep.plan import Block
 Columns = dict[str, npt.NDArray[np.float64]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Evaluated:
     """A block's states, and the designs they belong to."""
 

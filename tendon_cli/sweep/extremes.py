@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.sweep import compiled, lines, native
+from tendon_cli.sweep import native
 from tendon_cli.sweep.tile import Flags, Seen, Tile, only_designs
 
 Extremes = dict[str, npt.NDArray[np.float64]]
@@ -30,8 +30,7 @@ def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
     The arguments are those of `Tile.of`; the results broadcast to (P, B).
     """
     tile = Tile.of(design, elbow_angle, flexion)
-    code = native.library()
-    seen = compiled.look(tile, code) if code else lines.look(tile)
+    seen = _look(tile)
     return (
         _tensions(tile, seen)
         | _pretensions(tile, seen)
@@ -48,6 +47,17 @@ def extremes(design: Design, elbow_angle: Array, flexion: Flags) -> Extremes:
             "first_slack_angle": np.fmin.reduce(seen.first_slack_angle, axis=1),
         }
     )
+
+
+def _look(tile: Tile) -> Seen:
+    """By what is at hand; the other is not even imported."""
+    if code := native.library():
+        from tendon_cli.sweep import compiled
+
+        return compiled.look(tile, code)
+    from tendon_cli.sweep import lines
+
+    return lines.look(tile)
 
 
 def merge(first: Extremes, second: Extremes) -> Extremes:

@@ -20,7 +20,7 @@ from tendon_cli.sweep.plan import Block, Plan
 Flags = npt.NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Source:
     """A number of the design: its values along the design axes that it depends on, in ascending order of `axes`."""
 
@@ -59,7 +59,7 @@ def _spread(apart: Sequence[int], lengths: Sequence[int], axes: Sequence[int]) -
     return [lengths[axis] if varies else 1 for axis in axes]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Inputs:
     """Where each number of a plan's designs comes from."""
 

@@ -18,7 +18,7 @@ from tendon_cli.model.statics import Response
 from tendon_cli.sweep.tile import Flags, Range, Seen, Tile
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Line:
     """floor + gain v, for every state."""
 
@@ -34,7 +34,7 @@ class Line:
         return out
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lines:
     """The states of a tile: one row for each elbow angle, one column for each direction of each design, (K, D B)."""
 
@@ -97,7 +97,7 @@ def _take(found: Range, index: int, values: Array) -> None:
     np.fmax.reduce(values, axis=0, out=found.highest[index].reshape(-1))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Slackness:
     """Which states of a tile are slack or unstable at a pretension."""
 

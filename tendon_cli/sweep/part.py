@@ -155,34 +155,35 @@ class PartMaker:
                 tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, keys))
         totals = Totals()
         whole = self.plan.states_per_design <= self.plan.block_states
-        for block, found in self._by_tiles(designs) if whole else self._by_blocks(designs):
-            rows = self._design_rows(block, found)
-            totals += _totals(rows, block.shape[:-2])
+        for block, results in self._by_tiles(designs) if whole else self._by_blocks(designs):
+            totals += _totals(results, block.shape[:-2])
             if "designs" in tables:
-                tables["designs"].append(rows, (*block.shape[:-2], 1, 1))
+                rows = {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
+                tables["designs"].append(self._leading(block) | rows, (*block.shape[:-2], 1, 1))
         return totals
 
     def _by_tiles(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
-        """Blocks of designs, evaluated in tiles that suit the model best, and what their designs come to."""
+        """Blocks of designs, evaluated in tiles that suit the model best, and the results of their designs."""
         for rectangle in self.plan.rectangles(designs):
             found: Extremes = {}
             for within in self.plan.tiles(rectangle, self.inputs.loops, blocks_at_once()):
                 piece = rectangle.piece(within)
-                for name, values in self._extremes(piece).items():
-                    whole = found.setdefault(name, np.empty(rectangle.shape[:-2]))
+                for name, values in self._results(self._extremes(piece)).items():
+                    whole = found.setdefault(name, np.empty(rectangle.shape[:-2], values.dtype))
                     whole[within] = self.inputs.arranged(piece, values)
             for block in self.plan.rectangles(rectangle.numbers, DESIGNS_PER_TILE):
                 here = slice(block.first_design - rectangle.first_design, block.numbers.stop - rectangle.first_design)
                 yield block, {name: whole.reshape(-1)[here].reshape(block.shape[:-2]) for name, whole in found.items()}
 
     def _by_blocks(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
-        """Designs one by one, each with more states than a block may have, and what they come to."""
+        """Designs one by one, each with more states than a block may have, and their results."""
         found = None
         for block in self.plan.blocks(designs):
             here = self._extremes(block)
             found = here if found is None else merge(found, here)
             if self.plan.completes_designs(block):
-                yield block, {name: self.inputs.arranged(block, values) for name, values in found.items()}
+                results = self._results(found)
+                yield block, {name: self.inputs.arranged(block, values) for name, values in results.items()}
                 found = None
 
     def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
@@ -196,10 +197,9 @@ class PartMaker:
         if self.stop.is_set():
             raise Stopped
 
-    def _design_rows(self, block: Block, found: Extremes) -> dict[str, npt.ArrayLike]:
-        """Rows of `designs`, and the counts they came from; the results have no axes of states yet."""
-        results = finished(found, self.plan.states_per_design) | {name: found[name] for name in COUNTS}
-        return self._leading(block) | {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
+    def _results(self, found: Extremes) -> Extremes:
+        """The result columns of `designs`, and the counts they came from."""
+        return finished(found, self.plan.states_per_design) | {name: found[name] for name in COUNTS}
 
 
 Results = Generator[PartResult | PartFailure]
@@ -207,10 +207,10 @@ Runner = Callable[[PartMaker, Iterator[int]], Results]
 """Makes parts, and gives them in whatever order they are finished."""
 
 
-def _totals(rows: dict[str, npt.ArrayLike], shape: tuple[int, ...]) -> Totals:
-    """Counts over designs of the given shape, from columns that broadcast to it."""
+def _totals(results: Extremes, shape: tuple[int, ...]) -> Totals:
+    """Counts over designs of the given shape, from results that broadcast to it."""
 
     def total(name: str) -> int:
-        return int(np.broadcast_to(rows[name], (*shape, 1, 1)).sum())
+        return int(np.broadcast_to(results[name], shape).sum())
 
     return Totals(total("feasible"), total("slack"), total("no_equilibrium"), total("unstable"))

@@ -17,7 +17,6 @@ from tendon_cli.model import actuator, statics
 from tendon_cli.model.kinematics import Array, kinematics
 from tendon_cli.sweep import native
 from tendon_cli.sweep.columns import STATE_RESULTS
-from tendon_cli.sweep.evaluate import evaluate, state_columns
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block
 from tendon_cli.tables.write import Filler, copied, has_nan
@@ -64,11 +63,13 @@ def state_rows(inputs: Inputs, block: Block, keys: Mapping[str, npt.ArrayLike]) 
     code = native.library()
     if code:
         return BlockRows.of(inputs, block, keys, code).write
+    from tendon_cli.sweep.evaluate import evaluate, state_columns  # not where nobody asks for it
+
     evaluated = evaluate(inputs, block)
     return copied({**keys, "status": evaluated.state.status, **state_columns(evaluated)}, block.shape)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BlockRows:
     """What the compiled code needs to write the rows of a block."""
 

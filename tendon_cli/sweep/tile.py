@@ -21,7 +21,7 @@ from tendon_cli.model.statics import Coupling
 Flags = npt.NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tile:
     """What a tile's states know before any pretension. Arrays broadcast to (K, D, B) but for `pretension`."""
 
@@ -96,7 +96,7 @@ class Tile:
         return np.asarray(flexor), np.asarray(extensor)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Range:
     """Smallest and largest value over the elbow angles, (P, D, B) if nothing else is said."""
 
@@ -109,7 +109,7 @@ class Range:
         return cls(np.empty(shape), np.empty(shape))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Side:
     """Those states in which one side alone goes slack, (D, B); minus infinity where there is none."""
 
@@ -119,7 +119,7 @@ class Side:
     """Pretension below which one of them counts as slack, N."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Seen:
     """What a look at all states of a tile finds; not a number where no state has an equilibrium."""
 

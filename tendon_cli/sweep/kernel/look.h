@@ -104,9 +104,8 @@ static void over_angles(Found *f, const Lines *lines, const double *angle, long 
     *f = found;
 }
 
-static void put_all(double *const *to, const Lanes *from, long results, long at, long count) {
-    for (long r = 0; r < results; r++) put(to[r] + at, from[r], count);
-}
+/* Infinity, with which a search begins, is no number where nothing was found; no true result is infinite. */
+INLINE Lanes result(Lanes found) { return pick(magnitude(found) == INFINITY, all(NAN), found); }
 
 /* Some designs in one direction: `lines` and `found` are there to work in. */
 static void look_at(const Tile *t, const Seen *s, Lines *lines, Found *found, long direction, long design) {
@@ -120,9 +119,12 @@ static void look_at(const Tile *t, const Seen *s, Lines *lines, Found *found, lo
         for (long p = 0; p < t->pretensions; p++)
             over_angles(found + p, lines, t->angle + from, angles, take(&t->pretension, p, direction, design, count));
     }
-    for (long p = 0; p < t->pretensions; p++)
-        put_all(s->found, &found[p].low_x, FOUND, (p * t->directions + direction) * t->designs + design, count);
-    put_all(s->aside, &aside.shortfall, ASIDE, direction * t->designs + design, count);
+    aside.shortfall = result(aside.shortfall);
+    aside.low_torque = result(aside.low_torque), aside.high_torque = result(aside.high_torque);
+    long at = direction * t->designs + design;
+    for (long r = 0; r < ASIDE; r++) put(s->aside[r] + at, (&aside.shortfall)[r], count);
+    for (long p = 0; p < t->pretensions; p++, at += t->directions * t->designs)
+        for (long r = 0; r < FOUND; r++) put(s->found[r] + at, result((&found[p].low_x)[r]), count);
 }
 
 /* Returns nought, or one where there is no memory. */
