@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -155,35 +155,41 @@ class PartMaker:
                 tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, keys))
         totals = Totals()
         whole = self.plan.states_per_design <= self.plan.block_states
-        for block, results in self._by_tiles(designs) if whole else self._by_blocks(designs):
-            totals += _totals(results, block.shape[:-2])
+        for counted, rows in self._by_tiles(designs) if whole else self._by_blocks(designs):
+            totals += counted
             if "designs" in tables:
-                rows = {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
-                tables["designs"].append(self._leading(block) | rows, (*block.shape[:-2], 1, 1))
+                for block, results in rows:
+                    columns = {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
+                    tables["designs"].append(self._leading(block) | columns, (*block.shape[:-2], 1, 1))
         return totals
 
-    def _by_tiles(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
-        """Blocks of designs, evaluated in tiles that suit the model best, and the results of their designs."""
+    def _by_tiles(self, designs: range) -> Iterator[tuple[Totals, Iterable[tuple[Block, Extremes]]]]:
+        """Designs in tiles that suit the model best: what they come to, and their results in blocks."""
         for rectangle in self.plan.rectangles(designs):
-            found: Extremes = {}
+            totals, results = Totals(), Extremes()
             for within in self.plan.tiles(rectangle, self.inputs.loops, blocks_at_once()):
-                piece = rectangle.piece(within)
-                for name, values in self._results(self._extremes(piece)).items():
-                    whole = found.setdefault(name, np.empty(rectangle.shape[:-2], values.dtype))
-                    whole[within] = self.inputs.arranged(piece, values)
-            for block in self.plan.rectangles(rectangle.numbers, DESIGNS_PER_TILE):
-                here = slice(block.first_design - rectangle.first_design, block.numbers.stop - rectangle.first_design)
-                yield block, {name: whole.reshape(-1)[here].reshape(block.shape[:-2]) for name, whole in found.items()}
+                counted, here = self._finished(rectangle.piece(within), self._extremes(rectangle.piece(within)))
+                totals += counted
+                for name, values in here.items():
+                    whole = results.setdefault(name, np.empty(rectangle.shape[:-2], values.dtype))
+                    whole[within] = values
+            yield totals, self._in_blocks(rectangle, results)
 
-    def _by_blocks(self, designs: range) -> Iterator[tuple[Block, Extremes]]:
-        """Designs one by one, each with more states than a block may have, and their results."""
+    def _in_blocks(self, rectangle: Block, results: Extremes) -> Iterator[tuple[Block, Extremes]]:
+        """The results of a rectangle cut into blocks, in the order of the rows."""
+        for block in self.plan.rectangles(rectangle.numbers, DESIGNS_PER_TILE):
+            here = slice(block.first_design - rectangle.first_design, block.numbers.stop - rectangle.first_design)
+            yield block, {name: whole.reshape(-1)[here].reshape(block.shape[:-2]) for name, whole in results.items()}
+
+    def _by_blocks(self, designs: range) -> Iterator[tuple[Totals, Iterable[tuple[Block, Extremes]]]]:
+        """Designs one by one, each with more states than a block may have: what each comes to, and its results."""
         found = None
         for block in self.plan.blocks(designs):
             here = self._extremes(block)
             found = here if found is None else merge(found, here)
             if self.plan.completes_designs(block):
-                results = self._results(found)
-                yield block, {name: self.inputs.arranged(block, values) for name, values in results.items()}
+                totals, results = self._finished(block, found)
+                yield totals, [(block, results)]
                 found = None
 
     def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
@@ -197,20 +203,17 @@ class PartMaker:
         if self.stop.is_set():
             raise Stopped
 
-    def _results(self, found: Extremes) -> Extremes:
-        """The result columns of `designs`, and the counts they came from."""
-        return finished(found, self.plan.states_per_design) | {name: found[name] for name in COUNTS}
+    def _finished(self, block: Block, found: Extremes) -> tuple[Totals, Extremes]:
+        """What the designs of a block come to, and their result columns on the axes of the block."""
+        results = finished(found, self.plan.states_per_design)
+        counts = {name: found[name] for name in COUNTS} | {"feasible": results["feasible"]}
+        totals = {name: self._over_designs(block, values) for name, values in counts.items()}
+        return Totals(**totals), {name: self.inputs.arranged(block, values) for name, values in results.items()}
+
+    def _over_designs(self, block: Block, values: npt.NDArray[Any]) -> int:
+        return int(np.broadcast_to(self.inputs.arranged(block, values), block.shape[:-2]).sum())
 
 
 Results = Generator[PartResult | PartFailure]
 Runner = Callable[[PartMaker, Iterator[int]], Results]
 """Makes parts, and gives them in whatever order they are finished."""
-
-
-def _totals(results: Extremes, shape: tuple[int, ...]) -> Totals:
-    """Counts over designs of the given shape, from results that broadcast to it."""
-
-    def total(name: str) -> int:
-        return int(np.broadcast_to(results[name], shape).sum())
-
-    return Totals(total("feasible"), total("slack"), total("no_equilibrium"), total("unstable"))
