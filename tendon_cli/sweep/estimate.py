@@ -116,7 +116,8 @@ def _samples(plan: Plan) -> list[range]:
 def _in_memory(maker: PartMaker, table: str, designs: int) -> RowGroups:
     """A part of a table whose bytes are counted and forgotten."""
     columns, schema = maker.layout(table, 0)
-    return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=maker.plan.rows(table, range(designs)))
+    rows, at_once = maker.plan.rows(table, range(designs)), table == "designs"
+    return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
 
 def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:

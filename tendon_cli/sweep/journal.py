@@ -15,7 +15,8 @@ from typing import Any
 
 from tendon_cli.errors import FolderError
 from tendon_cli.files import output_errors, write_whole
-from tendon_cli.sweep.part import PartResult, Totals
+from tendon_cli.sweep.design_rows import Totals
+from tendon_cli.sweep.part import PartResult
 from tendon_cli.tables.write import WrittenFile
 
 NAME = "journal.jsonl"

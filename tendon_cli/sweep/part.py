@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
-import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.sweep.columns import Tables, state_keys
-from tendon_cli.sweep.extremes import COUNTS, Extremes, blocks_at_once, extremes, finished, merge
+from tendon_cli.sweep.design_rows import DesignRows, Totals
 from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import DESIGNS_PER_TILE, ROW_GROUP, Block, Plan
+from tendon_cli.sweep.plan import ROW_GROUP, Block, Plan
 from tendon_cli.sweep.rows import blocks_of_rows, state_rows
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import Filler, TableFile, WrittenFile
@@ -29,34 +28,9 @@ class Rows(Protocol):
     def fill(self, count: int, write: Filler) -> None:
         """Add rows that are written straight to where they are gathered."""
 
-    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
-        """Add the rows of a block."""
-
 
 class Stopped(Exception):  # noqa: N818 - not a fault: somebody asked for it
     """The sweep was asked to stop while a part was being computed; the part leaves nothing behind."""
-
-
-@dataclass(frozen=True)
-class Totals:
-    """What the designs of a part, or of a whole run, come to."""
-
-    feasible: int = 0
-    """Designs whose every state is taut."""
-    slack: int = 0
-    """States with a slack tendon."""
-    no_equilibrium: int = 0
-    """States in which the flexor cannot balance anything."""
-    unstable: int = 0
-    """States with negative elbow stiffness."""
-
-    def __add__(self, other: Totals) -> Totals:
-        return Totals(
-            self.feasible + other.feasible,
-            self.slack + other.slack,
-            self.no_equilibrium + other.no_equilibrium,
-            self.unstable + other.unstable,
-        )
 
 
 @dataclass(frozen=True)
@@ -144,7 +118,8 @@ class PartMaker:
     def _file(self, table: str, index: int, name: str) -> TableFile:
         columns, schema = self.layout(table, index)
         rows = self.plan.rows(table, self.plan.part(index))
-        return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows)
+        at_once = table == "designs"  # they come tile by tile, in another order
+        return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
     def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
         """Evaluate a range of designs into the tables asked for; raises Stopped."""
@@ -154,64 +129,21 @@ class PartMaker:
                 keys = self._leading(block) | state_keys(block, self.plan.elbow_angles)
                 tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, keys))
         totals = Totals()
-        whole = self.plan.states_per_design <= self.plan.block_states
-        for counted, rows in self._by_tiles(designs) if whole else self._by_blocks(designs):
-            totals += counted
-            if "designs" in tables:
-                for block, results in rows:
-                    columns = {name: values[..., np.newaxis, np.newaxis] for name, values in results.items()}
-                    tables["designs"].append(self._leading(block) | columns, (*block.shape[:-2], 1, 1))
-        return totals
-
-    def _by_tiles(self, designs: range) -> Iterator[tuple[Totals, Iterable[tuple[Block, Extremes]]]]:
-        """Designs in tiles that suit the model best: what they come to, and their results in blocks."""
         for rectangle in self.plan.rectangles(designs):
-            totals, results = Totals(), Extremes()
-            for within in self.plan.tiles(rectangle, self.inputs.loops, blocks_at_once()):
-                counted, here = self._finished(rectangle.piece(within), self._extremes(rectangle.piece(within)))
-                totals += counted
-                for name, values in here.items():
-                    whole = results.setdefault(name, np.empty(rectangle.shape[:-2], values.dtype))
-                    whole[within] = values
-            yield totals, self._in_blocks(rectangle, results)
-
-    def _in_blocks(self, rectangle: Block, results: Extremes) -> Iterator[tuple[Block, Extremes]]:
-        """The results of a rectangle cut into blocks, in the order of the rows."""
-        for block in self.plan.rectangles(rectangle.numbers, DESIGNS_PER_TILE):
-            here = slice(block.first_design - rectangle.first_design, block.numbers.stop - rectangle.first_design)
-            yield block, {name: whole.reshape(-1)[here].reshape(block.shape[:-2]) for name, whole in results.items()}
-
-    def _by_blocks(self, designs: range) -> Iterator[tuple[Totals, Iterable[tuple[Block, Extremes]]]]:
-        """Designs one by one, each with more states than a block may have: what each comes to, and its results."""
-        found = None
-        for block in self.plan.blocks(designs):
-            here = self._extremes(block)
-            found = here if found is None else merge(found, here)
-            if self.plan.completes_designs(block):
-                totals, results = self._finished(block, found)
-                yield totals, [(block, results)]
-                found = None
+            rows = DesignRows(self.inputs, rectangle, self._leading(rectangle), self._go_on)
+            if "designs" in tables:
+                tables["designs"].fill(rectangle.design_count, rows.write)
+            else:
+                rows.write({}, range(rectangle.design_count))
+            totals += rows.totals
+        return totals
 
     def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
         return {column.name: values(block) for column, values in self.tables.leading.items()}
 
-    def _extremes(self, block: Block) -> Extremes:
-        self._go_on()
-        return extremes(*self.inputs.tile(block))
-
     def _go_on(self) -> None:
         if self.stop.is_set():
             raise Stopped
-
-    def _finished(self, block: Block, found: Extremes) -> tuple[Totals, Extremes]:
-        """What the designs of a block come to, and their result columns on the axes of the block."""
-        results = finished(found, self.plan.states_per_design)
-        counts = {name: found[name] for name in COUNTS} | {"feasible": results["feasible"]}
-        totals = {name: self._over_designs(block, values) for name, values in counts.items()}
-        return Totals(**totals), {name: self.inputs.arranged(block, values) for name, values in results.items()}
-
-    def _over_designs(self, block: Block, values: npt.NDArray[Any]) -> int:
-        return int(np.broadcast_to(self.inputs.arranged(block, values), block.shape[:-2]).sum())
 
 
 Results = Generator[PartResult | PartFailure]

@@ -12,9 +12,10 @@ from typing import Any
 
 from tendon_cli.errors import FolderError, OutputError, TendonError, WorkersLostError
 from tendon_cli.sweep.columns import versions
+from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
-from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, Stopped, Totals, part_index
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, Stopped, part_index
 from tendon_cli.sweep.run_folder import RunFolder
 from tendon_cli.sweep.threads import in_threads
 

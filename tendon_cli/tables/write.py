@@ -60,16 +60,18 @@ def has_nan(values: npt.NDArray[Any]) -> bool:
 
 
 class RowGroups:
-    """Gathers columns block by block and writes row groups of exactly `row_group` rows, but the last.
+    """Gathers `rows` rows block by block and writes row groups of exactly `row_group` rows, but the last.
 
-    So the bytes depend on the rows only, not on the blocks they came in.
+    So the bytes depend on the rows only, not on the blocks they came in. Written are row groups as they are full, or
+    `at_once` all together.
     """
 
     def __init__(
-        self, file: BinaryIO | RawIOBase, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int
-    ) -> None:
-        self._columns, self._schema = columns, schema
-        self._capacity = min(row_group, max(rows, 1))
+        self, file: BinaryIO | RawIOBase, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int,
+        at_once: bool = False,
+    ) -> None:  # fmt: skip
+        self._columns, self._schema, self._row_group = columns, schema, row_group
+        self._capacity = max(1, rows if at_once else min(row_group, rows))
         self._buffers = {column.name: np.empty(self._capacity, _DTYPES[column.kind]) for column in columns}
         self._with_nulls: set[str] = set()
         self._filled = 0
@@ -89,10 +91,6 @@ class RowGroups:
             self._filled, start = until, rows.stop
             if self._filled == self._capacity:
                 self._write()
-
-    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
-        """Add the rows of a block: every column broadcasts to `shape`, whose last axis is the fastest."""
-        self.fill(math.prod(shape), copied({name: columns[name] for name in self._buffers}, shape))
 
     def abandon(self) -> None:
         """Let go of the writer without another byte; else it would write its footer when it is collected."""
@@ -118,7 +116,7 @@ class RowGroups:
             _array(column, self._buffers[column.name][: self._filled], nulls=column.name in self._with_nulls)
             for column in self._columns
         ]
-        self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._capacity)
+        self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group)
         self.rows += self._filled
         self._filled = 0
         self._with_nulls = set()
@@ -130,7 +128,10 @@ class TableFile:
     Leaving the context without `finish` leaves nothing behind. Raises OutputError where it cannot be written.
     """
 
-    def __init__(self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int) -> None:
+    def __init__(
+        self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int,
+        at_once: bool = False,
+    ) -> None:  # fmt: skip
         self.path = path
         self.temporary = temporary_of(path)
         self._in_place = False
@@ -140,7 +141,7 @@ class TableFile:
             # Exclusive, so that nothing that stands in the way is followed or written through.
             self._file = self.temporary.open("xb")
             try:
-                self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows)
+                self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows, at_once=at_once)
             except OSError:
                 self._give_up()
                 raise
@@ -163,11 +164,6 @@ class TableFile:
         """Add rows, as `RowGroups` does."""
         with output_errors(self.path):
             self._groups.fill(count, write)
-
-    def append(self, columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> None:
-        """Add the rows of a block, as `RowGroups` does."""
-        with output_errors(self.path):
-            self._groups.append(columns, shape)
 
     def close(self) -> WrittenFile:
         """Write what is left, once; the rows and what they took are let go of."""
