@@ -18,7 +18,7 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-_VERSION = 2
+_VERSION = 3
 """Of `kernel/native.c`: raised there and here with every change, so that what an older tendon left is not used."""
 
 

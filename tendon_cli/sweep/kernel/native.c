@@ -2,7 +2,7 @@
 
 #include "processors.h"
 
-const int tendon_native_version = 2; /* of the calls, and of what they come to */
+const int tendon_native_version = 3; /* of the calls, and of what they come to */
 
 #define DECLARE(kind)                                              \
     int tendon_look_##kind(const void *tile, const void *seen);    \

@@ -120,12 +120,15 @@ static void copy(const Key *key, long design, long direction, long angle, long a
     const long *step = key->from.step, place = design * step[0] + direction * step[1] + angle * step[2];
     const char *from = (const char *)key->from.at + place * key->bytes;
     char *to = (char *)key->to + at * key->bytes;
-    if (step[2])
+    if (step[2]) {
         memcpy(to, from, (unsigned long)(angles * key->bytes));
-    else if (key->bytes == 8)
-        for (long i = 0; i < angles; i++) memcpy(to + 8 * i, from, 8);
-    else
+    } else if (key->bytes == 8) {
+        long long value;
+        memcpy(&value, from, 8);
+        for (long i = 0; i < angles; i++) memcpy(to + 8 * i, &value, 8);
+    } else {
         for (long i = 0; i < angles; i++) memcpy(to + key->bytes * i, from, (unsigned long)key->bytes);
+    }
 }
 
 /* States of a design in one direction from an angle on, into the table from row `at` on; `missing` notes nulls. */
