@@ -107,16 +107,18 @@ class Tables:
 
     def schema(self, table: str, part: int) -> pa.Schema:
         """The schema of one part of a table; what it says follows from the study and the versions alone."""
+        facts = {"table": table, **self._facts, "part": {"index": part, "of": self.inputs.plan.parts}}
+        return schema_of(self.designs if table == "designs" else self.states, facts)
+
+    @cached_property
+    def _facts(self) -> dict[str, Any]:
         study = self.inputs.plan.study
-        facts: dict[str, Any] = {
-            "table": table,
+        return {
             "study": study.record(),
             "study_hash": study.hash,
             "results_version": RESULTS_VERSION,
             "versions": versions(),
-            "part": {"index": part, "of": self.inputs.plan.parts},
         }
-        return schema_of(self.designs if table == "designs" else self.states, facts)
 
     def _keys(self) -> list[str]:
         """Common keys that have a column: those of every table, then axes and what differs between the sides."""

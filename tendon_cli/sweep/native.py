@@ -22,10 +22,13 @@ _VERSION = 3
 """Of `kernel/native.c`: raised there and here with every change, so that what an older tendon left is not used."""
 
 
+_Steps = ctypes.c_long * 3
+
+
 class Field(ctypes.Structure):
     """An array over three axes: where it is, and its steps."""
 
-    _fields_ = (("at", ctypes.c_void_p), ("step", ctypes.c_long * 3))
+    _fields_ = (("at", ctypes.c_void_p), ("step", _Steps))
 
 
 STATES = (
