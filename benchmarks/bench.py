@@ -8,6 +8,7 @@ loop in C (`fused.c`), the imports that cannot be done without. A full run is pu
 from __future__ import annotations
 
 import argparse
+import os
 import tempfile
 import time
 from pathlib import Path
@@ -80,6 +81,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="tendon-bench-") as name:
         bench = (quick if options.quick else full)(Path(name))
         for section in options.only or _SECTIONS:
+            if hasattr(os, "sync"):
+                os.sync()  # what the section before left to be written would hold up this one
             _SECTIONS[section](bench)
     print(f"\n{time.monotonic() - started:.0f} s in all")
     if not (options.quick or options.only):
