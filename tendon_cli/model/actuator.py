@@ -146,6 +146,12 @@ def transmissions(design: Design, flexion: Flag) -> tuple[Transmission, Transmis
     return transmission(design.flexor, pulled), transmission(design.extensor, -pulled)
 
 
+def motor_arms(design: Design, flexor: Transmission, extensor: Transmission) -> tuple[Array, Array]:
+    """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
+    radius = design.flexor_radius
+    return np.asarray(radius / flexor.capstan), np.asarray(design.ratio * radius / extensor.capstan)
+
+
 def tie(
     design: Design, motion: Kinematics, flexor: Transmission, extensor: Transmission, elbow_torque: Array
 ) -> Coupling:

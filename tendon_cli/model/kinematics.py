@@ -83,6 +83,11 @@ def kinematics(
     )
 
 
+def able(moment_arm: Array) -> Array:
+    """A moment arm where the flexor can flex the elbow, not a number elsewhere."""
+    return np.where(moment_arm > 0.0, moment_arm, np.nan)
+
+
 def no_slack_radius_ratio(motion: Kinematics) -> Array:
     """H_f / H_e (Eq. 3 and Fig. 4): flexor over extensor radius that would wind both paths without slack.
 

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array, Real, able
 
 TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
@@ -109,7 +109,7 @@ def coupling(
 ) -> Coupling:  # fmt: skip
     """Gather a state's coefficients; without a positive moment arm the flexor cannot balance anything."""
     return Coupling(
-        moment_arm=np.where(moment_arm > 0.0, moment_arm, np.nan),
+        moment_arm=able(moment_arm),
         elbow_radius=elbow_radius,
         ratio=ratio,
         flexor_compliance=flexor_compliance,

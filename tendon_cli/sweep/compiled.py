@@ -32,19 +32,13 @@ class _Seen(ctypes.Structure):
 
 def look(tile: Tile, code: ctypes.CDLL) -> Seen:
     """Look at all states of a tile, once for each pretension, by what `library` gave; safe from several threads."""
-    motion, design = tile.motion, tile.design
-    arm = native.able(motion.flexor_moment_arm)
-    fields = (
-        arm, 1.0 / arm, motion.flexor_moment_arm_slope, motion.flexor_travel, motion.extensor_travel,
-        np.sin(tile.inclination), np.cos(tile.inclination), tile.flexor.compliance, tile.extensor.compliance,
-        *tile.motor_arms, design.ratio, design.arm.anchors.elbow_radius, tile.moment,
-    )  # fmt: skip
-    unilateral = np.asarray(design.unilateral, dtype=np.float64)
+    states = native.states(tile.design, tile.motion, tile.flexor, tile.extensor, tile.moment, tile.inclination)
     whole = tile.pretensions, *tile.shape[1:]
-    arrays = [_laid_out(values) for values in (*fields, unilateral, tile.pretension)]
+    arrays = [_laid_out(values) for values in (*states, tile.pretension)]
     angle = np.ascontiguousarray(tile.elbow_angle)
     found, aside = np.empty((_FOUND, *whole)), np.empty((_ASIDE, *whole[1:]))
-    given = _Tile(*map(native.field, arrays), angle.ctypes.data, *tile.shape, tile.pretensions, not unilateral.all())
+    lengths = *tile.shape, tile.pretensions
+    given = _Tile(*map(native.field, arrays), angle.ctypes.data, *lengths, not np.all(tile.design.unilateral))
     seen = _Seen(native.pointers(list(found)), native.pointers(list(aside)))
     if code.tendon_look(ctypes.byref(given), ctypes.byref(seen)):
         raise MemoryError("no memory for the states of a tile")

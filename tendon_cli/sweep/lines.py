@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model import statics
+from tendon_cli.model import actuator, statics
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.statics import Response
 from tendon_cli.sweep.tile import Flags, Range, Seen, Tile
@@ -56,7 +56,7 @@ class Lines:
     def of(cls, tile: Tile, response: Response) -> Lines:
         """Lay the lines out for passes over whole arrays."""
         shape, pretension = tile.shape, tile.pretension
-        flexor_arm, extensor_arm = tile.motor_arms
+        flexor_arm, extensor_arm = actuator.motor_arms(tile.design, tile.flexor, tile.extensor)
         motor_floor = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
         motor_gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
         stiffness_floor, stiffness_gain, slack_stiffness = _stiffness(tile, response)

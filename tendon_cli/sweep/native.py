@@ -12,15 +12,17 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model import actuator
+from tendon_cli.model.actuator import Design, Transmission
+from tendon_cli.model.kinematics import Array, Kinematics, able
 
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
 _VERSION = 3
 """Of `kernel/native.c`: raised there and here with every change, so that what an older tendon left is not used."""
-
 
 _Steps = ctypes.c_long * 3
 
@@ -64,7 +66,7 @@ def field(array: Array) -> Field:
     steps = (
         step // array.itemsize if length > 1 else 0 for length, step in zip(array.shape, array.strides, strict=True)
     )
-    return Field(array.ctypes.data, (ctypes.c_long * 3)(*steps))
+    return Field(array.ctypes.data, _Steps(*steps))
 
 
 def named_fields(*names: str) -> tuple[tuple[str, type[Field]], ...]:
@@ -77,6 +79,14 @@ def pointers(arrays: list[Array]) -> ctypes.Array[ctypes.c_void_p]:
     return (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
 
 
-def able(moment_arm: Array) -> Array:
-    """A moment arm where the flexor can flex the elbow, not a number elsewhere."""
-    return np.where(moment_arm > 0.0, moment_arm, np.nan)
+def states(
+    design: Design, motion: Kinematics, flexor: Transmission, extensor: Transmission, moment: Array, inclination: Array
+) -> tuple[npt.ArrayLike, ...]:
+    """The arrays of `STATES`, as the model has them; gravity's moment and the forearm's inclination as in `Tile`."""
+    arm = able(motion.flexor_moment_arm)
+    return (
+        arm, 1.0 / arm, motion.flexor_moment_arm_slope, motion.flexor_travel, motion.extensor_travel,
+        np.sin(inclination), np.cos(inclination), flexor.compliance, extensor.compliance,
+        *actuator.motor_arms(design, flexor, extensor), design.ratio, design.arm.anchors.elbow_radius,
+        moment, design.unilateral,
+    )  # fmt: skip

@@ -86,22 +86,18 @@ class BlockRows:
         motion = kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial)
         flexor, extensor = actuator.transmissions(design, flexion)
         inclination = np.add(elbow_angle, design.arm.upper_arm_angle)
+        moment = actuator.gravity_moment(design.arm, design.load_mass)
         pretensions = design.flexor.pretension, design.extensor.pretension
         common = statics.common_pretension(design.ratio, flexor.compliance, extensor.compliance, *pretensions)
-        arm, unilateral = native.able(motion.flexor_moment_arm), np.asarray(design.unilateral, dtype=np.float64)
-        motor_arms_are_not_asked_for = 0.0, 0.0
         values = (
-            arm, 1.0 / arm, motion.flexor_moment_arm_slope, motion.flexor_travel, motion.extensor_travel,
-            np.sin(inclination), np.cos(inclination), flexor.compliance, extensor.compliance,
-            *motor_arms_are_not_asked_for, design.ratio, design.arm.anchors.elbow_radius,
-            actuator.gravity_moment(design.arm, design.load_mass), unilateral,
-            common, *pretensions, flexor.capstan, extensor.capstan, flexor.tendon, extensor.tendon, flexor.spring,
-            extensor.spring, design.flexor_radius, motion.flexor_moment_arm,
+            *native.states(design, motion, flexor, extensor, moment, inclination), common, *pretensions, flexor.capstan,
+            extensor.capstan, flexor.tendon, extensor.tendon, flexor.spring, extensor.spring, design.flexor_radius,
+            motion.flexor_moment_arm,
         )  # fmt: skip
         lengths = block.shape[:-2]
         arrays = [_by_row(np.asarray(each, dtype=np.float64), lengths) for each in values]
         shape = block.design_count, *block.shape[-2:]
-        whole = _Block(*map(native.field, arrays), *shape, not unilateral.all())
+        whole = _Block(*map(native.field, arrays), *shape, not np.all(design.unilateral))
         return cls(code, whole, arrays, {name: _by_row(np.asarray(key), lengths) for name, key in keys.items()})
 
     def write(self, columns: Mapping[str, npt.NDArray[Any]], rows: range) -> set[str]:

@@ -88,13 +88,6 @@ class Tile:
         common: Array = self.design.ratio * self.flexor.compliance + self.extensor.compliance
         return np.asarray(common[0])
 
-    @property
-    def motor_arms(self) -> tuple[Array, Array]:
-        """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
-        radius = self.design.flexor_radius
-        flexor, extensor = radius / self.flexor.capstan, self.design.ratio * radius / self.extensor.capstan
-        return np.asarray(flexor), np.asarray(extensor)
-
 
 @dataclass(frozen=True, eq=False)
 class Range:
