@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -49,22 +49,14 @@ class DesignRows:
     """Called before each tile; raises where the work shall stop."""
     totals: Totals = Totals()
     """Of the designs written so far."""
-    _whole: dict[str, npt.NDArray[Any]] = field(default_factory=dict)
 
     def write(self, columns: Mapping[str, npt.NDArray[Any]], rows: range) -> set[str]:
-        """Write the rectangle's rows into columns of that many rows; only some where the columns end sooner."""
+        """Write the rectangle's rows into columns of that many rows; all at once, for they come in another order."""
         shape = self.rectangle.shape[:-2]
         keys = {name: self.keys[name] for name in columns if name in self.keys}
         nulls = copied(keys, (*shape, 1, 1))(columns, rows)
         results = {name: column for name, column in columns.items() if name not in keys}
-        if len(rows) == self.rectangle.design_count:
-            return nulls | self._evaluate({name: column.reshape(shape) for name, column in results.items()})
-        if not self._whole:
-            self._whole = {name: np.empty(shape, column.dtype) for name, column in results.items()}
-            self._evaluate(self._whole)
-        for name, column in results.items():
-            column[...] = self._whole[name].reshape(-1)[rows.start : rows.stop]
-        return nulls | {name for name, column in results.items() if has_nan(column)}
+        return nulls | self._evaluate({name: column.reshape(shape) for name, column in results.items()})
 
     def _evaluate(self, columns: Mapping[str, npt.NDArray[Any]]) -> set[str]:
         """Put the results of all designs into columns of the rectangle's shape; returns those with nulls."""

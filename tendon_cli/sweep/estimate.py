@@ -10,7 +10,7 @@ from typing import Any
 
 from tendon_cli.quantities import Quantity
 from tendon_cli.study.study import CASE_AXIS, keys
-from tendon_cli.sweep.part import PartMaker
+from tendon_cli.sweep.part import PartMaker, comes_at_once
 from tendon_cli.sweep.plan import ROW_GROUP, Plan
 from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import UNITS
@@ -116,7 +116,7 @@ def _samples(plan: Plan) -> list[range]:
 def _in_memory(maker: PartMaker, table: str, designs: int) -> RowGroups:
     """A part of a table whose bytes are counted and forgotten."""
     columns, schema = maker.layout(table, 0)
-    rows, at_once = maker.plan.rows(table, range(designs)), table == "designs"
+    rows, at_once = maker.plan.rows(table, range(designs)), comes_at_once(table)
     return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
 

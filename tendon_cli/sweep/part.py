@@ -61,6 +61,11 @@ def part_index(name: str) -> int:
     return int(number.removesuffix(".parquet")) if found else 0
 
 
+def comes_at_once(table: str) -> bool:
+    """Whether the rows of a part must all be held before any is written: designs come tile by tile."""
+    return table == "designs"
+
+
 @dataclass(frozen=True)
 class WrittenPart:
     """A part whose files are written, but not yet in place: from here on nothing but the disk is waited for."""
@@ -117,8 +122,7 @@ class PartMaker:
 
     def _file(self, table: str, index: int, name: str) -> TableFile:
         columns, schema = self.layout(table, index)
-        rows = self.plan.rows(table, self.plan.part(index))
-        at_once = table == "designs"  # they come tile by tile, in another order
+        rows, at_once = self.plan.rows(table, self.plan.part(index)), comes_at_once(table)
         return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
     def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
