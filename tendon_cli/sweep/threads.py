@@ -8,17 +8,17 @@ from functools import partial
 from itertools import takewhile
 from typing import TypeVar
 
-from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Runner, Stopped, WrittenPart
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Runner, Stopped
 
 Made = TypeVar("Made")
 
 
 def in_threads(jobs: int) -> Runner:
     """Makes parts, at most `jobs` at once; a single one in the calling thread."""
-    return one_by_one if jobs == 1 else partial(_at_once, jobs)
+    return _one_by_one if jobs == 1 else partial(_at_once, jobs)
 
 
-def one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
+def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
     """Each part when it is asked for."""
     for index in missing:
         yield _attempt(index, partial(maker.make, index))
@@ -39,11 +39,15 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
 
     def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
         room.acquire()
-        part = PartFailure(index, Stopped()) if ended.is_set() else _attempt(index, partial(maker.compute, index))
-        if isinstance(part, WrittenPart) and ended.is_set():
+        if ended.is_set():
+            return PartFailure(index, Stopped())
+        part = _attempt(index, partial(maker.compute, index))
+        if isinstance(part, PartFailure):
+            return part
+        if ended.is_set():
             part.discard()
             return PartFailure(index, Stopped())
-        return part if isinstance(part, PartFailure) else disk.submit(_attempt, index, part.finish)
+        return disk.submit(_attempt, index, part.finish)
 
     with (
         ThreadPoolExecutor(jobs) as disk,

@@ -22,6 +22,7 @@ from tendon_cli.tables.schema import Column
 
 _ROWS_AT_ONCE = 1 << 17
 """Most rows in a page and most that are encoded at once."""
+
 Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], set[str]]
 """Writes some rows of a block into arrays of that many rows, by column; returns the columns where it put NaN."""
 
