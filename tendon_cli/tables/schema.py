@@ -16,7 +16,10 @@ Kind = Literal["number", "text", "count", "truth"]
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table. A text column holds positions in `choices`; `is_axis` marks what few values repeat in."""
+    """A column of a table. A text column holds positions in `choices`; `is_axis` marks what few values repeat in.
+
+    `quantity` is the name of what it holds in `quantities`; what is none goes by the column's own name.
+    """
 
     name: str
     kind: Kind
@@ -24,11 +27,13 @@ class Column:
     long_name: str
     is_axis: bool = False
     choices: tuple[str, ...] = ()
+    quantity: str = ""
 
     @classmethod
     def of(cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False) -> Column:
         """A column of numbers of a quantity, under its own name or another."""
-        return cls(name or quantity.name, "number", quantity.unit, quantity.long_name, is_axis=is_axis)
+        named = name or quantity.name
+        return cls(named, "number", quantity.unit, quantity.long_name, is_axis=is_axis, quantity=quantity.name)
 
     @property
     def type(self) -> pa.DataType:
@@ -40,7 +45,7 @@ class Column:
     @property
     def field(self) -> pa.Field:
         """The Arrow field with its unit and meaning as metadata."""
-        meaning = {"unit": self.unit, "long_name": self.long_name}
+        meaning = {"unit": self.unit, "long_name": self.long_name, "quantity": self.quantity or self.name}
         return pa.field(self.name, self.type, nullable=self.kind == "number", metadata=meaning)
 
 

@@ -13,6 +13,7 @@ import pytest
 
 from tendon_cli.model import actuator
 from tendon_cli.model.statics import STATUS_NAMES
+from tendon_cli.quantities import QUANTITIES
 
 from .studies import (
     CASES,
@@ -385,7 +386,12 @@ def test_fields_and_pandas_attributes_have_the_units(full, table):
     assert set(attributes["units"]) == set(schema.names)
     for field in schema:
         assert field.metadata[b"unit"].decode() == attributes["units"][field.name]
+        quantity = QUANTITIES.get(field.metadata[b"quantity"].decode())
+        assert (quantity is None) == (not pa.types.is_floating(field.type))
         assert field.metadata[b"long_name"].decode().strip()
+        if quantity:
+            assert field.metadata[b"long_name"].decode() == quantity.long_name
+            assert field.name.removesuffix("_flexor").removesuffix("_extensor").endswith(quantity.name)
         assert UNITS.get(field.name, attributes["units"][field.name]) == attributes["units"][field.name]
 
 
