@@ -31,6 +31,8 @@ class Arm:
     """Distance of the load from the elbow, m."""
     upper_arm_angle: Real
     """ψ, inclination of the upper arm, forward positive, rad."""
+    contact_width: Real = np.nan
+    """Width of the extensor's strap around the elbow, m."""
 
 
 @dataclass(frozen=True, eq=False)

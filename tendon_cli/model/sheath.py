@@ -31,7 +31,7 @@ def relative_elongation(exponent: Real) -> Array:
 
     With z = σμφ it is per proximal tension, with z = -σμφ per distal tension (Eq. 13, β/L).
     """
-    z = np.asarray(exponent, dtype=np.float64)
+    z = np.asarray(exponent)
     with np.errstate(invalid="ignore"):
         return np.where(z == 0.0, 1.0, np.expm1(z) / z)
 
