@@ -64,6 +64,15 @@ _ALL = (
     _quantity("spool_ratio", "η", "number", "extensor over flexor radius of the spool, R_e / R_f"),
     _quantity("load_mass", "m", "mass", "mass of the load in the hand"),
     _quantity("elbow_angle", "θ", "angle", "elbow flexion, 0 = straight arm"),
+    # Who wears it.
+    _quantity("stature", "h", "length", "body height"),
+    _quantity("weight", "m_b", "mass", "body mass"),
+    _quantity("acromion_radiale_length", "l_ar", "length", "shoulder to elbow"),
+    _quantity("radiale_stylion_length", "l_rs", "length", "elbow to wrist"),
+    _quantity("forearm_grip_length", "l_fg", "length", "elbow to the centre of a held rod"),
+    _quantity("biceps_circumference", "c_b", "length", "circumference of the flexed upper arm"),
+    _quantity("forearm_circumference", "c_f", "length", "circumference of the flexed forearm"),
+    _quantity("wrist_circumference", "c_w", "length", "circumference of the wrist"),
     # One state.
     _quantity("flexor_tension_proximal", "F_I^f", "force", "flexor tension at the motor"),
     _quantity("flexor_tension_distal", "F_o^f", "force", "flexor tension at the elbow"),

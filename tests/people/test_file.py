@@ -1,0 +1,132 @@
+"""Files of real persons: read as they come, completed by regression, refused where they cannot be."""
+
+import re
+
+import numpy as np
+import pytest
+
+from tendon_cli.errors import InputError
+from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.study.people.population import draw
+from tendon_cli.study.people.reading import read_population
+from tendon_cli.study.people.survey import ansur2
+
+SURVEY = ansur2()
+HEADERS = [f"{name} ({'kg' if name == 'weight' else 'mm'})" for name in DIMENSIONS]
+
+
+def read(text, sex="male", **options):
+    content = text if isinstance(text, bytes) else text.encode()
+    return read_population(content, "people.csv", SURVEY, sex, **options)
+
+
+def written(population, places=17):
+    scale = np.array([1.0 if name == "weight" else 1e3 for name in DIMENSIONS])
+    rows = [",".join(f"{value:.{places}g}" for value in row) for row in population.values * scale]
+    return "\n".join([",".join(HEADERS), *rows])
+
+
+def test_what_was_written_is_read():
+    people = draw(SURVEY, "both", 50, seed=2)
+    found = read(written(people))
+    np.testing.assert_allclose(found.values, people.values, rtol=1e-15)
+    assert found.names[:2] == ("person 1", "person 2")
+    assert not any("expected of" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "name,weight (kg),stature (cm)\nAda,62.5,168\nBo,90,181.5\n",
+        "Name;Weight_kg;STATURE [m]\r\nAda;62,5;1,68\r\nBo;90;1,815\r\n\r\n",
+        '\ufeffname\tweight kg\tstature_mm\n"Ada"\t62.5\t1680\n Bo \t90\t1815',
+        "name,weight (kg),stature (cm)\nAda,62.5,168\nBo,90,181.5\n".encode("utf-16"),
+        "weight (lb),shoe,stature (in),name\n137.788914,39,66.14173228,Ada\n198.416036,43,71.45669291,Bo",
+    ],
+)
+def test_files_as_they_come_say_the_same(text):
+    people = read(text)
+    assert people.names == ("Ada", "Bo")
+    np.testing.assert_allclose(people.body.weight, [62.5, 90.0], rtol=1e-8)
+    np.testing.assert_allclose(people.body.stature, [1.68, 1.815], rtol=1e-8)
+
+
+def test_what_is_missing_is_what_a_regression_over_many_drawn_bodies_gives():
+    crowd = draw(SURVEY, "female", 200_000, seed=4).values
+    weight, stature = DIMENSIONS.index("weight"), DIMENSIONS.index("stature")
+    known = np.column_stack([np.ones(len(crowd)), crowd[:, weight], crowd[:, stature]])
+    fitted, *_ = np.linalg.lstsq(known, crowd, rcond=None)
+    people = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female")
+    np.testing.assert_allclose(people.values, np.array([[1, 55, 1.60], [1, 80, 1.72]]) @ fitted, rtol=1e-3)
+    note = next(note for note in people.notes if "expected of women" in note)
+    assert "biceps_circumference of 2" in note
+    assert "weight of" not in note
+
+
+def test_cells_may_be_missing_one_by_one_and_a_column_may_say_the_sex():
+    people = read("sex,weight (kg),stature (cm)\nm,,180\nfemale,60,NA\nf,60,160", sex="both")
+    man, woman, short = people.body.weight
+    assert man > 85.52  # taller than the mean man, so heavier than he
+    assert (woman, short) == (60.0, 60.0)
+    assert people.body.stature[1] < SURVEY.female.mean[0]  # lighter than the mean woman, so shorter
+
+
+def test_people_of_unknown_sex_are_completed_as_men_and_women_mixed():
+    between = read("stature (cm)\n169", sex="both").body.weight[0]
+    as_man, as_woman = (read("stature (cm)\n169", sex=sex).body.weight[0] for sex in ("male", "female"))
+    assert as_woman < between < as_man
+    mostly_men = read("stature (cm)\n169", sex="both", women=0.05).body.weight[0]
+    assert between < mostly_men
+
+
+def test_weighting_counts_as_given():
+    people = read("weight (kg),weighting\n70,1\n80,0\n90,2.5")
+    assert people.weighting.tolist() == [1.0, 0.0, 2.5]
+
+
+def test_one_person_is_enough():
+    people = read("weight (kg)\n70")
+    assert len(people) == 1
+    assert "1 person" in people.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("stature (m)\n1.7\n3", r"line 3.*stature is 3000 mm, expected 800 to 2500 mm"),
+        ("stature (m)\n1.7\n175", r"line 3.*175 cm would be possible: are units mixed"),
+        ("weight (kg)\n70\n-1", "line 3.*weight is -1 kg"),
+        ("weight (kg)\n70\ninf", "line 3.*weight is inf kg"),
+        ("weight (kg)\n70\n9 kg", 'line 3.*weight is "9 kg", not a number'),
+        ("weight (kg),weighting\n70,1\n80,-0.5", "line 3.*weighting is -0.5"),
+        ("weight (kg),weighting\n70,1\n80,", "line 3.*weighting is empty"),
+        ("weight (kg),weighting\n70,0\n80,0", "every weighting is 0"),
+        ("name,weight (kg)\nAda,70\nBo,80\nAda,75", 'line 4.*"Ada" names two persons, the other in line 2'),
+        ("name,weight (kg)\nAda,70\n,80", "line 3.*without a name"),
+        ("name,age\nAda,30", "no column is a dimension"),
+        ("weight\n70", r'"weight" has no unit.*kg'),
+        ("weight (stone)\n11", 'unknown unit "stone"'),
+        ("weight (mm)\n70", "has a unit of length"),
+        ("wieght (kg)\n70", 'not known.*did you mean "weight"'),
+        ("weight (kg),weight (lb)\n70,154", "stands in two columns"),
+        ("weight (kg)", "holds no persons"),
+        ("", "no column is a dimension"),
+        ("weight (kg),stature (m)\n70,1.7\n80", "line 3.*1 cells where the headers have 2"),
+        ("weight (kg),stature (m)\n70,1.7\n80,1,8", "line 3.*3 cells.*decimal comma"),
+        ("weight (kg),stature (m)\n70,1.7\n,", "line 3.*without any dimension"),
+        ("sex,weight (kg)\nx,70", 'line 2.*sex is "x"'),
+        (b"weight (kg)\n\x00\x01", "binary file"),
+        ('weight (kg),"name\n70,Ada', "the headers are no row"),
+    ],
+)
+def test_files_that_cannot_be_are_refused_with_line_and_reason(text, said):
+    with pytest.raises(InputError) as error:
+        read(text)
+    whole = " ".join(filter(None, (error.value.where, error.value.message, error.value.hint)))
+    assert re.search(said, whole), whole
+
+
+def test_a_million_rows_are_read():
+    people = read("weight (kg),stature (cm)\n" + "70.5,175\n80,181\n" * 500_000)
+    assert len(people) == 1_000_000
+    np.testing.assert_array_equal(people.values[2], people.values[0])

@@ -1,0 +1,128 @@
+"""Bodies drawn from the survey are those of the survey, and the same ones for the same seed."""
+
+import numpy as np
+import pytest
+
+from tendon_cli.errors import InputError
+from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.study.people.population import draw, named
+from tendon_cli.study.people.survey import SEXES, ansur2, cholesky, read_survey
+
+SURVEY = ansur2()
+MANY = 100_000
+
+
+def deviations(statistics):
+    return np.sqrt(np.diag(statistics.covariance))
+
+
+def correlations(covariance):
+    scale = np.sqrt(np.diag(covariance))
+    return covariance / np.outer(scale, scale)
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_means_deviations_and_all_correlations_are_within_sampling_error(sex):
+    statistics = SURVEY.of(sex)
+    bodies = draw(SURVEY, sex, MANY, seed=3).values
+    error = deviations(statistics) / np.sqrt(MANY)
+    assert np.all(np.abs(bodies.mean(axis=0) - statistics.mean) < 4.0 * error)
+    assert np.all(np.abs(bodies.std(axis=0) / deviations(statistics) - 1.0) < 4.0 / np.sqrt(2 * MANY))
+    true = correlations(statistics.covariance)
+    found = np.corrcoef(bodies.T)
+    assert np.all(np.abs(found - true) <= 4.5 * (1.0 - true**2) / np.sqrt(MANY) + 1e-12)
+
+
+def test_the_survey_is_in_si_and_of_thousands():
+    assert (SURVEY.male.persons, SURVEY.female.persons) == (4082, 1986)
+    assert SURVEY.male.mean[DIMENSIONS.index("stature")] == pytest.approx(1.75621)
+    assert SURVEY.female.mean[DIMENSIONS.index("weight")] == 67.76
+    assert deviations(SURVEY.male)[DIMENSIONS.index("weight")] == pytest.approx(14.221)
+
+
+def test_men_and_women_stand_in_the_proportion_of_the_survey_unless_it_is_given():
+    names = draw(SURVEY, "both", 6068, seed=1).names
+    assert sum(name.startswith("woman") for name in names) == 1986
+    assert sum(name.startswith("woman") for name in draw(SURVEY, "both", 10, 1, women=0.5).names) == 5
+    assert len(set(names)) == 6068
+
+
+def test_a_seed_gives_the_same_bodies_and_a_larger_count_begins_with_those_of_a_smaller():
+    few, many = draw(SURVEY, "male", 10, seed=7), draw(SURVEY, "male", 1000, seed=7)
+    np.testing.assert_array_equal(few.values, many.values[:10])
+    assert not np.any(few.values == draw(SURVEY, "male", 10, seed=8).values)
+    both = draw(SURVEY, "both", 10, seed=7)
+    np.testing.assert_array_equal(both.values[:7], few.values[:7])
+    np.testing.assert_array_equal(both.values[7:], draw(SURVEY, "female", 3, seed=7).values)
+
+
+def test_men_and_women_mixed_have_the_moments_of_a_mixed_crowd():
+    crowd = draw(SURVEY, "both", MANY, seed=5, women=0.4).values
+    mixed = SURVEY.both(0.4)
+    assert np.all(np.abs(crowd.mean(axis=0) - mixed.mean) < 4.0 * deviations(mixed) / np.sqrt(MANY))
+    np.testing.assert_allclose(np.cov(crowd.T), mixed.covariance, rtol=0.03)
+
+
+def test_the_mean_man_is_the_one_that_the_anchors_stand_on():
+    man = named(SURVEY, "mean-man")
+    assert man.body.weight == [85.52]
+    np.testing.assert_array_equal(man.values[0], [getattr(man.reference, name) for name in DIMENSIONS])
+    assert named(SURVEY, "mean-woman").body.weight == [67.76]
+
+
+# --- Statistics that cannot be ---------------------------------------------------------------------------------------
+
+SIZE = len(DIMENSIONS)
+
+
+def written(correlation=None, **male):
+    """A survey as text, of persons 1 m large and 1 kg heavy, with some keys of its men replaced."""
+    table = {"persons": 10, "mean": [1000.0] * SIZE, "standard_deviation": [1.0] * SIZE} | male
+    rows = np.eye(SIZE).tolist()
+    lines = [f"dimensions = {list(DIMENSIONS)}", "[male]", *(f"{key} = {value}" for key, value in table.items())]
+    lines += [f"correlation = {correlation or rows}", "[female]", "persons = 5", f"mean = {[900.0] * SIZE}"]
+    return "\n".join([*lines, f"standard_deviation = {[2.0] * SIZE}", f"correlation = {rows}"])
+
+
+def with_correlation(value, *places):
+    matrix = np.eye(SIZE)
+    for row, column in places:
+        matrix[row, column] = matrix[column, row] = value
+    return matrix.tolist()
+
+
+def test_statistics_of_ones_own_are_read():
+    survey = read_survey(written(), "mine.toml")
+    assert survey.male.mean[0] == 1.0
+    assert survey.share_of_women == pytest.approx(1 / 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (written(with_correlation(-0.9, (0, 1), (0, 2), (1, 2))), "not positive definite"),
+        (written(with_correlation(1.0, (3, 4))), "forearm_grip_length follows from the others"),
+        (written((np.eye(SIZE) + np.eye(SIZE, k=1) * 0.1).tolist()), "not symmetric"),
+        (written((0.9 * np.eye(SIZE)).tolist()), "ones on its diagonal"),
+        (written(standard_deviation=[0.0] * SIZE), "not above 0"),
+        (written(mean=[1.0]), "not 8 means"),
+        (written(persons='"many"'), "not statistics"),
+        (written(mean="nan"), "not 8 means"),
+        (written().replace("stature", "size"), "its dimensions are"),
+        ("", "not statistics"),
+        ("[male", "not statistics"),
+        ("dimensions = 5", "not statistics"),
+    ],
+)  # fmt: skip
+def test_statistics_that_cannot_be_are_refused(text, said):
+    with pytest.raises(InputError, match=said):
+        read_survey(text, "mine.toml")
+
+
+def test_the_factor_of_a_matrix_gives_it_back():
+    random = np.random.default_rng(0)
+    half = random.normal(size=(SIZE, SIZE))
+    matrix = half @ half.T
+    factor = cholesky(matrix)
+    np.testing.assert_allclose(factor @ factor.T, matrix, rtol=1e-10, atol=1e-12)
+    assert np.all(np.triu(factor, 1) == 0.0)
