@@ -24,6 +24,19 @@ def write_whole(path: Path, content: bytes) -> None:
         sync_folder(path.parent)
 
 
+def write_shared(path: Path, content: bytes) -> None:
+    """Write a small file whole or not at all under a name that no lock guards: of several writers the last one wins."""
+    temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")
+    with output_errors(path):
+        try:
+            _write(temporary, content)
+            temporary.replace(path)
+        finally:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+        sync_folder(path.parent)
+
+
 def write_new(path: Path, content: bytes) -> bool:
     """Write a small file whole or not at all, and over nothing; whether its name was free. Raises OutputError."""
     if os.path.lexists(path):

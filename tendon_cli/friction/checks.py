@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.friction.estimate import Estimate, Slipping
-from tendon_cli.friction.readings import Floats, Integers, Readings
+from tendon_cli.friction.reading.readings import Floats, Integers, Readings
 from tendon_cli.friction.resolution import resolution_of
 
 _PLAUSIBLE_GAIN = math.log(1.1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.friction.readings import Floats
+from tendon_cli.friction.reading.readings import Floats
 
 _BINS = 96
 

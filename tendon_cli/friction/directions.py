@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.readings import Floats, Integers, Readings
+from tendon_cli.friction.reading.readings import Floats, Integers, Readings
 from tendon_cli.units import shorten
 
 _PULLED = {

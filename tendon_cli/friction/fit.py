@@ -15,7 +15,7 @@ from tendon_cli.friction.bend import BendAngle, parse_bend_angle
 from tendon_cli.friction.checks import check_forces, check_offset, check_result, check_strokes
 from tendon_cli.friction.directions import find_motor
 from tendon_cli.friction.estimate import Estimate, Slipping, by_least_squares, by_leaving_out, log_ratio_of
-from tendon_cli.friction.readings import Floats, Readings, read_readings
+from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
 from tendon_cli.friction.result import DirectionFit, FrictionFit, Rows, SetAside
 from tendon_cli.friction.selection import Selection, is_raw_log, select_log, select_settled
 from tendon_cli.friction.uncertainty import uncertainty_of

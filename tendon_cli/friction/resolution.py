@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.friction.readings import Floats, Integers
+from tendon_cli.friction.reading.readings import Floats, Integers
 
 _FINEST_DECIMALS = 9
 _ENOUGH_VALUES = 10

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.friction.readings import Floats, Integers
+from tendon_cli.friction.reading.readings import Floats, Integers
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.friction.directions import meanings, settled_sides
-from tendon_cli.friction.readings import Floats, Integers, Readings
+from tendon_cli.friction.reading.readings import Floats, Integers, Readings
 from tendon_cli.friction.strokes import STICKING, separate
 
 AT_REST = "at rest, says the column of directions"

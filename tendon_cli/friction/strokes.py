@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.friction.corner import find_corner
-from tendon_cli.friction.readings import Floats, Integers
+from tendon_cli.friction.reading.readings import Floats, Integers
 
 NOT_YET = "not yet slipping (before the first full stroke)"
 STICKING = "sticking after a reversal"

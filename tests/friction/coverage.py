@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.friction.bend import BendAngle
 from tendon_cli.friction.fit import fit_readings
-from tendon_cli.friction.readings import Readings
+from tendon_cli.friction.reading.readings import Readings
 from tendon_cli.friction.result import FrictionFit
 
 from .rig import Logs, Rig, simulate

@@ -136,11 +136,27 @@ def test_column_names_by_option(csv_file) -> None:
         fit_file(path, bend_angle="144 deg", cell_1="α")
 
 
-@pytest.mark.parametrize("angle", [None, "144", "144 mm", "-144 deg", "0 deg", "nan deg", "144 rad", "144 deg +/- 2"])
+@pytest.mark.parametrize(
+    "angle", [None, "144", "144 mm", "-144 deg", "0 deg", "nan deg", "144 rad", "1e-300 rad", "144 deg +/- 2"]
+)
 def test_bend_angle_is_never_guessed(angle: str | None, csv_file) -> None:
     with pytest.raises(UsageError) as caught:
         fit_file(csv_file(TABLE), bend_angle=angle)
     assert caught.value.where == "--bend-angle"
+
+
+@pytest.mark.parametrize(
+    ("angle", "offered"),
+    [
+        ("144", 'in degrees "144 deg"'),
+        ("2.5 +/- 0.1", 'in degrees "2.5 deg +/- 0.1 deg", in radians "2.5 rad +/- 0.1 rad"'),
+        ("144 deg +/- 2", 'in degrees "144 deg +/- 2 deg"'),
+    ],
+)
+def test_a_bare_angle_is_offered_with_its_units(angle: str, offered: str, csv_file) -> None:
+    with pytest.raises(UsageError) as caught:
+        fit_file(csv_file(TABLE), bend_angle=angle)
+    assert caught.value.hint.startswith(offered)
 
 
 def test_bend_angle_given_twice(csv_file) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.text import Source
+from tendon_cli.friction.reading.text import Source
 from tendon_cli.units import UNITS, shorten
 
 STANDARD_GRAVITY = Fraction("9.80665")

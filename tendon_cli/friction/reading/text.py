@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import os
 import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -38,7 +39,8 @@ class Source:
 
 def read_source(path: Path) -> Source:
     """Read a regular file of at most 64 MB and find its encoding; raises InputError."""
-    name = path.name or str(path)
+    # A name that is no UTF-8 is shown with a sign for what cannot be.
+    name = os.fsencode(path.name or str(path)).decode("utf-8", "replace") if "\0" not in str(path) else "the file"
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.header import CellPair, Column, named_pair, pair_cells, read_column
-from tendon_cli.friction.text import Source
+from tendon_cli.friction.reading.header import CellPair, Column, named_pair, pair_cells, read_column
+from tendon_cli.friction.reading.text import Source
 from tendon_cli.units import shorten
 
 _HEADER_WITHIN = 200

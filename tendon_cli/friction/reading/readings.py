@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction.bend import LARGEST
-from tendon_cli.friction.dialect import NumberReader, find_separator, is_comment, ragged, split
-from tendon_cli.friction.header import CellPair, Column, check_units, unit_symbol
-from tendon_cli.friction.layout import Layout, find_header
-from tendon_cli.friction.text import Source, numbered_lines, read_source
+from tendon_cli.friction.reading.dialect import NumberReader, find_separator, is_comment, ragged, split
+from tendon_cli.friction.reading.header import CellPair, Column, check_units, unit_symbol
+from tendon_cli.friction.reading.layout import Layout, find_header
+from tendon_cli.friction.reading.text import Source, numbered_lines, read_source
 from tendon_cli.units import shorten
 
 Floats = npt.NDArray[np.float64]

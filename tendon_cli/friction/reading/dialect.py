@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.text import Source
+from tendon_cli.friction.reading.text import Source
 from tendon_cli.units import shorten
 
 _COMMENT = ("#", "%", "//", "*")

@@ -1,0 +1,1 @@
+"""Files of two load cells, made into readings."""
