@@ -31,6 +31,9 @@ _SI_AND_SHOWN = {
     "angle": ("rad", "deg"),
     "torque": ("N m", "N m"),
     "rotational stiffness": ("N m/rad", "N m/rad"),
+    "angular speed": ("rad/s", "deg/s"),
+    "power": ("W", "W"),
+    "energy": ("J", "J"),
     "number": ("1", "1"),
 }
 
@@ -40,7 +43,7 @@ def _quantity(name: str, symbol: str, dimension: str, long_name: str, *, shown_i
     return Quantity(name, symbol, dimension, unit, shown_in or shown, long_name)
 
 
-_ALL = (
+_OF_STUDIES = (
     # The arm (Figs. 1 and 2).
     _quantity("a1", "a₁", "length", "distance of the proximal flexor anchor r in front of the upper arm's line"),
     _quantity("b1", "b₁", "length", "distance of the proximal flexor anchor r from the elbow, along the upper arm"),
@@ -51,6 +54,7 @@ _ALL = (
     _quantity("forearm_com", "d_com", "length", "distance of the centre of mass of forearm and hand from the elbow"),
     _quantity("load_distance", "d_load", "length", "distance of the load from the elbow"),
     _quantity("upper_arm_angle", "ψ", "angle", "inclination of the upper arm, forward positive, 0 = hanging"),
+    _quantity("contact_width", "w", "length", "width of the extensor's strap around the elbow"),
     # Sheath, tendon, spring, spool, load.
     _quantity("friction", "μ", "number", "Coulomb friction coefficient between tendon and sheath"),
     _quantity("bend_angle", "φ", "angle", "total curvature of the sheath, ∫κ ds"),
@@ -73,7 +77,24 @@ _ALL = (
     _quantity("biceps_circumference", "c_b", "length", "circumference of the flexed upper arm"),
     _quantity("forearm_circumference", "c_f", "length", "circumference of the flexed forearm"),
     _quantity("wrist_circumference", "c_w", "length", "circumference of the wrist"),
-    # One state.
+    # Motion.
+    _quantity("speed", "θ̇", "angular speed", "speed of the elbow, the same throughout"),
+    # Limits of a design that have no column yet, and what is asked of one.
+    _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", shown_in="kPa"),
+    _quantity("max_pretension", "max F₀", "force", "largest pretension"),
+    _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon"),
+    _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
+    _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
+    _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
+    _quantity("peak_motor_speed", "peak α̇", "angular speed", "motor speed of largest magnitude"),
+    _quantity("peak_motor_power", "peak P_m", "power", "largest power of the motor"),
+    _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
+    _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
+    _quantity("min_efficiency", "min ε", "number", "smallest share of the motor's work that friction leaves"),
+    _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
+)
+
+_OF_STATES = (
     _quantity("flexor_tension_proximal", "F_I^f", "force", "flexor tension at the motor"),
     _quantity("flexor_tension_distal", "F_o^f", "force", "flexor tension at the elbow"),
     _quantity("extensor_tension_proximal", "F_I^e", "force", "extensor tension at the motor"),
@@ -91,7 +112,9 @@ _ALL = (
     _quantity("flexor_moment_arm", "J", "length", "moment arm of the flexor tendon about the elbow"),
     _quantity("flexor_travel", "H_f", "length", "shortening of the flexor tendon's path"),
     _quantity("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path"),
-    # One design, over all its states.
+)
+
+_OF_DESIGNS = (  # over all states of one
     _quantity("min_flexor_tension", "min F^f", "force", "smallest flexor tension, of both ends, over all states"),
     _quantity("min_extensor_tension", "min F^e", "force", "smallest extensor tension, of both ends, over all states"),
     _quantity("max_tension", "max F", "force", "largest tension of either tendon, of both ends, over all states"),
@@ -107,4 +130,8 @@ _ALL = (
     _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
 )
 
-QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS)}
+OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
+"""Results that each state has."""
+OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
+"""Results that each design has, over all its states."""

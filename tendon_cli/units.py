@@ -48,6 +48,9 @@ UNITS: dict[str, Unit] = (
     | _units("torque", {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000})
     | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
     | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
+    | _units("angular speed", {"rad/s": 1, "deg/s": _PI / 180, "°/s": _PI / 180, "rpm": _PI / 30, "rev/s": 2 * _PI})
+    | _units("power", {"W": 1, "mW": "0.001", "kW": 1000})
+    | _units("energy", {"J": 1, "mJ": "0.001", "kJ": 1000})
 )
 
 SI_UNIT = {
@@ -61,10 +64,13 @@ SI_UNIT = {
     "torque": "N m",
     "rotational stiffness": "N m/rad",
     "time": "s",
+    "angular speed": "rad/s",
+    "power": "W",
+    "energy": "J",
 }
 
 # Pi does not terminate, so that degrees stay degrees where a text has to be exact.
-_UNIT_WITH_PI = {"angle": "deg", "rotational stiffness": "N m/deg"}
+_UNIT_WITH_PI = {"angle": "deg", "rotational stiffness": "N m/deg", "angular speed": "deg/s"}
 
 EXAMPLES = {
     "number": "0.07",
@@ -77,6 +83,9 @@ EXAMPLES = {
     "torque": '"2 N m"',
     "rotational stiffness": '"2 N m/rad"',
     "time": '"1 s"',
+    "angular speed": '"60 deg/s"',
+    "power": '"20 W"',
+    "energy": '"5 J"',
 }
 """How a value of each dimension is written in a study."""
 

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault
+from tendon_cli.study.design import CHOICE_RESULTS, MOTION_LIMITS
+from tendon_cli.study.fields import nearest
 from tendon_cli.study.parts import Part
-from tendon_cli.study.study import SIDES, Study, numbers_in
+from tendon_cli.study.study import LINKED_AXES, SIDES, Study, keys, numbers_in, split_side
 from tendon_cli.units import shorten
 
+PRETENSION = "tendon.pretension"
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
 
@@ -21,7 +24,13 @@ _MOST_ARMS_TO_CHECK = 100_000
 
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
-    return [*_two_sources(study, at_fault), *_case_faults(study)]
+    return [
+        *_two_sources(study, at_fault),
+        *_case_faults(study),
+        *_output_faults(study, at_fault),
+        *_limit_faults(study, at_fault),
+        *_goal_faults(study, at_fault),
+    ]
 
 
 def impossibilities(study: Study) -> list[Fault]:
@@ -38,6 +47,49 @@ def _two_sources(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         if sheath.path_smoothing is not None and sheath.path is None and f"{key}.path" not in at_fault:
             problem = "smooths a route, but this table names none"
             yield Fault(f"{key}.path_smoothing", problem, 'add path = "route.csv", or leave it out')
+
+
+def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    if study.output.states and "states" not in study.output.tables and "output.tables" not in at_fault:
+        hint = 'leave it out, or add "states" to tables'
+        yield Fault("output.states", "names columns of a table that is not written", hint)
+
+
+def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Limits of what cannot be known without another key."""
+    needs_width = "max_contact_pressure" in study.limits and not _has_contact_width(study)
+    if needs_width and not any(key.endswith("arm.contact_width") for key in at_fault):
+        problem = "needs the width of the strap around the elbow"
+        yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_width = "40 mm"')
+    for name in MOTION_LIMITS:
+        if name in study.limits and study.motion.speed is None and "motion.speed" not in at_fault:
+            yield Fault(f"limits.{name}", "needs the speed of the elbow", 'such as motion.speed = "60 deg/s"')
+
+
+def _has_contact_width(study: Study) -> bool:
+    key = "arm.contact_width"
+    return key in study.numbers or (bool(study.cases) and all(key in case_numbers(case) for case in study.cases))
+
+
+def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Conditions that are no axis of any study, and goals that are no column of the answer."""
+    columns = {key.column: path for path, key in keys().items()}
+    for name in study.design.conditions or ():
+        if split_side(name)[0] == PRETENSION:
+            problem = f'"{name}" cannot be a condition, it is what tendon design solves for'
+            yield Fault("design.conditions", problem, "leave it out")
+        elif name not in keys() and name not in LINKED_AXES:
+            hint = nearest(columns.get(name, name), (*keys(), *LINKED_AXES))
+            yield Fault("design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint)
+    axes = [key for key in (*study.axes, *at_fault) if key in keys() and split_side(key)[0] != PRETENSION]
+    known = (*CHOICE_RESULTS, *(keys()[key].column for key in axes if key not in study.conditions))
+    for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
+        for name in names:
+            if name not in known:
+                problem = f'there is no column "{shorten(name)}" in the choices of this study'
+                yield Fault(f"design.{table}", problem, nearest(name, known) or f"its columns: {', '.join(known)}")
+            elif table == "maximise" and name in study.design.minimise:
+                yield Fault("design.maximise", f'"{name}" is minimised, too, expected one of both')
 
 
 def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:

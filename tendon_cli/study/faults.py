@@ -9,11 +9,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from tendon_cli.errors import Fault
-from tendon_cli.study.study import Study, keys
+from tendon_cli.study.fields import nearest
+from tendon_cli.study.study import Study
 from tendon_cli.study.toml_scan import KeyPlaces
 from tendon_cli.units import described, shorten
 
-RESERVED = ("limits", "population")
+LISTS = ("cases", "figure")
 MOST_FAULTS = 1000
 
 
@@ -70,24 +71,23 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     return problems.get(detail["type"], detail["msg"][:1].lower() + detail["msg"][1:]), None
 
 
-def _unknown(path: list[str]) -> tuple[str, str | None]:
+def _unknown(path: list[str]) -> tuple[str, str]:
     """An unknown key: the nearest one beside it, or the table where a key of this name belongs."""
-    name = path[-1]
-    if len(path) == 1 and name in RESERVED:
-        return "is reserved for a later version", "leave it out"
-    beside = _valid_names(path[:-1])
-    elsewhere = [
-        key for key in keys() if key.rpartition(".")[2] == name and not key.startswith(".".join(path[:-1]) + ".")
-    ]
-    near = difflib.get_close_matches(name, beside, n=1, cutoff=0.6)
-    if near:
-        return "unknown key", f'did you mean "{near[0]}"?'
-    if elsewhere:
-        return "unknown key", f'did you mean "{elsewhere[0]}"?'
-    far = difflib.get_close_matches(name, [key.rpartition(".")[2] for key in keys()], n=1, cutoff=0.75)
-    if far:
-        return "unknown key", f'did you mean "{next(key for key in keys() if key.endswith("." + far[0]))}"?'
-    return "unknown key", f"known here: {', '.join(beside)}"
+    name, beside = path[-1], _valid_names(path[:-1])
+    elsewhere = {key.rpartition(".")[2]: key for key in reversed(_paths())}
+    near = nearest(name, beside, cutoff=0.6)
+    far = difflib.get_close_matches(name, list(elsewhere), n=1, cutoff=0.75)
+    hint = near or (f'did you mean "{elsewhere[far[0]]}"?' if far else f"known here: {', '.join(beside)}")
+    return "unknown key", hint
+
+
+@cache
+def _paths() -> list[str]:
+    """The dotted keys of every table but those of a list."""
+    found = [(name, [name]) for name in _valid_names([])]
+    for path, parts in found:
+        found += [(f"{path}.{name}", [*parts, name]) for name in _valid_names(parts) if path not in LISTS]
+    return [path for path, _ in found if "." in path]
 
 
 def _valid_names(table: list[str]) -> list[str]:
@@ -113,5 +113,4 @@ def _schema() -> dict[str, Any]:
 
 def _near(given: str, expected: str) -> str | None:
     choices = [word.strip(' "') for word in expected.replace(" or ", ",").split(",")]
-    near = difflib.get_close_matches(given.strip('"'), choices, n=1, cutoff=0.5)
-    return f'did you mean "{near[0]}"?' if near else None
+    return nearest(given.strip('"'), choices)

@@ -5,9 +5,10 @@ Each number field has one validator, which turns whatever the file says into `Va
 
 from __future__ import annotations
 
+import difflib
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -37,6 +38,12 @@ _GRID_KEYS = ("from", "to", "num", "spacing")
 def fault(problem: str, hint: str | None = None) -> PydanticCustomError:
     """A fault of one field, in our words; `study.load` gives it its place."""
     return PydanticCustomError("tendon", "{problem}", {"problem": problem, "hint": hint})
+
+
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
+    """A hint with the known name most like one that is not known."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
+    return f'did you mean "{near[0]}"?' if near else None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, Field, StringConstraints, ValidationError, WithJsonSchema
 from pydantic_core import InitErrorDetails, PydanticCustomError, PydanticKnownError
 
+from tendon_cli import quantities
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.fields import fault
@@ -17,10 +18,8 @@ from tendon_cli.study.parts import Part
 from tendon_cli.units import UnitError, parse_measure, shorten
 
 MOST_QUANTITIES = 8
-_NAMES = list(QUANTITIES)
-_FIRST_OF_STATES, _FIRST_OF_DESIGNS = _NAMES.index("flexor_tension_proximal"), _NAMES.index("min_flexor_tension")
-OF_STATES = (*_NAMES[_FIRST_OF_STATES:_FIRST_OF_DESIGNS], *DERIVED)
-OF_DESIGNS = tuple(_NAMES[_FIRST_OF_DESIGNS:])
+OF_STATES = (*quantities.OF_STATES, *DERIVED)
+OF_DESIGNS = quantities.OF_DESIGNS
 WORDS = ("direction", "status", "case", "feasible", "design")
 """Columns that are no quantities."""
 

@@ -1,4 +1,4 @@
-"""The tables of a study file: arm, sheath, tendon, spring, spool, load, motion, model and output.
+"""The tables of a study file that say what is computed, from arm to output.
 
 Every key has a default, the paper's baseline with unilateral tendons and no load.
 """
@@ -9,8 +9,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
 
-from tendon_cli.study.fields import Number, fault
+from tendon_cli.quantities import OF_STATES
+from tendon_cli.study.fields import Number, fault, nearest
 from tendon_cli.study.values import Values
+from tendon_cli.units import shorten
 
 Direction = Literal["flexion", "extension"]
 Table = Literal["designs", "states"]
@@ -54,9 +56,30 @@ def _words_schema(*choices: str) -> WithJsonSchema:
     return WithJsonSchema({"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]})
 
 
+def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Known results of the states; what says which state a row is, is kept anyway."""
+    for name in names:
+        if name in ("design", "direction", "elbow_angle"):
+            raise fault(f'"{name}" says which state a row is, and is always kept', "leave it out")
+        if name != "status" and name not in OF_STATES:
+            raise fault(f'"{shorten(name)}" is not a result of the states', nearest(name, ("status", *OF_STATES)))
+    return names
+
+
 _WORDS = (BeforeValidator(_as_list), AfterValidator(_each_once), Field(min_length=1))
+_ALL_WORDS = {"type": "string", "minLength": 1, "maxLength": 100}
+Words = Annotated[
+    tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=100)], ...],
+    BeforeValidator(_as_list),
+    AfterValidator(_each_once),
+    WithJsonSchema({"anyOf": [_ALL_WORDS, {"type": "array", "items": _ALL_WORDS, "uniqueItems": True}]}),
+]
+"""One word or a list of them, such as columns; what they may be is not known to the field."""
 Directions = Annotated[tuple[Direction, ...], *_WORDS, _words_schema("flexion", "extension")]
 Tables = Annotated[tuple[Table, ...], *_WORDS, _words_schema("designs", "states")]
+StateColumns = Annotated[
+    tuple[str, ...], *_WORDS, AfterValidator(_columns_of_states), _words_schema("status", *OF_STATES)
+]
 
 
 class Part(BaseModel):
@@ -77,6 +100,7 @@ class Arm(Part):
     forearm_com: Annotated[Values, Number("forearm_com", **LENGTH)] = written("174 mm")
     load_distance: Annotated[Values, Number("load_distance", **LENGTH)] = written("320 mm")
     upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = written("0 deg")
+    contact_width: Annotated[Values | None, Number("contact_width", **POSITIVE_LENGTH)] = None
 
 
 class SheathSide(Part):
@@ -154,6 +178,7 @@ class Motion(Part):
     elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS)] = written(
         {"from": "0 deg", "to": "90 deg", "num": 91}
     )
+    speed: Annotated[Values | None, Number("speed", 1e-9, 1e6, axis=False)] = None
 
 
 class Model(Part):
@@ -173,3 +198,6 @@ class Output(Part):
     """What is written."""
 
     tables: Tables = Field(default=("designs", "states"), description="which tables to write")
+    states: StateColumns | None = Field(
+        default=None, description="results of the states to keep, such as status; default all of them"
+    )

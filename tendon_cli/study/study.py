@@ -12,13 +12,16 @@ from typing import Annotated, Any, get_args
 from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
+from tendon_cli.study.design import Goals, Limits, Uncertainty
 from tendon_cli.study.fields import Later, Number, fault
 from tendon_cli.study.figures import DeclaredFigure, check_figures
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.values import Values
 
 SIDES = ("flexor", "extensor")
-CASE_AXIS = "case"
+CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
+LINKED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
+"""Axes of linked values, which no single key gives."""
 
 
 def _not_dots(name: str) -> str:
@@ -109,6 +112,10 @@ class Study(Part):
         default=(), description="one axis of linked values, such as persons"
     )
 
+    limits: Limits = Limits()
+    design: Goals = Goals()
+    uncertainty: Uncertainty | None = None
+
     figure: Annotated[tuple[DeclaredFigure, ...], AfterValidator(_with_known_columns)] = Field(
         default=(), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
     )
@@ -140,6 +147,24 @@ class Study(Part):
         found = tuple(key for key, values in self.numbers.items() if values.is_axis)
         ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
         return (CASE_AXIS, *ordered) if self.cases else ordered
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """The axes that a design must survive, slowest first; the others are choices.
+
+        Without `[design] conditions` those of load and arm, and every linked one; persons and draws are no choice ever.
+        """
+        asked = self.design.conditions
+        if asked is None:
+            return tuple(key for key in self.axes if key in LINKED_AXES or key.partition(".")[0] in ("load", "arm"))
+        return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS))
+
+    @property
+    def serve(self) -> float:
+        """The share of people, draws or conditions that is enough: 1, or 0.95 where there are people or draws."""
+        if self.design.serve is not None:
+            return self.design.serve.single
+        return 0.95 if {PERSON_AXIS, DRAW_AXIS} & set(self.axes) else 1.0
 
     @property
     def sources(self) -> dict[str, dict[str, Any]]:
@@ -184,7 +209,7 @@ def _document(part: Part) -> dict[str, Any]:
         elif isinstance(value, Values):
             shown[name] = value.document()
         elif isinstance(value, tuple):
-            if value:
+            if value or field.default is None:
                 shown[name] = [_document(item) if isinstance(item, Part) else item for item in value]
         elif value is not None:
             shown[name] = value
@@ -216,8 +241,9 @@ def split_side(path: str) -> tuple[str, str | None]:
 
 @cache
 def keys() -> dict[str, Key]:
-    """Every number that a study can have, by its dotted key, in the order of the schema."""
-    return {path: Key(path, number) for part in (*_DESIGN_PARTS, "motion") for path, number in _keys_of(Study, part)}
+    """Every number that may be an axis, by its dotted key, in the order of the schema."""
+    parts = (*_DESIGN_PARTS, "motion")
+    return {path: Key(path, number) for part in parts for path, number in _keys_of(Study, part) if number.axis}
 
 
 def _keys_of(owner: type[Part], name: str, prefix: str = "") -> list[tuple[str, Number]]:

@@ -27,6 +27,7 @@ slack = "both"
 name = "a"
 arm.b1 = [1, 2]
 [limits]
+max_tension = [1, 2]
 """
 
 TEN_FAULTS_YAML = """\
@@ -46,19 +47,19 @@ model: {slack: both}
 cases:
   - name: a
     arm: {b1: [1, 2]}
-limits: {}
+limits: {max_tension: [1, 2]}
 """
 
 KEYS_AT_FAULT = [
     "name", "titel", "arm.b1", "arm.b3", "sheath.friction", "tendon.flexor.lenght", "spring.stiffness", "load.mass",
-    "model.slack", "cases.0.arm.b1", "limits",
+    "model.slack", "cases.0.arm.b1", "limits.max_tension",
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("suffix", "text", "lines"),
     [
-        (".toml", TEN_FAULTS, [1, 2, 4, 5, 7, 9, 11, 13, 15, 18, 19]),
+        (".toml", TEN_FAULTS, [1, 2, 4, 5, 7, 9, 11, 13, 15, 18, 20]),
         (".yaml", TEN_FAULTS_YAML, [1, 2, 4, 5, 7, 10, 11, 12, 13, 16, 17]),
     ],
 )

@@ -86,6 +86,10 @@ def test_it_takes_every_unit_of_a_key_and_no_other(unit):
         {"load": {"mass": "5 kg"}},
         {"name": "a", "motion": {"direction": "flexion"}},
         {"name": "a", "output": {"tables": "designs"}},
+        {"limits": {"max_tension": "300 N", "min_efficiency": 0.4}, "motion": {"speed": "60 deg/s"}},
+        {"output": {"states": ["status", "flexor_tension_distal"]}},
+        {"design": {"conditions": "load.mass", "serve": "95 %", "minimise": ["pretension"], "maximise": []}},
+        {"uncertainty": {"draws": 128, "seed": 0, "cross": True}},
     ],
 )
 def test_it_takes_what_a_study_file_may_say(content):
@@ -96,7 +100,15 @@ def test_it_takes_what_a_study_file_may_say(content):
     "content",
     [
         {"colour": "red"},
-        {"limits": {}},
+        {"limits": {"max_tension": ["300 N"]}},
+        {"limits": {"max_tension": "300 mm"}},
+        {"limits": {"tension": "300 N"}},
+        {"output": {"states": []}},
+        {"output": {"states": ["margin"]}},
+        {"design": {"serve": 1.1}},
+        {"design": {"minimise": ["tolerance", "tolerance"]}},
+        {"uncertainty": {"draws": 100}},
+        {"uncertainty": {"seed": -1}},
         {"arm": {"b3": 1}},
         {"arm": 3},
         {"arm": [1]},

@@ -16,8 +16,7 @@ from tendon_cli.study.load import load_study, study_from
 from tendon_cli.study.study import keys
 
 PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] in ("sheath", "tendon", "spring")]
-PER_SIDE.remove("sheath.path_smoothing")
-PLAIN = [key for key in keys() if key.count(".") == 1 and key not in ("sheath.path_smoothing", "motion.elbow_angle")]
+PLAIN = [key for key in keys() if key.count(".") == 1 and key != "motion.elbow_angle"]
 
 BASELINE = {
     "arm.a1": 0.04,
@@ -40,6 +39,8 @@ BASELINE = {
     "spool.ratio": 1.0,
     "load.mass": 0.0,
 }
+OPTIONAL = {"arm.contact_width": 0.04}
+"""Numbers that a study need not have."""
 
 
 @pytest.fixture
@@ -163,11 +164,12 @@ def test_a_grid_in_another_unit_is_the_same_study(start, stop):
     assert written.hash == one("load.mass", {"from": "0 kg", "to": "1 kg", "num": 5}).hash
 
 
-@pytest.mark.parametrize("key", sorted(set(keys()) - {k for k in keys() if k.endswith("path_smoothing")}))
+@pytest.mark.parametrize("key", list(keys()))
 def test_the_hash_knows_every_number(key):
     same = study_from({"name": "study"}).hash
     common = ".".join(part for part in key.split(".") if part not in ("flexor", "extensor"))
-    changed = one(key, 1.0 if common == "motion.elbow_angle" else math.nextafter(BASELINE[common], math.inf))
+    value = OPTIONAL.get(common) or BASELINE.get(common, 1.0)
+    changed = one(key, math.nextafter(value, math.inf))
     assert changed.hash != same
 
 
@@ -182,6 +184,15 @@ def test_the_hash_knows_every_number(key):
         {"output": {"tables": ["designs"]}},
         {"cases": [{"name": "a"}]},
         {"load": {"mass": [0.0]}},
+        {"output": {"states": ["status"]}},
+        {"motion": {"speed": "60 deg/s"}},
+        {"limits": {"max_tension": "300 N"}},
+        {"limits": {"min_elbow_stiffness": "-2 N m/rad"}},
+        {"design": {"conditions": []}},
+        {"design": {"serve": 0.9}},
+        {"design": {"minimise": "pretension"}},
+        {"design": {"pretension": "least"}},
+        {"uncertainty": {}},
     ],
 )
 def test_the_hash_knows_everything_else(content):
@@ -268,7 +279,7 @@ def test_a_list_of_one_is_an_axis_and_a_single_value_is_not():
 
 
 def an_axis(key):
-    value = BASELINE[key]
+    value = (BASELINE | OPTIONAL)[key]
     return [value, value + 0.001 * (value or 1.0)]
 
 
@@ -444,7 +455,7 @@ def test_each_side_has_its_own_friction_and_bend():
 
 def near(key):
     """Values around the baseline's, all of them possible."""
-    value = BASELINE[key] or 1.0
+    value = (BASELINE | OPTIONAL)[key] or 1.0
     return st.floats(0.5 * value, 1.5 * value)
 
 

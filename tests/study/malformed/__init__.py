@@ -1,5 +1,6 @@
 """Studies that cannot be used, of every kind, with what their one error says."""
 
+from .designs import DESIGNS
 from .files import ATTACHMENTS, FILES
 from .numbers_and_grids import GRIDS, NUMBERS
 from .row import Malformed
@@ -16,6 +17,7 @@ ROWS = (
     *TOML_SYNTAX,
     *YAML_SYNTAX,
     *LIMITS,
+    *DESIGNS,
     *FILES,
     *ATTACHMENTS,
     *SETTINGS,

@@ -33,7 +33,7 @@ SETTINGS = (
     setting("a line after the value", "load.mass=[1, 2]\nx = 3", "load.mass"),
     wrong_value("an unknown key", "arm.bb1=3 mm", "arm.bb1", "unknown key", '"b1"'),
     wrong_value("an unknown table", "amr.b1=3 mm", "amr", "unknown key", '"arm"'),
-    wrong_value("limits", "limits.tension=3 N", "limits", "reserved"),
+    wrong_value("a limit of no column", "limits.tension=3 N", "limits.tension", '"max_tension"'),
     wrong_value("no value", "arm.b1=", "arm.b1", "not one number and one unit"),
     wrong_value("no unit", "arm.b1=160", "arm.b1", "has no unit"),
     wrong_value("a wrong unit", "arm.b1=160 kg", "arm.b1", "mass"),

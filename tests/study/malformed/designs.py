@@ -1,0 +1,72 @@
+"""Limits, goals and columns that no study can have."""
+
+from .row import toml, yaml
+
+MASSES = 'load.mass = ["3 kg", "5 kg"]\n'
+
+DESIGNS = (
+    toml("a limit of no column", "limits.max_tensoin = '3 N'\n", "limits.max_tensoin", '"max_tension"', line=1),
+    toml("a limit of no table", "max_tension = '3 N'\n", "max_tension", '"limits.max_tension"', line=1),
+    toml("a limit of another dimension", "limits.max_tension = '3 mm'\n", "limits.max_tension", "a length", line=1),
+    toml("a limit in a list", "limits.max_tension = ['3 N', '4 N']\n", "limits.max_tension", "one value", line=1),
+    toml("a negative limit", "limits.max_tension = '-3 N'\n", "limits.max_tension", "negative", line=1),
+    toml("a limit of true", "limits.max_tension = true\n", "limits.max_tension", "truth value", line=1),
+    toml("an efficiency above one", "limits.min_efficiency = 1.1\n", "limits.min_efficiency", "out of range", line=1),
+    toml("a pressure on no width", "limits.max_contact_pressure = '30 kPa'\n", "contact_pressure", "contact_width"),
+    toml(
+        "a pressure on a width of one case",
+        "limits.max_contact_pressure = '30 kPa'\n[[cases]]\nname = 'a'\narm.contact_width = '40 mm'\n"
+        "[[cases]]\nname = 'b'\n",
+        "limits.max_contact_pressure",
+        "arm.contact_width",
+        line=1,
+    ),
+    *(
+        toml(f"{name} without a speed", f"limits.{name} = '{value}'\n", f"limits.{name}", "motion.speed", line=1)
+        for name, value in (
+            ("max_spool_travel", "300 deg"),
+            ("max_backlash", "5 deg"),
+            ("max_torque_band", "2 N m"),
+            ("peak_motor_speed", "30 rpm"),
+            ("peak_motor_power", "40 W"),
+            ("max_motor_work_in", "20 J"),
+            ("max_friction_loss", "10 J"),
+            ("min_efficiency", "40 %"),
+        )
+    ),
+    toml("a speed of nothing", "motion.speed = '0 deg/s'\n", "motion.speed", "impossible", line=1),
+    toml("a speed in degrees", "motion.speed = '60 deg'\n", "motion.speed", "an angular speed", '"60 deg/s"', line=1),
+    toml("two speeds", "motion.speed = ['1 rad/s', '2 rad/s']\n", "motion.speed", "one value", line=1),
+    toml("a condition that is a column", "design.conditions = 'load_mass'\n", "conditions", '"load.mass"', line=1),
+    toml("a condition that is no axis", "design.conditions = ['direction']\n", "conditions", "no axis", line=1),
+    toml("a condition twice", "design.conditions = ['case', 'case']\n", "design.conditions", "twice", line=1),
+    toml("a condition of pretension", "design.conditions = ['tendon.pretension']\n", "conditions", "solves for"),
+    toml("a condition of nothing", "design.conditions = ['']\n", "design.conditions", "is empty", line=1),
+    toml("a goal that is no column", "design.minimise = ['max_tensoin']\n", "design.minimise", '"max_tension"'),
+    toml("a goal that is no axis", "design.minimise = 'spool_ratio'\n", "design.minimise", "its columns", line=1),
+    toml("a goal that is a condition", MASSES + "design.maximise = 'load_mass'\n", "design.maximise", line=2),
+    toml("a goal both ways", "design = { minimise = 'tolerance', maximise = 'tolerance' }\n", "maximise", "minimised"),
+    toml("a share above one", "design.serve = 1.5\n", "design.serve", "out of range", line=1),
+    toml("a share of a length", "design.serve = '1 m'\n", "design.serve", "a length", line=1),
+    toml("a place in no window", "design.pretension = 'most'\n", "design.pretension", '"least"', line=1),
+    toml("a hundred draws", "uncertainty.draws = 100\n", "uncertainty.draws", "a power of two", "64", line=1),
+    toml("no draws", "uncertainty.draws = 0\n", "uncertainty.draws", "a power of two", line=1),
+    toml("2^70 draws", f"uncertainty.draws = {2**62}\n", "uncertainty.draws", "1,048,576 at most", line=1),
+    toml("half a draw", "uncertainty.draws = 0.5\n", "uncertainty.draws", "not a whole number", line=1),
+    toml("a seed below zero", "uncertainty.seed = -1\n", "uncertainty.seed", "out of range", line=1),
+    toml("a seed of true", "uncertainty.seed = true\n", "uncertainty.seed", "not a whole number", line=1),
+    toml("a seed of words", "uncertainty.seed = 'x'\n", "uncertainty.seed", "not a whole number", line=1),
+    toml("a cross of words", "uncertainty.cross = 'yes'\n", "uncertainty.cross", "true or false", line=1),
+    toml("a state's column unknown", "output.states = ['statu']\n", "output.states", '"status"', line=1),
+    toml("a design's column of states", "output.states = ['margin']\n", "output.states", "of the states", line=1),
+    toml("a key as a column", "output.states = ['elbow_angle']\n", "output.states", "always kept", line=1),
+    toml("no columns of states", "output.states = []\n", "output.states", "empty list", line=1),
+    toml(
+        "columns of no table",
+        "output = { tables = 'designs', states = ['status'] }\n",
+        "output.states",
+        "not written",
+        line=1,
+    ),
+    yaml("a limit without a value", "limits:\n  max_tension:\n", "limits.max_tension", "no value", line=2),
+)

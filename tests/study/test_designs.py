@@ -1,0 +1,94 @@
+"""What a study asks of its designs: limits, conditions, goals, and which states are kept."""
+
+import pytest
+
+from tendon_cli.errors import StudyError
+from tendon_cli.quantities import OF_STATES
+from tendon_cli.study.design import Limits
+from tendon_cli.study.load import load_study, study_from
+
+CASES = [{"name": "a"}, {"name": "b"}]
+
+
+def test_limits_are_a_mapping_of_what_is_given_in_si_and_the_least_stiffness():
+    study = study_from({"limits": {"max_tension": "0.3 kN", "peak_motor_torque": "12 N m"}})
+    assert dict(study.limits) == {"max_tension": 300.0, "peak_motor_torque": 12.0, "min_elbow_stiffness": 0.0}
+    assert len(study.limits) == 3
+    assert "min_flexor_tension" not in study.limits
+    assert study.limits.get("min_flexor_tension") is None
+
+
+@pytest.mark.parametrize("name", ["max_pretension", "nothing", "model_fields"])
+def test_a_limit_that_is_not_given_is_no_key(name):
+    with pytest.raises(KeyError):
+        study_from({}).limits[name]
+
+
+def test_without_limits_the_elbow_is_not_to_give_way():
+    assert dict(study_from({}).limits) == {"min_elbow_stiffness": 0.0}
+    assert study_from({"limits": {"min_elbow_stiffness": "-2 N m/rad"}}).limits["min_elbow_stiffness"] == -2.0
+
+
+@pytest.mark.parametrize("name", list(Limits.model_fields))
+def test_every_limit_reads_back_and_changes_the_hash(name):
+    given = {"limits": {name: "0.25 rad" if name in ("max_spool_travel", "max_backlash") else 0.25}}
+    content = {"arm": {"contact_width": "40 mm"}, "motion": {"speed": "60 deg/s"}}
+    study = study_from({**content, **given})
+    assert study.limits[name] == 0.25
+    assert study.hash != study_from(content).hash
+    assert study_from(study.document()).hash == study.hash
+
+
+@pytest.mark.parametrize(
+    ("asked", "expected"),
+    [
+        (None, ("case", "load.mass", "arm.b1")),
+        ([], ()),
+        (["load.mass"], ("load.mass",)),
+        (["spool.ratio", "case"], ("case", "spool.ratio")),
+        (["tendon.length", "load.mass"], ("load.mass",)),
+    ],
+)
+def test_conditions_are_the_axes_asked_for_else_those_of_load_arm_and_cases(asked, expected):
+    content = {"cases": CASES, "load": {"mass": [1, 2]}, "spool": {"ratio": [0.6, 1]}, "arm": {"b1": [0.1, 0.2]}}
+    design = {} if asked is None else {"design": {"conditions": asked}}
+    assert study_from(content | design).conditions == expected
+
+
+def test_all_conditions_are_served_unless_a_share_is_enough():
+    assert study_from({}).serve == 1.0
+    assert study_from({"design": {"serve": "95 %"}}).serve == 0.95
+
+
+def test_a_goal_may_be_a_choice_of_the_study():
+    study = study_from({"spool": {"ratio": [0.6, 1]}, "design": {"minimise": "spool_ratio", "maximise": "tolerance"}})
+    assert (study.design.minimise, study.design.maximise) == (("spool_ratio",), ("tolerance",))
+
+
+def test_a_width_in_every_case_is_enough_for_a_pressure():
+    cases = [{"name": name, "arm": {"contact_width": "40 mm"}} for name in "ab"]
+    assert (
+        study_from({"limits": {"max_contact_pressure": "30 kPa"}, "cases": cases})
+        .numbers.keys()
+        .isdisjoint({"arm.contact_width"})
+    )
+
+
+def test_any_result_of_the_states_may_be_kept():
+    names = ["status", *OF_STATES]
+    assert study_from({"output": {"states": names}}).output.states == tuple(names)
+    assert study_from({}).output.states is None
+
+
+def test_the_command_line_sets_whole_numbers_and_truths(tmp_path):
+    (tmp_path / "study.toml").touch()
+    settings = ("uncertainty.draws=64", "uncertainty.seed=7", "uncertainty.cross=true", "design.serve=90 %")
+    study = load_study(tmp_path / "study.toml", settings)
+    assert (study.uncertainty.draws, study.uncertainty.seed, study.uncertainty.cross) == (64, 7, True)
+    assert study.serve == 0.9
+
+
+def test_a_fault_of_what_a_limit_needs_hides_no_other_and_adds_none():
+    with pytest.raises(StudyError, match="the study has 1 fault") as caught:
+        study_from({"limits": {"max_backlash": "5 deg"}, "motion": {"speed": "60 deg"}})
+    assert [fault.key for fault in caught.value.faults] == ["motion.speed"]
