@@ -14,7 +14,7 @@ from tendon_cli.figures.frame import Frame
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, house_style, save
 from tendon_cli.paper.entry import number
-from tendon_cli.paper.findings import crossing
+from tendon_cli.paper.measures import crossing
 from tendon_cli.paper.runs import Array, Run
 from tendon_cli.paper.slips import Evidence
 from tendon_cli.study.figures import DeclaredFigure
@@ -61,7 +61,7 @@ def _mark_ratio(axes: Axes) -> None:
 def _mark_crossings(page: Figure, run: Run) -> None:
     """The first angles of flexion, where the motor torque is the larger one."""
     for letter, axes, load in zip(_LETTERS, page.axes, run.values("load_mass"), strict=False):
-        angle = crossing(run, load)
+        angle = crossing(run, load_mass=load)
         axes.set_title(f"({letter}) {axes.get_title()}")
         if np.isfinite(angle):
             axes.axvspan(0.0, angle, facecolor="#efefef", linewidth=0.0, zorder=0.4, gid="first angles")

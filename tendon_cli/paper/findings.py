@@ -8,196 +8,174 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from tendon_cli.friction.result import FrictionFit
-from tendon_cli.paper.entry import Entry, Verdict, listed, number
-from tendon_cli.paper.runs import Array, Run
+from tendon_cli.paper.entry import TRUE, Entry, Verdict, judge
+from tendon_cli.paper.measures import DIRECTIONS, SIDES, apart, crossing, depth, falls, gain, least, shared, window
+from tendon_cli.paper.runs import PLACES, Run
 
-_DIRECTIONS = ("flexion", "extension")
+Runs = Mapping[str, Run]
+
 _LAST_OF_THE_FIRST_ANGLES = 30.0  # deg, below which "a few initial values" of Fig. 6 lie
-_COINCIDE, _DIFFER = 0.01, 0.30  # shares of the peak tension
-_PRINTED_MU, _AS_PRINTED = (0.073, 0.075), 5e-4
+_COINCIDE, _DIFFER = 1.0, 30.0  # % of the peak tension
+_PRINTED_MU, _AS_PRINTED = np.array([0.073, 0.075]), 5e-4
 
 
-def findings(runs: Mapping[str, Run], fit: FrictionFit) -> list[Entry]:
+def findings(runs: Runs, fit: FrictionFit) -> list[Entry]:
     """All findings, in the order of the paper; `fit` is that of Table A.1."""
-    entries = []
-    for name, figure, text, check in _CHECKS:
-        verdict = check(runs[figure])
-        entries.append(Entry(name, text, verdict.holds, verdict.value, f"{figure}.png"))
-    verdict = _table_a1(fit)
+    entries = [check(runs).entry(id_, text, f"{figure}.png") for id_, figure, text, check in _CHECKS]
     text = "Table A.1: the friction coefficient is 0.073 with the weight rising and 0.075 with it falling"
-    return [*entries, Entry("TA1", text, verdict.holds, verdict.value, "table_a1.png")]
+    return [*entries, _table_a1(fit).entry("TA1", text, "table_a1.png")]
 
 
-def crossing(run: Run, load: float) -> float:
-    """The elbow angle of flexion at which the elbow torque comes to exceed the motor torque, deg; NaN for none."""
-    gain = _gain(run, "flexion", load)
-    below = np.flatnonzero(gain <= 0.0)
-    if not len(below) or below[-1] + 1 == len(gain):
-        return float("nan")
-    last = int(below[-1])
-    return float(np.interp(0.0, gain[last : last + 2], run.degrees[last : last + 2]))
+def failing_by_place(runs: Runs) -> dict[float, list[str]]:
+    """Which findings fail, by the distance from the elbow at which the load is held (m)."""
+    failing = {}
+    for place in runs["fig06-places"].values("arm_load_distance"):
+        moved = {study: runs[name].at(arm_load_distance=place) for name, (study, _) in PLACES.items()}
+        checked = {id_: check({**runs, **moved}) for id_, study, _, check in _CHECKS if study in moved}
+        failing[place] = [id_ for id_, verdict in checked.items() if verdict.verdict != TRUE]
+    return failing
 
 
-def depth(run: Run, **fixed: float) -> float:
-    """How deep the extensor's slack is: -(least distal tension) / K, mm; negative where it stays in tension."""
-    least = min(run.line("extensor_tension_distal", way, **fixed).min() for way in _DIRECTIONS)
-    return float(-1e3 * least / run.design("spring_stiffness", **fixed))
-
-
-def apart(run: Run, end: str, load: float) -> float:
-    """Largest difference between flexion and extension over the peak tension, of the two tendons the larger share."""
-    return max(_shares(run, end, load))
-
-
-def _shares(run: Run, end: str, load: float) -> list[float]:
-    shares = []
-    for side in ("flexor", "extensor"):
-        flexion, extension = (run.line(f"{side}_tension_{end}", way, load_mass=load) for way in _DIRECTIONS)
-        peak = max(np.abs(flexion).max(), np.abs(extension).max())
-        shares.append(float(np.abs(flexion - extension).max() / peak))
-    return shares
-
-
-def _gain(run: Run, direction: str, load: float) -> Array:
-    return run.line("elbow_torque", direction, load_mass=load) - run.line("motor_torque", direction, load_mass=load)
-
-
-def _falls(values: Array | list[float]) -> bool:
-    return bool((np.diff(values) < 0.0).all())
-
-
-def _loads(run: Run) -> str:
-    return f"{listed(run.values('load_mass'), 0)} kg"
-
-
-def _ratio(run: Run) -> Verdict:
+def _ratio(runs: Runs) -> Verdict:
+    run = runs["fig04"]
     ratio = run.line("flexor_travel") / run.line("extensor_travel")
-    at_one = float(np.interp(1.0, ratio, run.degrees))
-    ends = f"{number(ratio[-1], 3)} at 90°, 1 at {number(at_one)}°, {number(ratio[0], 3)} at 1°"
-    return Verdict(bool(ratio[-1] > 1.0) and _falls(ratio[::-1]), ends)
+    holds = [ratio[-1] > 1.0, falls(ratio[::-1])]
+    at_one = np.interp(1.0, ratio, run.degrees)
+    return judge(holds, "{:3} at 90°, 1 at {:1}°, {:3} at 1°", ratio[-1], at_one, ratio[0])
 
 
-def _elbow_over_motor(run: Run) -> Verdict:
+def _elbow_over_motor(runs: Runs) -> Verdict:
+    run = runs["fig06"]
     loads = run.values("load_mass")
-    angles = [crossing(run, load) for load in loads]
-    once = all((np.diff(np.sign(_gain(run, "flexion", load))) >= 0.0).all() for load in loads)
-    first = all(0.0 < angle < _LAST_OF_THE_FIRST_ANGLES for angle in angles)
-    back = min(_gain(run, "extension", load).min() for load in loads)
-    value = f"τ_m is the larger one only in flexion below {listed(angles)}° ({_loads(run)})"
-    return Verdict(bool(once and first and back > 0.0), value)
+    angles = [crossing(run, load_mass=load) for load in loads]
+    holds = [
+        all(0.0 < angle < _LAST_OF_THE_FIRST_ANGLES for angle in angles),
+        all((np.diff(np.sign(gain(run, "flexion", load_mass=load))) >= 0.0).all() for load in loads),
+        all((gain(run, "extension", load_mass=load) > 0.0).all() for load in loads),
+    ]
+    return judge(holds, "τ_m is the larger one only in flexion below {:1}° ({:0} kg)", angles, loads)
 
 
-def _gain_grows(run: Run) -> Verdict:
+def _gain_grows(runs: Runs) -> Verdict:
+    run = runs["fig06"]
     loads = run.values("load_mass")
-    gains = {way: [_gain(run, way, load)[run.degrees > 0.0] for load in loads] for way in _DIRECTIONS}
-    grows = all((more > less).all() for way in _DIRECTIONS for less, more in itertools.pairwise(gains[way]))
-    at_end = listed([gain[-1] for gain in gains["flexion"]])
-    return Verdict(bool(grows), f"τ_a − τ_m = {at_end} N m at 90° in flexion ({_loads(run)})")
+    gains = [np.array([gain(run, way, load_mass=load) for way in DIRECTIONS]) for load in loads]
+    grows = [(more > less)[:, run.degrees > 0.0].all() for less, more in itertools.pairwise(gains)]
+    at_end = [gained[0, -1] for gained in gains]
+    return judge(grows, "τ_a − τ_m = {:1} N m at 90° in flexion ({:0} kg)", at_end, loads)
 
 
-def _unloaded_flexor(run: Run) -> Verdict:
-    tension = run.line("flexor_tension_distal", load_mass=0.0)
-    return Verdict(_falls(tension), f"from {number(tension[0])} N at 0° to {number(tension[-1])} N at 90°")
+def _unloaded_flexor(runs: Runs) -> Verdict:
+    tension = runs["fig07"].line("flexor_tension_distal", load_mass=0.0)
+    return judge([falls(tension)], "from {:1} N at 0° to {:1} N at 90°", tension[0], tension[-1])
 
 
-def _loaded_flexor(run: Run) -> Verdict:
-    loads = [load for load in run.values("load_mass") if load > 0.0]
-    lines = [run.line("flexor_tension_distal", load_mass=load) for load in loads]
-    peaks = [f"{number(line.max())} N at {number(run.degrees[line.argmax()], 0)}°" for line in lines]
-    value = f"from {number(lines[0][0])} N to peaks of {', '.join(peaks)} ({listed(loads, 0)} kg)"
-    return Verdict(all(line[1] > line[0] for line in lines), value)
+def _loaded_flexor(runs: Runs) -> Verdict:
+    run = runs["fig07"]
+    loads = run.values("load_mass")[1:]
+    lines = np.array([run.line("flexor_tension_distal", load_mass=load) for load in loads])
+    at_peak = run.degrees[lines.argmax(axis=1)]
+    return judge(list(lines[:, 1] > lines[:, 0]), "from {:1} N to peaks of {:1} N at {:0}° ({:0} kg)",
+                 lines[0, 0], lines.max(axis=1), at_peak, loads)  # fmt: skip
 
 
-def _extensor(run: Run) -> Verdict:
-    loads = [load for load in run.values("load_mass") if load > 0.0]
-    idle = run.line("extensor_tension_distal", load_mass=0.0)
-    lines = [run.line("extensor_tension_distal", load_mass=load) for load in loads]
-    rise = f"0 kg from {number(idle[0])} to {number(idle.max())} N at {number(run.degrees[idle.argmax()], 0)}°"
-    fall = f"{listed([line[-1] for line in lines])} N at 90° ({listed(loads, 0)} kg)"
-    return Verdict(all(map(_falls, lines)) and bool(idle[1] > idle[0]), f"{rise}; loaded down to {fall}")
+def _extensor(runs: Runs) -> Verdict:
+    run = runs["fig07"]
+    loads = run.values("load_mass")
+    idle, *loaded = (run.line("extensor_tension_distal", load_mass=load) for load in loads)
+    return judge(
+        [idle[1] > idle[0], *map(falls, loaded)],
+        "0 kg from {:1} to {:1} N at {:0}°; loaded down to {:1} N at 90° ({:0} kg)",
+        idle[0], idle.max(), run.degrees[idle.argmax()], [line[-1] for line in loaded], loads[1:],
+    )  # fmt: skip
 
 
-def _near_elbow(run: Run) -> Verdict:
-    largest = max(apart(run, "distal", load) for load in run.values("load_mass"))
-    return Verdict(largest < _COINCIDE, f"at most {number(100.0 * largest, 2)} % of the peak apart")
+def _near_elbow(runs: Runs) -> Verdict:
+    run = runs["fig07"]
+    largest = max(max(apart(run, "tension_distal", load_mass=load)) for load in run.values("load_mass"))
+    return judge([largest < _COINCIDE], "at most {:2} % of the peak apart", largest)
 
 
-def _near_motor(run: Run) -> Verdict:
-    least = min(min(_shares(run, "proximal", load)) for load in run.values("load_mass"))
-    return Verdict(least > _DIFFER, f"at least {number(100.0 * least)} % of the peak apart")
+def _near_motor(runs: Runs) -> Verdict:
+    run = runs["fig08"]
+    smallest = min(min(apart(run, "tension_proximal", load_mass=load)) for load in run.values("load_mass"))
+    return judge([smallest > _DIFFER], "at least {:1} % of the peak apart", smallest)
 
 
-def _slack_at_the_motor(run: Run) -> Verdict:
-    least = {
-        side: [
-            min(run.line(f"{side}_tension_proximal", way, load_mass=load).min() for way in _DIRECTIONS)
-            for load in run.values("load_mass")
-        ]
-        for side in ("flexor", "extensor")
-    }
-    as_found = [tension < 0.0 for tension in least["extensor"]] == [load > 0.0 for load in run.values("load_mass")]
-    value = (
-        f"least tension at the motor: flexor {listed(least['flexor'])} N, extensor {listed(least['extensor'])} N "
-        f"({_loads(run)})"
+def _slack_at_the_motor(runs: Runs) -> Verdict:
+    run = runs["fig08"]
+    loads = run.values("load_mass")
+    flexor, extensor = ([least(run, f"{side}_tension_proximal", load_mass=load) for load in loads] for side in SIDES)
+    holds = [min(flexor) > 0.0, [tension < 0.0 for tension in extensor] == [load > 0.0 for load in loads]]
+    return judge(holds, "least tension at the motor: flexor {:1} N, extensor {:1} N ({:0} kg)", flexor, extensor, loads)
+
+
+def _at_200_newtons(runs: Runs) -> Verdict:
+    run = runs["fig09"]
+    loads = run.values("load_mass")
+    slack, required = (
+        np.array([run.design(column, load_mass=load) for load in loads])
+        for column in ("slack_fraction", "required_pretension")
     )
-    return Verdict(min(least["flexor"]) > 0.0 and as_found, value)
+    return judge([list(slack > 0.0) == [load == 10.0 for load in loads]],
+                 "{:0} % of the states slack; {:1} N would be required ({:0} kg)",
+                 100.0 * slack, required, loads)  # fmt: skip
 
 
-def _at_200_newtons(run: Run) -> Verdict:
-    loads = run.values("load_mass")
-    slack = [run.design("slack_fraction", load_mass=load) for load in loads]
-    required = [run.design("required_pretension", load_mass=load) for load in loads]
-    holds = [share > 0.0 for share in slack] == [load == 10.0 for load in loads]
-    value = f"{listed([100.0 * share for share in slack], 0)} % of the states slack; "
-    return Verdict(holds, f"{value}{listed(required)} N would be required ({_loads(run)})")
-
-
-def _softer_springs(run: Run) -> Verdict:
+def _softer_springs(runs: Runs) -> Verdict:
+    run = runs["fig10"]
     springs = sorted(run.values("spring_stiffness"), reverse=True)
-    depths = [depth(run, spring_stiffness=value) for value in springs]
-    shares = [run.design("slack_fraction", spring_stiffness=value) for value in springs]
-    longest = [1e3 * run.design("max_spring_extension", spring_stiffness=value) for value in springs]
-    holds = _falls(depths) and _falls(shares) and _falls([-length for length in longest])
-    value = f"slack {listed(depths)} mm deep, springs extended to {listed(longest, 0)} mm"
-    return Verdict(holds, f"{value} (K = {listed([spring / 1e3 for spring in springs], 0)} kN/m)")
+    depths = [depth(run, spring_stiffness=spring) for spring in springs]
+    shares = [run.design("slack_fraction", spring_stiffness=spring) for spring in springs]
+    longest = [1e3 * run.design("max_spring_extension", spring_stiffness=spring) for spring in springs]
+    deeper = [depth(runs["fig10-springs"], load_mass=10.0, spring_stiffness=spring) for spring in (3e3, 1e3)]
+    windows = [window(runs["fig06-windows"], spring_stiffness=1e3, spool_ratio=1.0, load_mass=load)
+               for load in (0.0, 5.0)]  # fmt: skip
+    return judge(
+        [falls(depths), falls(shares), falls([-length for length in longest])],
+        "slack {:1} mm deep, springs extended to {:0} mm (K = {:0} kN/m). Not general: at 10 kg it deepens from {:1} "
+        "to {:1} mm (3, 1 kN/m); and at 1 kN/m 0 kg takes {:1} to {:1} N of pretension, 5 kg {:1} to {:1} N: none suits "
+        "both",
+        depths, longest, np.divide(springs, 1e3), *deeper, *np.ravel(windows),
+    )  # fmt: skip
 
 
-def _smaller_ratio(run: Run) -> Verdict:
+def _smaller_ratio(runs: Runs) -> Verdict:
+    run = runs["fig11"]
     ratios = sorted(run.values("spool_ratio"), reverse=True)
-    depths = [max(0.0, depth(run, spool_ratio=value)) for value in ratios]
-    shares = [100.0 * run.design("slack_fraction", spool_ratio=value) for value in ratios]
+    depths = [max(0.0, depth(run, spool_ratio=ratio)) for ratio in ratios]
+    shares = [100.0 * run.design("slack_fraction", spool_ratio=ratio) for ratio in ratios]
     gone = shares[-1] == 0.0 and run.design("min_extensor_tension", spool_ratio=ratios[-1]) > 0.0
-    value = f"slack {listed(depths)} mm deep, in {listed(shares, 0)} % of the states (η = {listed(ratios)})"
-    return Verdict(_falls(depths) and _falls(shares) and gone, value)
+    left = least(runs["fig11-10kg"], "extensor_tension_distal", spool_ratio=0.7)
+    windows = [window(runs["fig06-windows"], spring_stiffness=3e3, spool_ratio=0.7, load_mass=load)
+               for load in (0.0, 5.0, 10.0)]  # fmt: skip
+    return judge(
+        [falls(depths), falls(shares), gone],
+        "slack {:1} mm deep, in {:0} % of the states (η = {:1}). Not general: at 10 kg η = 0.7 leaves {:1} N; 0 "
+        "and 5 kg together take {:1} to {:1} N of pretension, 10 kg at least {:1} N",
+        depths, shares, ratios, left, *shared(windows[:2]), windows[2][0],
+    )  # fmt: skip
 
 
 def _table_a1(fit: FrictionFit) -> Verdict:
-    found = [fit.by_direction[way].friction for way in ("toward_motor", "toward_load")]
-    holds = all(abs(mu - printed) < _AS_PRINTED for mu, printed in zip(found, _PRINTED_MU, strict=True))
-    return Verdict(holds, f"μ = {number(found[0], 4)} rising, {number(found[1], 4)} falling, at {fit.bend_angle_text}")
+    found = np.array([fit.by_direction[way].friction for way in ("toward_motor", "toward_load")])
+    holds = np.abs(found - _PRINTED_MU) < _AS_PRINTED
+    return judge(list(holds), f"μ = {{:4}} rising, {{:4}} falling, at {fit.bend_angle_text}", *found)
 
 
-_CHECKS: tuple[tuple[str, str, str, Callable[[Run], Verdict]], ...] = (
+_CHECKS: tuple[tuple[str, str, str, Callable[[Runs], Verdict]], ...] = (
     ("F4", "fig04", "The ratio of the radii for no slack, H_f/H_e, exceeds 1 at 90° and falls with the angle", _ratio),
-    (
-        "F6a",
-        "fig06",
-        "The elbow torque exceeds the motor torque, but for the first angles of flexion",
-        _elbow_over_motor,
-    ),
+    ("F6a", "fig06", "The elbow torque exceeds the motor torque, but for the first angles of flexion",
+     _elbow_over_motor),
     ("F6b", "fig06", "The difference of the torques grows with the load, at every angle above 0°", _gain_grows),
     ("F7a", "fig07", "Without load the flexor tension at the elbow falls throughout flexion", _unloaded_flexor),
     ("F7b", "fig07", "With load the flexor tension at the elbow first rises", _loaded_flexor),
     ("F7c", "fig07", "With load the extensor tension at the elbow falls throughout; without it first rises", _extensor),
     ("F7d", "fig07", "At the elbow the tensions of flexion and extension nearly coincide", _near_elbow),
     ("F8a", "fig08", "At the motor they do not: friction changes its direction", _near_motor),
-    (
-        "F8b",
-        "fig08",
-        "The flexor stays in tension at every load; the extensor goes slack at 3 and 10 kg",
-        _slack_at_the_motor,
-    ),
+    ("F8b", "fig08", "The flexor stays in tension at every load; the extensor goes slack at 3 and 10 kg",
+     _slack_at_the_motor),
     ("F9", "fig09", "At 200 N pretension there is no slack at 0 and 3 kg, but at 10 kg", _at_200_newtons),
     ("F10", "fig10", "At 5 kg the slack shrinks as the springs soften, and they extend further", _softer_springs),
     ("F11", "fig11", "At 5 kg the slack shrinks with the ratio of the spools, and is gone at 0.7", _smaller_ratio),
-)
+)  # fmt: skip

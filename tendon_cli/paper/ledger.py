@@ -1,12 +1,13 @@
-"""The ledger: what the paper found, whether it holds, and where its letter fails, as a page and as data."""
+"""The ledger: what the paper found and claims, whether it holds, and where its letter fails, as a page and as data."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
-from tendon_cli.paper.entry import Entry
+from tendon_cli.paper.entry import FALSE, IN_PART, TRUE, Entry
 from tendon_cli.sweep.columns import versions
 from tendon_cli.version import RESULTS_VERSION
 
@@ -16,7 +17,9 @@ Yadav, Kumar, Surana, Ramasamy, Pal, Santapuri, Kumar, Muthukrishnan, Bhasin and
 optimization of 3D tendon-sheath actuator system for upper limb soft exosuit*.
 
 `tendon paper` wrote this page. It ran the studies of the paper's figures, read their tables back, and judged every
-finding by the numbers in them. {count}
+finding and claim by the numbers in them.
+
+{counts}
 
 What the paper leaves open is the same in all studies: forearm and hand of 1.54 kg with their centre 174 mm from the
 elbow, the load held at 320 mm. As in the paper, negative tension counts as slack (`slack = "bilateral"`). Figs. 9 to 11
@@ -39,22 +42,85 @@ _CAPTIONS = {
 }
 
 
-def ledger_json(entries: Sequence[Entry]) -> str:
+@dataclass(frozen=True)
+class Places:
+    """Which findings fail, by the distance from the elbow at which the load is held (m, rising)."""
+
+    failing: Mapping[float, Sequence[str]]
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """The nearest and the farthest place at which all findings hold, all those between them too; None for none."""
+        holding = [place for place, failed in self.failing.items() if not failed]
+        if not holding or any(self.failing[place] for place in self.failing if holding[0] < place < holding[-1]):
+            return None
+        return holding[0], holding[-1]
+
+    def text(self) -> str:
+        """The span in words, with what fails beyond it."""
+        if self.span is None:
+            return "The findings hold together over no one range of load distances."
+        near, far = self.span
+        places = list(self.failing)
+        ends = (("nearer", places.index(near) - 1), ("farther", places.index(far) + 1))
+        beyond = [f"{way}, not {', '.join(self.failing[places[at]])}" for way, at in ends if 0 <= at < len(places)]
+        span = f"All findings hold together for loads held {1e3 * near:.0f} to {1e3 * far:.0f} mm from the elbow"
+        return "; ".join([span, *beyond]) + "."
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """All statements, and over which load distances the findings hold."""
+
+    findings: Sequence[Entry]
+    claims: Sequence[Entry]
+    slips: Sequence[Entry]
+    places: Places
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """Findings, claims and slips."""
+        return (*self.findings, *self.claims, *self.slips)
+
+    def data(self) -> list[dict[str, Any]]:
+        """The entries for a program."""
+        return [asdict(entry) | {"holds": entry.holds} for entry in self.entries]
+
+    def counts(self) -> list[str]:
+        """What came out, a line each."""
+        hold, shown = (f"{sum(entry.holds for entry in part)} of {len(part)}" for part in (self.findings, self.slips))
+        verdicts = [entry.verdict for entry in self.claims]
+        count = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE))
+        recorded = "all" if all(entry.as_recorded for entry in self.claims) else "not all"
+        return [
+            f"{hold} findings of the paper hold.",
+            f"Of its {len(verdicts)} claims {count}; {recorded} as on record.",
+            f"{shown} slips of its letter are shown.",
+            self.places.text(),
+        ]
+
+
+def ledger_json(ledger: Ledger) -> str:
     """The entries as a JSON list."""
-    return json.dumps([asdict(entry) for entry in entries], indent=2, ensure_ascii=False) + "\n"
+    return json.dumps(ledger.data(), indent=2, ensure_ascii=False) + "\n"
 
 
-def ledger_page(findings: Sequence[Entry], slips: Sequence[Entry]) -> str:
+def ledger_page(ledger: Ledger) -> str:
     """The ledger as a page of Markdown."""
-    held = sum(entry.holds for entry in findings)
-    count = f"{held} of {len(findings)} findings hold."
-    parts = [_INTRO.format(count=f"**{count}**", versions=_versions()), "## Findings\n\n"]
-    parts += [_table(findings, "finding", "numbers"), "\n## Figures\n\n", _figures([*findings, *slips])]
-    parts += ["## Where the letter of the paper fails\n\n", _SLIPS, _table(slips, "slip", "evidence")]
+    counts = "\n".join(f"- {line}" for line in ledger.counts())
+    parts = [_INTRO.format(counts=counts, versions=_versions())]
+    parts += ["## Findings\n\n", _table(ledger.findings, "finding", "numbers")]
+    parts += ["\n## Claims\n\n", _CLAIMS, _table(ledger.claims, "claim", "numbers")]
+    parts += ["\n## Figures\n\n", _figures(ledger.entries)]
+    parts += ["## Where the letter of the paper fails\n\n", _SLIPS, _table(ledger.slips, "slip", "evidence")]
     return "".join(parts)
 
 
-_SLIPS = """Each was run as it is printed, beside the reading used. ✓ means: the evidence shows that the letter fails.
+_CLAIMS = """What the paper concludes from its figures, tried with other loads, springs and pretensions where it generalises.
+
+"""
+
+_SLIPS = """Each was run as it is printed, beside the reading used; *true* means that the evidence shows it to fail.
 `docs/physics.md` states the reading used.
 
 """
@@ -67,9 +133,9 @@ def _versions() -> str:
 
 
 def _table(entries: Sequence[Entry], what: str, numbers: str) -> str:
-    rows = [f"| id | | {what} | {numbers} | figure |", "|---|---|---|---|---|"]
+    rows = [f"| id | verdict | {what} | {numbers} | figure |", "|---|---|---|---|---|"]
     for entry in entries:
-        mark = "✓" if entry.holds else "✗"
+        mark = entry.verdict if entry.as_recorded else f"✗ {entry.verdict}, on record {entry.recorded}"
         link = f"[{_stem(entry)}]({entry.figure})" if entry.figure else ""
         cells = (entry.id, mark, _cell(entry.finding), _cell(entry.value), link)
         rows.append(f"| {' | '.join(cells)} |")

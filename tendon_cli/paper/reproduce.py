@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import threading
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,10 @@ from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.friction import fit_file
 from tendon_cli.friction.result import FrictionFit
-from tendon_cli.paper.entry import Entry
+from tendon_cli.paper.claims import claims
 from tendon_cli.paper.figures import draw_slips, finisher
-from tendon_cli.paper.findings import findings
-from tendon_cli.paper.ledger import ledger_json, ledger_page
+from tendon_cli.paper.findings import failing_by_place, findings
+from tendon_cli.paper.ledger import Ledger, Places, ledger_json, ledger_page
 from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, Run, swept
 from tendon_cli.paper.slips import FIGURE, Evidence, evidence, slips
 
@@ -35,49 +35,40 @@ class Evaluation:
     runs: dict[str, Run]
     fit: FrictionFit
     letter: Evidence
-    findings: tuple[Entry, ...]
-    slips: tuple[Entry, ...]
+    ledger: Ledger
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """The paper reproduced: the entries of its ledger, and the files that stand in `out`."""
+    """The paper reproduced: its ledger, and the files that stand in `out`."""
 
     out: Path
-    findings: tuple[Entry, ...]
-    slips: tuple[Entry, ...]
+    ledger: Ledger
     files: tuple[str, ...]
 
     @property
-    def entries(self) -> tuple[Entry, ...]:
-        """All entries in the order of the ledger: findings, then slips."""
-        return (*self.findings, *self.slips)
-
-    @property
     def holds(self) -> bool:
-        """Whether every finding holds and the evidence of every slip stands."""
-        return all(entry.holds for entry in self.entries)
+        """Whether every verdict is the one on record."""
+        return all(entry.as_recorded for entry in self.ledger.entries)
 
     def record(self) -> dict[str, Any]:
         """What `--json` prints."""
         return {
             "holds": self.holds,
+            "load_distance": self.ledger.places.span,
             "out": str(self.out),
-            "ledger": [asdict(entry) for entry in self.entries],
+            "ledger": self.ledger.data(),
             "files": list(self.files),
         }
 
     def text(self) -> str:
-        """A short summary, with every entry that fails."""
-        held, stand = (sum(entry.holds for entry in part) for part in (self.findings, self.slips))
+        """A short summary, with every entry whose verdict is not the one on record."""
         lines = [
-            (
-                f"{held} of {len(self.findings)} findings of the paper hold, "
-                f"the evidence of {stand} of its {len(self.slips)} slips stands"
-            ),
-            *(f"  fails: {entry.id}: {entry.finding}\n    {entry.value}" for entry in self.entries if not entry.holds),
+            *self.ledger.counts(),
+            *(f"  {entry.id} is {entry.verdict}, on record {entry.recorded}: {entry.finding}\n    {entry.value}"
+              for entry in self.ledger.entries if not entry.as_recorded),
             f"{self.out / 'ledger.md'} tells, with {len(self.files) - 2} figures beside it",
-        ]
+        ]  # fmt: skip
         return "\n".join(lines)
 
 
@@ -99,9 +90,9 @@ def reproduce(
         # A temporary folder is this run's alone: it needs no lock, and may lie where nothing can be locked.
         found = evaluate(area, jobs=jobs, stop=stop, step=steps.take, lock=runs is not None)
         files = _draw(found, out, steps.take)
-    write_whole(out / "ledger.md", ledger_page(found.findings, found.slips).encode())
-    write_whole(out / "ledger.json", ledger_json([*found.findings, *found.slips]).encode())
-    return Reproduction(out, found.findings, found.slips, (*files, "ledger.md", "ledger.json"))
+    write_whole(out / "ledger.md", ledger_page(found.ledger).encode())
+    write_whole(out / "ledger.json", ledger_json(found.ledger).encode())
+    return Reproduction(out, found.ledger, (*files, "ledger.md", "ledger.json"))
 
 
 def evaluate(
@@ -115,7 +106,9 @@ def evaluate(
         step()
     fit, at_pi = (fit_file(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE))
     letter = evidence(runs["fig07"])
-    return Evaluation(runs, fit, letter, tuple(findings(runs, fit)), tuple(slips(runs, letter, at_pi, fit)))
+    places = Places(failing_by_place(runs))
+    ledger = Ledger(findings(runs, fit), claims(runs), slips(runs, letter, at_pi, fit), places)
+    return Evaluation(runs, fit, letter, ledger)
 
 
 def _draw(found: Evaluation, out: Path, step: Callable[[], None]) -> list[str]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -27,8 +27,29 @@ FOLDER = Path(__file__).parent / "studies"
 READINGS = Path(__file__).parent / "table_a1.csv"
 """Table A.1 as a file of readings."""
 STUDIES = ("fig04", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11")
-VARIANTS = {"fig06-30kN": ("fig06", "spring.stiffness=30 kN/m"), "fig04-initial": ("fig04", "model.reference=initial")}
-"""Studies of which one key is as the letter of the paper has it, or as the reading used does not."""
+_EVERY_PLACE = "arm.load_distance={ from = '250 mm', to = '380 mm', num = 27 }"
+PLACES = {f"{study}-places": (study, _EVERY_PLACE) for study in STUDIES[1:]}
+"""The studies with the load held nearer and farther, 5 mm apart."""
+VARIANTS = PLACES | {
+    "fig04-initial": ("fig04", "model.reference=initial"),
+    "fig06-30kN": ("fig06", "spring.stiffness=30 kN/m"),
+    "fig06-pretensions": ("fig06", "load.mass=0 kg", 'tendon.pretension=["1 N", "50 N", "100 N", "200 N"]'),
+    "fig06-windows": (
+        "fig06",
+        'tendon.pretension=["100 N", "200 N"]',
+        'spring.stiffness=["3 kN/m", "1 kN/m"]',
+        "spool.ratio=[1.0, 0.7]",
+    ),
+    "fig07-smooth": ("fig07", "sheath.friction=0"),
+    "fig09-10kg": ("fig09", "load.mass=10 kg", 'tendon.pretension=["100 N", "200 N", "221 N"]'),
+    "fig10-springs": (
+        "fig10",
+        'load.mass=["5 kg", "10 kg"]',
+        'spring.stiffness=["3 kN/m", "1 kN/m", "0.9 kN/m", "0.5 kN/m"]',
+    ),
+    "fig11-10kg": ("fig11", "load.mass=10 kg"),
+}
+"""Studies of which some keys are as the letter of the paper, the reading used, or a claim has them."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +64,7 @@ class Run:
     @cached_property
     def degrees(self) -> Array:
         """The elbow angles, rising, deg."""
-        return np.asarray(np.degrees(np.unique(self.states["elbow_angle"].to_numpy(np.float64))))
+        return np.degrees(np.sort(self.study.motion.elbow_angle.array))
 
     def values(self, axis: str) -> list[float]:
         """The different values of a column of `designs`, in the order of the study."""
@@ -51,21 +72,32 @@ class Run:
 
     def line(self, column: str, direction: str = "flexion", **fixed: float) -> Array:
         """A column of the states of one design and direction, by rising elbow angle."""
-        rows = self.states[self.states["direction"] == direction]
-        for axis, value in fixed.items():
-            rows = rows[np.isclose(rows[axis], value)]
-        values = rows.sort_values("elbow_angle")[column].to_numpy(np.float64)
-        if values.shape != self.degrees.shape:
-            raise ValueError(f"{self.study.name}: {column} of {len(values)} states, expected {len(self.degrees)}")
-        return values
+        angles = self.study.motion.elbow_angle.array
+        shape = len(self.designs), len(self.study.motion.direction), len(angles)
+        values = self.states[column].to_numpy(np.float64).reshape(shape)
+        way = [*map(str, self.study.motion.direction)].index(direction)
+        line: Array = values[self._row(fixed), way][np.argsort(angles)]
+        return line
 
     def design(self, column: str, **fixed: float) -> float:
         """A column of the one design with these values."""
-        rows = self.designs
+        return float(self.designs[column].to_numpy(np.float64)[self._row(fixed)])
+
+    def at(self, **fixed: float) -> Run:
+        """The run of the designs with these values alone."""
+        found = self._rows(fixed)
+        per_design = len(self.states) // len(self.designs)
+        return replace(self, states=self.states[np.repeat(found, per_design)], designs=self.designs[found])
+
+    def _rows(self, fixed: Mapping[str, float]) -> npt.NDArray[np.bool_]:
+        found = np.ones(len(self.designs), dtype=np.bool_)
         for axis, value in fixed.items():
-            rows = rows[np.isclose(rows[axis], value)]
-        (value,) = rows[column].to_numpy(np.float64)
-        return float(value)
+            found &= np.isclose(self.designs[axis].to_numpy(np.float64), value)
+        return found
+
+    def _row(self, fixed: Mapping[str, float]) -> int:
+        (found,) = np.flatnonzero(self._rows(fixed))
+        return int(found)
 
     def inputs(self) -> tuple[Design, Array, npt.NDArray[np.bool_]]:
         """What the model takes for the study: designs, elbow angles and whether it is flexion, ready to broadcast."""

@@ -10,9 +10,9 @@ import numpy as np
 
 from tendon_cli.friction.result import FrictionFit
 from tendon_cli.paper import letter
-from tendon_cli.paper.entry import Entry, listed, number
-from tendon_cli.paper.findings import apart
+from tendon_cli.paper.entry import Entry, judge
 from tendon_cli.paper.letter import Tensions
+from tendon_cli.paper.measures import apart, least
 from tendon_cli.paper.runs import Array, Run
 
 FIGURE = "slips.png"
@@ -51,17 +51,17 @@ def slips(runs: Mapping[str, Run], found: Evidence, at_pi: FrictionFit, used: Fr
 
 def _eq_12(run: Run, printed: Tensions) -> Entry:
     at = run.values("load_mass").index(_HEAVY)
-    least = min(float(printed.flexor.min()), float(printed.extensor.min()))
-    ends = [float(side[at, 0, -1] / side[at, 0, 0]) for side in (printed.flexor, printed.extensor)]
+    sides = (printed.flexor, printed.extensor)
+    lowest = min(float(side.min()) for side in sides)
+    ends = np.array([side[at, 0, [0, -1]] for side in sides])
     ours = min(float(run.line("extensor_tension_distal", load_mass=load).min()) for load in run.values("load_mass"))
-    numbers = [float(value) for side in (printed.flexor, printed.extensor) for value in side[at, 0, [0, -1]]]
-    value = (
-        f"as printed: never below {number(least)} N at any load; at 5 kg the flexor rises from {number(numbers[0])} to "
-        f"{number(numbers[1])} N, the extensor from {number(numbers[2])} to {number(numbers[3])} N. "
-        f"Used: the extensor falls to {number(ours)} N at 10 kg"
-    )
     text = "Eq. 12 prints ηH_f + H_e. No slack would ever occur, against Figs. 7–11; used is H_e − ηH_f"
-    return Entry("S1", text, least > _TAUT and min(ends) > _FAR_ABOVE and ours < 0.0, value, FIGURE)
+    return judge(
+        [lowest > _TAUT and (ends[:, 1] / ends[:, 0]).min() > _FAR_ABOVE and ours < 0.0],
+        "as printed: never below {:1} N at any load; at 5 kg the flexor rises from {:1} to {:1} N, the extensor from "
+        "{:1} to {:1} N. Used: the extensor falls to {:1} N at 10 kg",
+        lowest, *ends.ravel(), ours,
+    ).entry("S1", text, FIGURE)  # fmt: skip
 
 
 def _eq_11(run: Run, printed: Tensions) -> Entry:
@@ -69,88 +69,89 @@ def _eq_11(run: Run, printed: Tensions) -> Entry:
     flexor, extensor = printed.flexor[at], printed.extensor[at]
     share = max(_apart(side) for side in (flexor, extensor))
     ours = run.line("flexor_tension_distal", load_mass=0.0)
-    rises = bool(flexor[0, 1] > flexor[0, 0] and extensor[0, 1] < extensor[0, 0])
-    used = apart(run, "distal", 0.0)
-    value = (
-        f"Eq. 11 first, no load, 0° to 1°: flexor {listed(flexor[0, :2])} N, extensor {listed(extensor[0, :2])} N, "
-        f"directions {number(100.0 * share)} % of the peak apart. Used: flexor {listed(ours[:2])} N, "
-        f"{number(100.0 * used, 2)} % apart"
-    )
+    used = max(apart(run, "tension_distal", load_mass=0.0))
+    rises = flexor[0, 1] > flexor[0, 0] and extensor[0, 1] < extensor[0, 0]
     text = (
         "Eq. 11 gives the motor torque before the extensor is known. The unloaded flexor tension would rise from the "
         "start and the directions differ at the elbow, against Fig. 7; used is Eq. 5 together with Eq. 12"
     )
-    return Entry("S2", text, rises and share > 0.1 and bool(ours[1] < ours[0]), value, FIGURE)
+    return judge(
+        [rises and share > 10.0 and ours[1] < ours[0]],
+        "Eq. 11 first, no load, 0° to 1°: flexor {:1} N, extensor {:1} N, directions {:1} % of the peak apart. Used: "
+        "flexor {:1} N, {:2} % apart",
+        flexor[0, :2], extensor[0, :2], share, ours[:2], used,
+    ).entry("S2", text, FIGURE)  # fmt: skip
 
 
 def _apart(side: Array) -> float:
-    """Largest difference between the two directions over the peak."""
-    return float(np.abs(side[0] - side[1]).max() / np.abs(side).max())
+    """Largest difference between the two directions over the peak, %."""
+    return float(100.0 * np.abs(side[0] - side[1]).max() / np.abs(side).max())
 
 
 def _labels(run: Run) -> Entry:
     flexor, extensor = (float(run.line(f"{side}_travel")[-1]) for side in ("flexor", "extensor"))
-    printed = letter.eq_3_as_labelled(flexor, extensor)
-    used = extensor / flexor
-    loose = [1e3 * (extensor - ratio * flexor) for ratio in (printed, used)]
-    value = (
-        f"at 90°: H_f/H_e = {number(printed, 3)}, H_e/H_f = {number(used, 3)}. With η = {number(printed, 3)} "
-        f"the spools miss the path by {number(abs(loose[0]))} mm, with {number(used, 3)} by {number(abs(loose[1]))} mm"
-    )
+    printed, used = letter.eq_3_as_labelled(flexor, extensor), extensor / flexor
+    missed = [abs(1e3 * (extensor - ratio * flexor)) for ratio in (printed, used)]
     text = (
         "Eqs. 2 and 3 call H_f/H_e the ratio R_e/R_f. With η = R_e/R_f as in Eqs. 12–17 the ratio without slack is its "
         "inverse"
     )
-    return Entry("S3", text, abs(loose[0]) > 1.0 > abs(loose[1]) and printed > 1.0 > used, value, "fig04.png")
+    return judge(
+        [missed[0] > 1.0 > missed[1] and printed > 1.0 > used],
+        "at 90°: H_f/H_e = {:3}, H_e/H_f = {:3}. With η = H_f/H_e the spools miss the path by {:1} mm, with H_e/H_f by "
+        "{:1} mm",
+        printed, used, *missed,
+    ).entry("S3", text, "fig04.png")  # fmt: skip
 
 
 def _reference(fig07: Run, fig04: Run, initial: Run) -> Entry:
     at_zero = 1e3 * float(fig07.line("flexor_travel", load_mass=0.0)[0])
-    travel = fig04.line("flexor_travel")
     ratio, better = (run.line("flexor_travel") / run.line("extensor_travel") for run in (fig04, initial))
-    zero = float(np.interp(0.0, travel, fig04.degrees))
-    value = (
-        f"H_f(0) = {number(at_zero, 3)} mm; Eq. 3 is {number(ratio[0], 3)} at 1° and 0 at {number(zero, 2)}°. "
-        f"From L_c(0): {number(better[0], 3)} at 1°"
-    )
+    zero = np.interp(0.0, fig04.line("flexor_travel"), fig04.degrees)
     text = (
         "H_f counts from b₁ + b₂ and not from L_c(0): it is not 0 at 0°, where Eq. 3 diverges. Kept as published by "
         'default; reference = "initial" counts from L_c(0)'
     )
-    return Entry("S4", text, bool(at_zero < -0.1 and ratio[0] < 0.0 < better[0]), value, FIGURE)
+    return judge(
+        [at_zero < -0.1 and ratio[0] < 0.0 < better[0]],
+        "H_f(0) = {:3} mm; Eq. 3 is {:3} at 1° and 0 at {:2}°. From L_c(0): {:3} at 1°",
+        at_zero, ratio[0], zero, better[0],
+    ).entry("S4", text, FIGURE)  # fmt: skip
 
 
 def _stiffness(run: Run, stiff: Run) -> Entry:
-    least, ours = ([float(each.line("extensor_tension_distal", load_mass=load).min()) for load in
-                    each.values("load_mass")] for each in (stiff, run))  # fmt: skip
-    value = (
-        f"least extensor tension at the elbow with 30 kN/m: {listed(least, 0)} N; with 3 kN/m: {listed(ours, 0)} N "
-        f"({listed(run.values('load_mass'), 0)} kg)"
-    )
+    loads = run.values("load_mass")
+    with_30, with_3 = ([least(each, "extensor_tension_distal", load_mass=load) for load in loads]
+                       for each in (stiff, run))  # fmt: skip
     text = "The text at Fig. 6 gives springs of 30 kN/m, section 3 gives 3 kN/m; only 3 kN/m fits the figures"
-    return Entry("S5", text, max(least) < _NEGATIVE < min(ours), value, FIGURE)
+    return judge(
+        [max(with_30) < _NEGATIVE < min(with_3)],
+        "least extensor tension at the elbow with 30 kN/m: {:0} N; with 3 kN/m: {:0} N ({:0} kg)",
+        with_30, with_3, loads,
+    ).entry("S5", text, FIGURE)  # fmt: skip
 
 
 def _a_9() -> Entry:
     friction, bend = 0.07, math.pi
     pressed = letter.normal_force(100.0, bend / 2.0, 1e-3, friction)
     passed, exact = letter.transmitted(friction, bend), math.exp(-friction * bend)
-    value = (
-        f"|N_o| = {number(pressed, 3)} N on 1 mm of the baseline's sheath (π over 2 m) at 100 N. A.8 and A.9, "
-        f"integrated, pass on {number(passed, 3)} of the tension; A.17 says {number(exact, 3)}"
-    )
     text = "Eq. A.9 has a slip of sign: the magnitude |N_o| comes out negative. The result, A.17, stands"
-    return Entry("S6", text, pressed < 0.0 and abs(passed - exact) < 1e-3, value, None)
+    return judge(
+        [pressed < 0.0 and abs(passed - exact) < 1e-3],
+        "|N_o| = {:3} N on 1 mm of the baseline's sheath (π over 2 m) at 100 N. A.8 and A.9, integrated, pass on {:3} "
+        "of the tension; A.17 says {:3}",
+        pressed, passed, exact,
+    ).entry("S6", text, None)  # fmt: skip
 
 
 def _wrap_angle(at_pi: FrictionFit, used: FrictionFit) -> Entry:
     by_pi, ours = ([fit.by_direction[way].friction for way in ("toward_motor", "toward_load")] for fit in (at_pi, used))
-    value = (
-        f"with π: μ = {listed(by_pi, 4)}; with {used.bend_angle_text}: {listed(ours, 4)}; printed: 0.073, 0.075 "
-        "(rising, falling)"
-    )
     text = (
         "Table A.1's wrap angle is not printed. Section 3's π does not give its coefficients; they imply 2.51 to 2.53 "
         "rad (144°)"
     )
-    return Entry("S7", text, max(by_pi) < 0.065 and min(ours) > 0.07, value, "table_a1.png")
+    return judge(
+        [max(by_pi) < 0.065 and min(ours) > 0.07],
+        f"with π: μ = {{:4}}; with {used.bend_angle_text}: {{:4}}; printed: 0.073, 0.075 (rising, falling)",
+        by_pi, ours,
+    ).entry("S7", text, "table_a1.png")  # fmt: skip

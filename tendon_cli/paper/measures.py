@@ -1,0 +1,70 @@
+"""What findings and claims are judged by: measures of the curves of one study."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tendon_cli.paper.runs import Array, Run
+
+DIRECTIONS = ("flexion", "extension")
+SIDES = ("flexor", "extensor")
+
+
+def gain(run: Run, direction: str, **fixed: float) -> Array:
+    """τ_a − τ_m by elbow angle, N m."""
+    return run.line("elbow_torque", direction, **fixed) - run.line("motor_torque", direction, **fixed)
+
+
+def crossing(run: Run, **fixed: float) -> float:
+    """The elbow angle of flexion at which the elbow torque comes to exceed the motor torque, deg; NaN for none."""
+    gained = gain(run, "flexion", **fixed)
+    below = np.flatnonzero(gained <= 0.0)
+    if not len(below) or below[-1] + 1 == len(gained):
+        return float("nan")
+    last = slice(below[-1], below[-1] + 2)
+    return float(np.interp(0.0, gained[last], run.degrees[last]))
+
+
+def least(run: Run, column: str, **fixed: float) -> float:
+    """The smallest value of a column of states in both directions."""
+    return float(min(run.line(column, way, **fixed).min() for way in DIRECTIONS))
+
+
+def depth(run: Run, **fixed: float) -> float:
+    """How deep the extensor's slack is: -(least distal tension) / K, mm; negative where it stays in tension."""
+    return -1e3 * least(run, "extensor_tension_distal", **fixed) / run.design("spring_stiffness", **fixed)
+
+
+def apart(run: Run, quantity: str, **fixed: float) -> list[float]:
+    """Largest difference between flexion and extension over the peak, in %, of flexor and extensor."""
+    shares = []
+    for side in SIDES:
+        flexion, extension = (run.line(f"{side}_{quantity}", way, **fixed) for way in DIRECTIONS)
+        peak = max(np.abs(flexion).max(), np.abs(extension).max())
+        shares.append(float(100.0 * np.abs(flexion - extension).max() / peak))
+    return shares
+
+
+def window(run: Run, **fixed: float) -> tuple[float, float]:
+    """The pretensions at which every state is taut and stable, N; empty where the first is the larger.
+
+    Elbow stiffness is a straight line in pretension, here through the study's first two (docs/physics.md).
+    """
+    one, other = run.values("pretension")[:2]
+    low = run.design("required_pretension", pretension=one, **fixed)
+    high = float("inf")
+    for way in DIRECTIONS:
+        stiffness, further = (run.line("elbow_stiffness", way, pretension=at, **fixed) for at in (one, other))
+        slope = (further - stiffness) / (other - one)
+        high = min(high, float(np.min(one - stiffness[slope < 0.0] / slope[slope < 0.0], initial=np.inf)))
+    return low, high
+
+
+def shared(windows: list[tuple[float, float]]) -> tuple[float, float]:
+    """What is common to windows; empty where the first is the larger."""
+    return max(low for low, _ in windows), min(high for _, high in windows)
+
+
+def falls(values: Array | list[float]) -> bool:
+    """Whether each value is smaller than the one before."""
+    return bool((np.diff(values) < 0.0).all())
