@@ -192,7 +192,7 @@ def paper(
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
 ) -> None:
-    """Reproduce the paper: every figure, and a ledger of every finding."""
+    """Reproduce the paper: every figure, and a ledger of every finding and claim."""
     from tendon_cli import sweep_command
 
     with progress("paper", quiet=quiet or as_json) as show, sweep_command.stop_on_signals() as stop:

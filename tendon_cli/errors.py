@@ -12,7 +12,7 @@ from dataclasses import dataclass
 EXIT_OK = 0
 EXIT_BUG = 1
 EXIT_NOT_AS_HOPED = 4
-"""Finished, but some states have no equilibrium, or a finding of the paper fails."""
+"""Finished, but some states have no equilibrium, or the paper's ledger is not as recorded."""
 
 
 class TendonError(Exception):

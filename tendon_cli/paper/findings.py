@@ -134,7 +134,7 @@ def _softer_springs(runs: Runs) -> Verdict:
     return judge(
         [falls(depths), falls(shares), falls([-length for length in longest])],
         "slack {:1} mm deep, springs extended to {:0} mm (K = {:0} kN/m). Not general: at 10 kg it deepens from {:1} "
-        "to {:1} mm (3, 1 kN/m); and at 1 kN/m 0 kg takes {:1} to {:1} N of pretension, 5 kg {:1} to {:1} N: none suits "
+        "to {:1} mm (3, 1 kN/m); at 1 kN/m 0 kg takes {:1} to {:1} N of pretension, 5 kg {:1} to {:1} N: none suits "
         "both",
         depths, longest, np.divide(springs, 1e3), *deeper, *np.ravel(windows),
     )  # fmt: skip

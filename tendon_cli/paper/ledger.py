@@ -116,7 +116,7 @@ def ledger_page(ledger: Ledger) -> str:
     return "".join(parts)
 
 
-_CLAIMS = """What the paper concludes from its figures, tried with other loads, springs and pretensions where it generalises.
+_CLAIMS = """What the paper concludes from its figures, with other loads, springs and pretensions where it generalises.
 
 """
 

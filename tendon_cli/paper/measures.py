@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tendon_cli.model.window import Bounds
+from tendon_cli.model.window import window as window_of
 from tendon_cli.paper.runs import Array, Run
 
 DIRECTIONS = ("flexion", "extension")
@@ -41,22 +43,14 @@ def apart(run: Run, quantity: str, **fixed: float) -> list[float]:
     for side in SIDES:
         flexion, extension = (run.line(f"{side}_{quantity}", way, **fixed) for way in DIRECTIONS)
         peak = max(np.abs(flexion).max(), np.abs(extension).max())
-        shares.append(float(100.0 * np.abs(flexion - extension).max() / peak))
+        shares.append(float(100.0 * np.abs(flexion - extension).max() / peak) if peak else 0.0)
     return shares
 
 
 def window(run: Run, **fixed: float) -> tuple[float, float]:
-    """The pretensions at which every state is taut and stable, N; empty where the first is the larger.
-
-    Elbow stiffness is a straight line in pretension, here through the study's first two (docs/physics.md).
-    """
-    one, other = run.values("pretension")[:2]
-    low = run.design("required_pretension", pretension=one, **fixed)
-    high = float("inf")
-    for way in DIRECTIONS:
-        stiffness, further = (run.line("elbow_stiffness", way, pretension=at, **fixed) for at in (one, other))
-        slope = (further - stiffness) / (other - one)
-        high = min(high, float(np.min(one - stiffness[slope < 0.0] / slope[slope < 0.0], initial=np.inf)))
+    """The pretensions at which every state of a design is taut and stable, N; empty where the first is the larger."""
+    found = window_of(*run.inputs(), Bounds())
+    low, high = (float(np.ravel(end)[run.row(**fixed)]) for end in (found.low, found.high))
     return low, high
 
 

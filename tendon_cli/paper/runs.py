@@ -36,7 +36,6 @@ VARIANTS = PLACES | {
     "fig06-pretensions": ("fig06", "load.mass=0 kg", 'tendon.pretension=["1 N", "50 N", "100 N", "200 N"]'),
     "fig06-windows": (
         "fig06",
-        'tendon.pretension=["100 N", "200 N"]',
         'spring.stiffness=["3 kN/m", "1 kN/m"]',
         "spool.ratio=[1.0, 0.7]",
     ),
@@ -76,12 +75,12 @@ class Run:
         shape = len(self.designs), len(self.study.motion.direction), len(angles)
         values = self.states[column].to_numpy(np.float64).reshape(shape)
         way = [*map(str, self.study.motion.direction)].index(direction)
-        line: Array = values[self._row(fixed), way][np.argsort(angles)]
+        line: Array = values[self.row(**fixed), way][np.argsort(angles)]
         return line
 
     def design(self, column: str, **fixed: float) -> float:
         """A column of the one design with these values."""
-        return float(self.designs[column].to_numpy(np.float64)[self._row(fixed)])
+        return float(self.designs[column].to_numpy(np.float64)[self.row(**fixed)])
 
     def at(self, **fixed: float) -> Run:
         """The run of the designs with these values alone."""
@@ -95,7 +94,8 @@ class Run:
             found &= np.isclose(self.designs[axis].to_numpy(np.float64), value)
         return found
 
-    def _row(self, fixed: Mapping[str, float]) -> int:
+    def row(self, **fixed: float) -> int:
+        """The place of the one design with these values."""
         (found,) = np.flatnonzero(self._rows(fixed))
         return int(found)
 

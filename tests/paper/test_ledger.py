@@ -3,6 +3,7 @@
 import filecmp
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from tendon_cli.paper.ledger import ledger_json, ledger_page
 from tendon_cli.paper.reproduce import Reproduction, evaluate, reproduce
 from tendon_cli.paper.runs import FOLDER, READINGS, STUDIES
 
+CLAIMS = [f"C{number}" for number in range(1, 9)]
 FINDINGS = ["F4", "F6a", "F6b", "F7a", "F7b", "F7c", "F7d", "F8a", "F8b", "F9", "F10", "F11", "TA1"]
 SLIPS = [f"S{number}" for number in range(1, 8)]
 KEPT = Path(__file__).parents[2] / "results" / "paper"
@@ -48,18 +50,20 @@ def fig07(reproduced):
 # --- What the ledger says --------------------------------------------------------------------------------------------
 
 
-def test_every_finding_holds_and_the_evidence_of_every_slip_stands(reproduced):
-    assert [entry.id for entry in reproduced.entries if not entry.holds] == []
+def test_every_verdict_is_the_one_on_record(reproduced):
+    assert [entry.id for entry in reproduced.ledger.entries if not entry.as_recorded] == []
+    assert all(entry.holds for entry in (*reproduced.ledger.findings, *reproduced.ledger.slips))
     assert reproduced.holds
     assert reproduced.record()["holds"] is True
 
 
-def test_the_ledger_has_every_finding_and_every_slip_with_the_promised_keys(reproduced):
+def test_the_ledger_has_every_finding_claim_and_slip_with_the_promised_keys(reproduced):
     ledger = json.loads((reproduced.out / "ledger.json").read_bytes())
-    assert [entry["id"] for entry in ledger] == FINDINGS + SLIPS
+    assert [entry["id"] for entry in ledger] == FINDINGS + CLAIMS + SLIPS
     for entry in ledger:
-        assert list(entry) == ["id", "finding", "holds", "value", "figure"]
-        assert isinstance(entry["holds"], bool)
+        keys = ["id", "finding", "verdict", "recorded", "value", "numbers", "figure", "holds"]
+        assert list(entry) == keys
+        assert entry["holds"] is (entry["verdict"] == "true")
         assert re.search(r"\d", entry["value"])
 
 
@@ -78,12 +82,12 @@ def test_the_ledger_has_every_finding_and_every_slip_with_the_promised_keys(repr
     ],
 )
 def test_the_numbers_are_those_that_two_computations_gave(reproduced, name, numbers):
-    (value,) = [entry.value for entry in reproduced.entries if entry.id == name]
+    (value,) = [entry.value for entry in reproduced.ledger.entries if entry.id == name]
     assert [number for number in numbers if number not in value] == []
 
 
 def test_every_figure_named_is_there_and_embedded(reproduced, page):
-    named = {entry.figure for entry in reproduced.entries if entry.figure}
+    named = {entry.figure for entry in reproduced.ledger.entries if entry.figure}
     assert named | {"ledger.md", "ledger.json"} == set(reproduced.files)
     assert {file.name for file in reproduced.out.iterdir()} == set(reproduced.files)
     for name in named:
@@ -92,21 +96,28 @@ def test_every_figure_named_is_there_and_embedded(reproduced, page):
 
 
 def test_the_page_has_every_entry_and_no_date_or_path(reproduced, page):
-    for entry in reproduced.entries:
+    for entry in reproduced.ledger.entries:
         (row,) = [line for line in page.splitlines() if line.startswith(f"| {entry.id} |")]
-        assert row.split(" | ")[1] == "✓"
-    assert "13 of 13 findings hold" in page
+        assert row.split(" | ")[1] == entry.verdict
+    assert "13 of 13 findings of the paper hold" in page
+    assert "held 270 to 355 mm from the elbow" in page.partition("## Findings")[0]
     assert str(reproduced.out.parent) not in page
     assert not re.search(r"\b20\d\d\b|\d\d:\d\d", page)
 
 
-def test_a_failed_finding_is_marked_and_named(reproduced):
-    failed = Entry("F4", "a|b", holds=False, value="0", figure="fig04.png")
-    assert "| F4 | ✗ | a\\|b |" in ledger_page([failed], [])
-    broken = Reproduction(Path("x"), (failed,), reproduced.slips, ())
+def test_a_verdict_that_is_not_the_one_on_record_is_marked_and_named(reproduced):
+    failed = Entry("F4", "a|b", "false", "true", "0", (0.0,), "fig04.png")
+    ledger = replace(reproduced.ledger, findings=[failed])
+    assert "| F4 | ✗ false, on record true | a\\|b |" in ledger_page(ledger)
+    broken = replace(reproduced, ledger=ledger)
     assert not broken.holds
-    assert "F4" in broken.text()
+    assert "F4 is false, on record true: a|b" in broken.text()
     assert "F4" not in reproduced.text()
+
+
+def test_a_claim_that_became_true_is_not_as_recorded_either(reproduced):
+    claims = [replace(claim, verdict="true") for claim in reproduced.ledger.claims]
+    assert not replace(reproduced, ledger=replace(reproduced.ledger, claims=claims)).holds
 
 
 def test_progress_counts_every_step_once(reproduced, steps):
@@ -135,9 +146,8 @@ def test_the_kept_ledger_is_what_the_tool_says_today(reproduced):
 
 def test_the_same_tables_give_the_same_ledger(reproduced):
     again = evaluate(reproduced.out.parent / "runs")
-    entries = [*again.findings, *again.slips]
-    assert ledger_json(entries).encode() == (reproduced.out / "ledger.json").read_bytes()
-    assert ledger_page(again.findings, again.slips).encode() == (reproduced.out / "ledger.md").read_bytes()
+    assert ledger_json(again.ledger).encode() == (reproduced.out / "ledger.json").read_bytes()
+    assert ledger_page(again.ledger).encode() == (reproduced.out / "ledger.md").read_bytes()
 
 
 # --- A broken model --------------------------------------------------------------------------------------------------
@@ -172,9 +182,8 @@ def test_a_broken_model_makes_findings_fail(monkeypatch, tmp_path, fault, fails)
     fault(monkeypatch)
     monkeypatch.setattr("tendon_cli.sweep.native.library", lambda: None)  # compiled code would still be whole
     found = evaluate(tmp_path)
-    failed = {entry.id for entry in found.findings if not entry.holds}
-    assert fails <= failed
-    assert not Reproduction(tmp_path, found.findings, found.slips, ()).holds
+    assert fails <= {entry.id for entry in found.ledger.findings if not entry.holds}
+    assert not Reproduction(tmp_path, found.ledger, ()).holds
 
 
 # --- The letter of the paper -----------------------------------------------------------------------------------------

@@ -1,0 +1,156 @@
+"""Every number beside a verdict, held to 0.1 %, and mutations of the model that each turn some of them red.
+
+The numbers are the check values of docs/physics.md and of two computations that share no code: the closed form, and an
+integration along the sheath with the spool angle found by root search (tests/model/rig.py).
+"""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from tendon_cli.model import actuator, kinematics, sheath
+from tendon_cli.paper.entry import FALSE, IN_PART, TRUE, judge
+from tendon_cli.paper.ledger import Places
+from tendon_cli.paper.reproduce import evaluate
+
+NUMBERS = {
+    "F4": (1.835, 25.726, -0.16813,),
+    "F6a": (23.802, 14.974, 12.509, 9.2087, 0, 3, 5, 10,),
+    "F6b": (1.9086, 7.9674, 12.007, 22.104, 0, 3, 5, 10,),
+    "F7a": (121.22, 22.286,),
+    "F7b": (121.22, 132.32, 160.05, 245.1, 22, 37, 51, 3, 5, 10,),
+    "F7c": (80.632, 106.02, 28, -50.13, -86.678, -178.05, 3, 5, 10,),
+    "F7d": (0.85971,),
+    "F8a": (35.065,),
+    "F8b": (17.905, 61.799, 97.386, 3.7657, -61.871, -220.07, 0, 3, 10,),
+    "F9": (0, 0, 17.033, 96.829, 133.88, 220.32, 0, 3, 10,),
+    "F10": (28.893, 22.285, 1.8395, 53.436, 81.164, 165.49, 3, 2, 1, 59.349, 92.984, 39.603, 60.879, 101.24,
+        234.74,),
+    "F11": (18.93, 8.4158, 0, 31.868, 17.033, 0, 0.9, 0.8, 0.7, -61.326, 94.073, 118.61, 144.94,),
+    "TA1": (0.073446, 0.075164,),
+    "C1": (19.328, 19.765, 0.51504, 0,),
+    "C2": (35.065, 35.65, 0,),
+    "C3": (5.8582, 20.103, 23.802, 26.834, -0.050671, -1.3073, -2.5895, -5.154, 1, 50, 100, 200,),
+    "C4": (28.893, 1.8395, 0, 0, 59.349, 92.984, 98.601, 150.63, 3, 1, 0.9, 0.5,),
+    "C5": (-56.789, -25.247, 8.0879, -141.23, -102.39, -61.326,),
+    "C6": (0.077323, 0.58645, 0.85971, 0.80022, 49, 90, 90, 90, 0.10151, 0.1262, 0.16416, 0.22537, 0, 90, 90,
+        48, 0, 3, 5, 10,),
+    "C7": (0, 3, 5, 10, 96.829, 133.88, 158.57, 220.32, 122.83, 227.12, 296.64, 470.44, 220.32, 122.83,
+        163.02, 60.879, 144.94, 118.61,),
+    "C8": (78.022, 17.033, 0, 100, 200, 221, 220.32,),
+    "S1": (42.876, 118.87, 311.86, 79.074, 475.87, -178.05,),
+    "S2": (79.165, 80.345, 122.9, 122.45, 35.585, 121.22, 120.17, 0.10151,),
+    "S3": (1.835, 0.54497, 167.32, 0,),
+    "S4": (-0.66593, -0.16813, 1.2372, 0.67976,),
+    "S5": (-935.74, -992.06, -1029.6, -1123.5, 4.6919, -50.13, -86.678, -178.05, 0, 3, 5, 10,),
+    "S6": (-0.15709, 0.80255, 0.80259,),
+    "S7": (0.058757, 0.060131, 0.073446, 0.075164,),
+}  # fmt: skip
+VERDICTS = dict.fromkeys(("C1", "C2", "C3", "C8"), TRUE) | dict.fromkeys(("C4", "C5", "C6"), IN_PART) | {"C7": FALSE}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return evaluate(tmp_path_factory.mktemp("claims"))
+
+
+def off(found):
+    """The entries of which a number is off by more than 0.1 %, or which are not as recorded."""
+    return {
+        entry.id
+        for entry in found.ledger.entries
+        if not entry.as_recorded or entry.numbers != pytest.approx(NUMBERS[entry.id], rel=1e-3, abs=1e-9)
+    }
+
+
+def test_every_number_beside_a_verdict_is_right_to_a_thousandth(found):
+    assert {entry.id for entry in found.ledger.entries} == set(NUMBERS)
+    assert off(found) == set()
+
+
+def test_every_claim_has_its_verdict(found):
+    assert {claim.id: claim.verdict for claim in found.ledger.claims} == VERDICTS
+
+
+# --- Where the load is held ------------------------------------------------------------------------------------------
+
+
+def test_all_findings_hold_together_from_270_to_355_mm(found):
+    assert found.ledger.places.span == pytest.approx((0.27, 0.355))
+    assert len(found.ledger.places.failing) == 27
+
+
+def test_the_range_is_one_without_gaps_and_names_what_fails_beyond():
+    assert Places({0.1: ["F9"], 0.2: [], 0.3: [], 0.4: ["F11", "F8b"]}).text() == (
+        "All findings hold together for loads held 200 to 300 mm from the elbow; nearer, not F9; farther, not F11, F8b."
+    )
+    assert Places({0.1: [], 0.2: []}).span == (0.1, 0.2)
+    assert Places({0.1: [], 0.2: ["F9"], 0.3: []}).span is None
+    assert Places({0.1: ["F9"]}).span is None
+
+
+# --- Verdicts --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("parts", "verdict"), [((True, True), TRUE), ((True, False), IN_PART), ((False, False), FALSE)]
+)
+def test_a_verdict_is_that_of_its_parts(parts, verdict):
+    judged = judge(parts, "{:1} N of {:0}", [-0.04, 2.0], 3.0)
+    assert (judged.verdict, judged.value, judged.numbers) == (verdict, "0.0, 2.0 N of 3", (-0.04, 2.0, 3.0))
+
+
+# --- Mutations ------------------------------------------------------------------------------------------------------
+
+
+def wrong_sign_of_the_elongations_exponent(monkeypatch):
+    right = sheath.tendon_compliance
+    monkeypatch.setattr(sheath, "tendon_compliance", lambda *given: right(*given[:-1], -np.asarray(given[-1])))
+
+
+def no_elongation_of_the_tendon(monkeypatch):
+    right = sheath.tendon_compliance
+    monkeypatch.setattr(sheath, "tendon_compliance", lambda *given: 0.0 * right(*given))
+
+
+def scaled(field, by):
+    def mutate(monkeypatch):
+        def moved(*given, **options):
+            motion = kinematics.kinematics(*given, **options)
+            return dataclasses.replace(motion, **{field: by * getattr(motion, field)})
+
+        monkeypatch.setattr(actuator, "kinematics", moved)
+
+    return mutate
+
+
+def weaker_gravity(monkeypatch):
+    monkeypatch.setattr(actuator, "STANDARD_GRAVITY", 9.0)
+
+
+def travel_from_the_straight_arm(monkeypatch):
+    def moved(*given, **_):
+        return kinematics.kinematics(*given, from_initial=True)
+
+    monkeypatch.setattr(actuator, "kinematics", moved)
+
+
+MUTATIONS = {
+    "wrong sign of the elongation's exponent": wrong_sign_of_the_elongations_exponent,
+    "no elongation of the tendon": no_elongation_of_the_tendon,
+    "moment arm + 10 %": scaled("flexor_moment_arm", 1.1),
+    "H_f - 5 %": scaled("flexor_travel", 0.95),
+    "H_e + 10 %": scaled("extensor_travel", 1.1),
+    "g = 9": weaker_gravity,
+    "travel from L_c(0)": travel_from_the_straight_arm,
+}
+
+
+@pytest.mark.parametrize("mutate", MUTATIONS.values(), ids=MUTATIONS)
+def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, mutate):
+    mutate(monkeypatch)
+    monkeypatch.setattr("tendon_cli.sweep.native.library", lambda: None)  # compiled code would still be whole
+    wrong = off(evaluate(tmp_path))
+    assert {id_ for id_ in wrong if id_.startswith("F")}
+    assert {id_ for id_ in wrong if id_.startswith("C")}
