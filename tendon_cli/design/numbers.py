@@ -1,0 +1,78 @@
+"""The numbers of a study, with what choices and conditions say of them, as the model takes them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tendon_cli.design.factors import REFERENCE, Numbers
+from tendon_cli.model.actuator import Arm, Design, Side
+from tendon_cli.model.kinematics import Anchors, Real
+from tendon_cli.study.study import SIDES, Study
+
+ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
+WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
+SIDE = {
+    "friction": "sheath.friction",
+    "bend_angle": "sheath.bend_angle",
+    "length": "tendon.length",
+    "diameter": "tendon.diameter",
+    "youngs_modulus": "tendon.youngs_modulus",
+    "spring_stiffness": "spring.stiffness",
+}
+
+
+def model_design(study: Study, choices: Numbers, conditions: Numbers, pretension: Real = 0.0) -> Design:
+    """Designs of shape (choices, conditions, 1, 1), or as much of it as each number varies over.
+
+    A condition says more than a choice, a choice more than the study, and what is said of one side more than what is
+    said of both. `pretension` has the shape (choices,).
+    """
+
+    def number(key: str, side: str | None = None) -> Real:
+        return _number(study, choices, conditions, key, side)
+
+    def one_side(side: str) -> Side:
+        given = {argument: number(key, side) for argument, key in SIDE.items()}
+        return Side(**given, pretension=_spread(pretension, choice=True))
+
+    flexor, extensor = (one_side(side) for side in SIDES)
+    anchors = Anchors(**{name: number(f"arm.{name}") for name in ANCHORS})
+    return Design(
+        arm=Arm(anchors, **{name: number(f"arm.{name}") for name in WEIGHTS}),
+        flexor=flexor,
+        extensor=extensor,
+        flexor_radius=number("spool.flexor_radius"),
+        ratio=number("spool.ratio"),
+        load_mass=number("load.mass"),
+        from_initial=np.asarray(number(REFERENCE)) > 0.5,
+    )
+
+
+def _number(study: Study, choices: Numbers, conditions: Numbers, key: str, side: str | None) -> Real:
+    """A number by its common key; with `side`, as it is on that side of the arm."""
+    table, _, name = key.rpartition(".")
+    found: Real = np.nan
+    if key == REFERENCE:
+        found = float(study.model.reference == "initial")
+    for candidate in [key, f"{table}.{side}.{name}"] if side else [key]:
+        values = study.numbers.get(candidate)
+        if values is not None and not values.is_axis:
+            found = values.single
+        for layer, choice in ((choices, True), (conditions, False)):
+            if candidate in layer:
+                found = _over(found, _spread(layer[candidate], choice=choice))
+    return found
+
+
+def _spread(values: Real, *, choice: bool) -> Real:
+    """Values of rows along the first axis of (choices, conditions, 1, 1), or along the second."""
+    array = np.asarray(values)
+    if array.ndim == 0:
+        return array.item() if array.dtype.kind == "f" else array
+    return array.reshape((-1, 1, 1, 1) if choice else (1, -1, 1, 1))
+
+
+def _over(below: Real, above: Real) -> Real:
+    """What is said above, and where nothing is, what is said below."""
+    silent = np.isnan(above)
+    return above if not np.any(silent) else np.where(silent, below, above)

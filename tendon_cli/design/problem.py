@@ -1,0 +1,113 @@
+"""A design question: a study's choices and conditions, its limits, and how windows over them are worked out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.design.factors import Factor, Numbers, Product
+from tendon_cli.design.numbers import model_design
+from tendon_cli.model import window
+from tendon_cli.model.actuator import Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.window import Bounds, Window
+from tendon_cli.study.study import Study
+
+Flags = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.int64]
+
+_STATES_AT_ONCE = 2**19
+"""So that the model's arrays stay within a few megabytes each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is asked: over which choices, under which conditions, within which limits."""
+
+    study: Study
+    choices: Product
+    conditions: Product
+    bounds: Bounds
+    enough: float = 1.0
+    """The share that a window must serve."""
+    middle: bool = True
+    """A choice is set in the middle of its window, else at its least pretension."""
+    notes: tuple[str, ...] = ()
+    """What was left out of the question, and why."""
+
+    @property
+    def angles(self) -> Array:
+        """Elbow angles, (1, K), rad."""
+        return self.study.motion.elbow_angle.array.reshape(1, -1)
+
+    @property
+    def flexion(self) -> Flags:
+        """Whether each direction is flexion, (D, 1)."""
+        return np.array([direction == "flexion" for direction in self.study.motion.direction]).reshape(-1, 1)
+
+    @property
+    def states_per_design(self) -> int:
+        """Directions times elbow angles."""
+        return self.angles.size * self.flexion.size
+
+    @cached_property
+    def condition_numbers(self) -> dict[str, Array]:
+        """What all conditions say of the study's numbers."""
+        return self.conditions.numbers(np.arange(len(self.conditions)))
+
+    @cached_property
+    def groups(self) -> Rows:
+        """The group of each condition: what must be served together to count."""
+        groups = self.conditions.groups
+        return np.arange(len(self.conditions)) if groups is None else groups
+
+    @cached_property
+    def weighting(self) -> Array:
+        """Of each group."""
+        weights = self.conditions.weighting
+        return (
+            np.ones(self.groups[-1] + 1)
+            if weights is None
+            else weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
+        )
+
+    def of_condition(self, condition: int) -> Problem:
+        """The same question under one condition alone."""
+        numbers = {key: values[[condition]] for key, values in self.condition_numbers.items()}
+        alone = Product((Factor("", "", numbers, ("",)),))
+        return replace(self, conditions=alone)
+
+    def within(self, bounds: Bounds) -> Problem:
+        """The same question within other limits."""
+        return replace(self, bounds=bounds)
+
+    def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | float = 0.0) -> Design:
+        """The designs of some choices under all conditions, or under those given; see `model_design`."""
+        under = self.condition_numbers if conditions is None else conditions
+        return model_design(self.study, numbers, under, pretension)
+
+    def windows(self, numbers: Numbers, count: int) -> Window:
+        """The windows of `count` choices, (choices, conditions)."""
+        found = []
+        for rows, conditions in self.chunks(count):
+            part = {key: values[rows] for key, values in numbers.items()}
+            under = {key: values[conditions] for key, values in self.condition_numbers.items()}
+            each = window.window(self.design(part, under), self.angles, self.flexion, self.bounds)
+            shape = rows.stop - rows.start, conditions.stop - conditions.start
+            found.append({name: np.broadcast_to(values, shape) for name, values in vars(each).items()})
+        names = list(found[0])
+        joined = {name: np.concatenate([part[name].ravel() for part in found]).reshape(count, -1) for name in names}
+        return Window(**joined)
+
+    def chunks(self, count: int) -> Iterator[tuple[slice, slice]]:
+        """Choices and conditions that are worked out together: several choices, or some conditions of one."""
+        under = len(self.conditions)
+        designs = max(1, _STATES_AT_ONCE // self.states_per_design)
+        step, beside = max(1, designs // under), min(under, designs)
+        for at in range(0, count, step):
+            for condition in range(0, under, beside):
+                yield slice(at, min(at + step, count)), slice(condition, min(condition + beside, under))

@@ -1,0 +1,194 @@
+"""What each choice comes to: its window, what binds, who is served, and the worst at its pretension."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.design.coverage import ROUNDING, grouped, share_served
+from tendon_cli.design.factors import Numbers
+from tendon_cli.design.problem import Flags, Problem, Rows
+from tendon_cli.model import actuator
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.window import Codes, Window, contact_pressure
+
+Kind = TypeVar("Kind", bound=np.generic)
+
+_DESIGNS_AT_ONCE = 2**20
+"""Windows of choices under conditions that are held at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solutions:
+    """Results of choices, (choices,), as `choices.parquet` has them; NaN where there is none."""
+
+    pretension_from: Array
+    """N; over all conditions, or where enough is served. Empty where from > to, NaN where no pretension could do."""
+    pretension_to: Array
+    """N; infinite where nothing bounds it."""
+    windows: npt.NDArray[np.int64]
+    """How many intervals serve enough; the widest is told."""
+    from_by: Codes
+    """Index into `window.LIMIT_NAMES`, or NOTHING."""
+    to_by: Codes
+    from_condition: Rows
+    to_condition: Rows
+    from_state: Rows
+    """The state that binds, by its place among directions and angles; -1 where the limit belongs to none."""
+    to_state: Rows
+    served: Array
+    """The largest share that one pretension serves."""
+    pretension: Array
+    """In the window, or where that is empty, one that serves most, N."""
+    max_tension: Array
+    max_spring_extension: Array
+    peak_motor_torque: Array
+    min_elbow_stiffness: Array
+    max_contact_pressure: Array
+
+    @property
+    def feasible(self) -> Flags:
+        """Whether a choice has a window."""
+        return np.asarray(self.pretension_from <= self.pretension_to)
+
+    @property
+    def tolerance(self) -> Array:
+        """(to - from)/(to + from), the share by which the pretension may be off; 1 where nothing bounds it above."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = (self.pretension_to - self.pretension_from) / (self.pretension_to + self.pretension_from)
+        # Of a window from 0 to 0 nothing may be off.
+        share = np.where(np.isinf(self.pretension_to), 1.0, np.where(self.pretension_to == 0.0, 0.0, share))
+        return np.where(self.feasible, share, np.nan)
+
+    def column(self, name: str) -> Array:
+        """A result by its name, as numbers."""
+        return np.asarray(getattr(self, name), dtype=np.float64)
+
+    def taken(self, rows: Rows | slice | Flags) -> Solutions:
+        """Some of the choices."""
+        return Solutions(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+
+    @classmethod
+    def joined(cls, parts: list[Solutions]) -> Solutions:
+        """The choices of several, one after the other."""
+        return cls(**{each.name: np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(cls)})
+
+
+def solve(problem: Problem, numbers: Numbers, count: int) -> Solutions:
+    """Solve `count` choices, whose numbers have the shape (count,)."""
+    step = max(1, _DESIGNS_AT_ONCE // len(problem.conditions))
+    parts = []
+    for at in range(0, max(count, 1), step):
+        some = {key: values[at : at + step] for key, values in numbers.items()}
+        parts.append(_solve(problem, some, min(step, count - at)))
+    return Solutions.joined(parts)
+
+
+def _solve(problem: Problem, numbers: Numbers, count: int) -> Solutions:
+    found = problem.windows(numbers, count)
+    low, high, from_condition, to_condition, windows, served, best = _common(problem, found)
+    pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
+    held = _held(problem, found, pretension)
+    return Solutions(
+        pretension_from=low,
+        pretension_to=high,
+        windows=windows,
+        from_by=_taken(found.low_by, from_condition),
+        to_by=_taken(found.high_by, to_condition),
+        from_condition=from_condition,
+        to_condition=to_condition,
+        from_state=_taken(found.low_state, from_condition),
+        to_state=_taken(found.high_state, to_condition),
+        served=served,
+        pretension=pretension,
+        **worst(problem, numbers, pretension, held),
+    )
+
+
+def _common(
+    problem: Problem, found: Window
+) -> tuple[Array, Array, Rows, Rows, npt.NDArray[np.int64], Array, tuple[Array, Array]]:
+    """The window over all conditions, or where enough is served; its binding conditions; and what is best served."""
+    groups, weighting = problem.groups, problem.weighting
+    # A condition that no pretension suits leaves no window at all, and is the reason: argmax takes the first NaN.
+    from_condition, to_condition = np.argmax(found.low, axis=1), np.argmin(found.high, axis=1)
+    low, high = _taken(found.low, from_condition), _taken(found.high, to_condition)
+    is_open = low <= high
+    windows, served = is_open.astype(np.int64), np.where(is_open, 1.0, 0.0)
+    best_low, best_high = np.where(is_open, low, np.nan), np.where(is_open, high, np.nan)
+    rest = np.flatnonzero(~is_open)
+    if not rest.size:
+        return low, high, from_condition, to_condition, windows, served, (best_low, best_high)
+    of_groups = grouped(found.low[rest], found.high[rest], groups)
+    covered = share_served(*of_groups, weighting, enough=problem.enough)
+    served[rest], best_low[rest], best_high[rest] = covered.served, covered.best_low, covered.best_high
+    if problem.enough < 1.0:
+        windows[rest] = covered.windows
+        for end, ends, value, condition in (
+            (low, found.low, covered.low, from_condition),
+            (high, found.high, covered.high, to_condition),
+        ):
+            some = ~np.isnan(value)
+            end[rest[some]] = value[some]
+            served_group = np.repeat(of_groups[0] <= of_groups[1], np.bincount(groups), axis=1)
+            binds = (ends[rest] == value[:, np.newaxis]) & served_group
+            condition[rest[some]] = np.argmax(binds[some], axis=1)
+    return low, high, from_condition, to_condition, windows, served, (best_low, best_high)
+
+
+def _taken(values: npt.NDArray[Kind], condition: Rows) -> npt.NDArray[Kind]:
+    taken: npt.NDArray[Kind] = np.take_along_axis(values, condition[:, np.newaxis], axis=1)[:, 0]
+    return taken
+
+
+def _within(problem: Problem, low: Array, high: Array) -> Array:
+    """Where in its window a choice is set; twice the least pretension where nothing bounds it above."""
+    if not problem.middle:
+        return low
+    return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
+
+
+def _held(problem: Problem, found: Window, pretension: Array) -> Flags:
+    """Which conditions a pretension serves, (choices, conditions): those of the groups that it serves altogether."""
+    at = pretension[:, np.newaxis]
+    with np.errstate(invalid="ignore"):
+        held = (found.low <= at * (1 + ROUNDING)) & (at <= found.high * (1 + ROUNDING))
+    if len(problem.weighting) == held.shape[1]:
+        return held
+    firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
+    return np.repeat(np.logical_and.reduceat(held, firsts, axis=1), np.bincount(problem.groups), axis=1)
+
+
+def worst(problem: Problem, numbers: Numbers, pretension: Array, held: Flags) -> dict[str, Array]:
+    """The worst of every quantity over the conditions that are held at a pretension, (choices,)."""
+    found = np.full((6, len(pretension)), np.nan)
+    for rows, conditions in problem.chunks(len(pretension)):
+        part = {key: values[rows] for key, values in numbers.items()}
+        under = {key: values[conditions] for key, values in problem.condition_numbers.items()}
+        design = problem.design(part, under, pretension[rows])
+        state = actuator.evaluate(design, problem.angles, problem.flexion)
+        x, y = state.balance.flexor, state.balance.extensor
+        near = np.maximum(state.flexor_tension_proximal, state.extensor_tension_proximal)
+        quantities = (
+            np.maximum(np.maximum(x, y), near),
+            np.maximum(x * state.flexor.spring, y * state.extensor.spring),
+            state.motor_torque,
+            -state.motor_torque,
+            -state.elbow_stiffness,
+            contact_pressure(design, y),
+        )
+        keep = held[rows, conditions][..., np.newaxis, np.newaxis]
+        for at, values in enumerate(quantities):
+            largest = np.fmax.reduce(np.where(keep, values, np.nan), axis=(1, 2, 3))
+            found[at, rows] = np.fmax(found[at, rows], largest)
+    tension, extension, forward, backward, softness, pressure = found
+    return {
+        "max_tension": tension,
+        "max_spring_extension": extension,
+        "peak_motor_torque": np.where(backward > forward, -backward, forward),
+        "min_elbow_stiffness": -softness,
+        "max_contact_pressure": pressure,
+    }
