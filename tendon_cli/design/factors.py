@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,8 +21,6 @@ REFERENCE = "model.reference"
 """1 where a row measures the flexor's travel from the initial path, 0 where as published."""
 
 PRETENSION = "tendon.pretension"
-_SUFFERED = ("load", "arm")
-"""Tables of the study whose axes are conditions unless it says otherwise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +90,6 @@ def factors_of(study: Study) -> list[Factor]:
     """Every axis of a study but pretension, slowest first."""
     axes = [key for key in study.axes if split_side(key)[0] != PRETENSION]
     return [_cases(study) if key == CASE_AXIS else _number(study, key) for key in axes]
-
-
-def is_condition(key: str, listed: Iterable[str] | None) -> bool:
-    """Whether an axis is something to survive: as the study lists it, else what the arm or the load is, and cases."""
-    if listed is not None:
-        return key in listed
-    return key == CASE_AXIS or key.partition(".")[0] in _SUFFERED
 
 
 def _number(study: Study, key: str) -> Factor:

@@ -1,0 +1,46 @@
+"""From a study to the question that it asks: its choices, its conditions, its limits, and what is left out."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+from tendon_cli.design.factors import PRETENSION, Product, factors_of
+from tendon_cli.design.problem import Problem
+from tendon_cli.model.window import Bounds
+from tendon_cli.study.checks import case_numbers
+from tendon_cli.study.study import Study, split_side
+
+_BOUNDS = tuple(each.name for each in fields(Bounds))
+
+
+def question(study: Study) -> Problem:
+    """What a study asks of `tendon design`."""
+    factors = factors_of(study)
+    conditions = set(study.conditions)
+    return Problem(
+        study=study,
+        choices=Product(tuple(factor for factor in factors if factor.key not in conditions)),
+        conditions=Product(tuple(factor for factor in factors if factor.key in conditions)),
+        bounds=bounds_of(study),
+        enough=study.serve,
+        middle=study.design.pretension == "middle",
+        notes=tuple(_left_out(study)),
+    )
+
+
+def bounds_of(study: Study) -> Bounds:
+    """The limits of a study as the model holds states to them."""
+    return Bounds(**{name: value for name, value in study.limits.items() if name in _BOUNDS})
+
+
+def _left_out(study: Study) -> list[str]:
+    """What the study says of pretension, which is solved for."""
+    given = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
+    notes = []
+    if any(split_side(key)[1] for key in given):
+        notes.append("the study's pretensions per side are left out: one of both sides is solved for")
+    if any(study.numbers[key].is_axis for key in given):
+        notes.append("the study's values of pretension are left out: the window is found exactly, without them")
+    if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
+        notes.append("the pretensions of the study's cases are left out: one of all is solved for")
+    return notes

@@ -1,0 +1,143 @@
+"""Choices over conditions: the check values of the paper's arm, what binds, and what one pretension serves."""
+
+import numpy as np
+import pytest
+
+from tendon_cli.design import problem as problem_module
+from tendon_cli.model import actuator, window
+from tendon_cli.model.window import LIMIT_NAMES
+
+from .studies import CATALOGUE, LOADS, RANGES, asked, solved
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    made = asked(CATALOGUE, tmp_path_factory.mktemp("catalogue"))
+    return made, solved(made)
+
+
+def test_the_windows_of_the_papers_arm_over_its_loads(catalogue):
+    problem, found = catalogue
+    columns = problem.choices.columns(np.arange(9))
+    opened = [
+        (float(stiffness), float(ratio), round(float(low), 1), round(float(high), 1))
+        for stiffness, ratio, low, high, is_open in zip(
+            columns["spring_stiffness"], columns["spool_ratio"], found.pretension_from, found.pretension_to,
+            found.feasible, strict=True,
+        )
+        if is_open
+    ]  # fmt: skip
+    assert opened == [(3e3, 0.6, 113.5, 116.9), (5e3, 0.7, 167.4, 176.5), (5e3, 0.6, 122.1, 173.9)]
+
+
+def test_what_binds_is_named_by_limit_condition_and_state(catalogue):
+    _, found = catalogue
+    at = 8  # 5 kN/m and 0.6
+    assert LIMIT_NAMES[found.from_by[at]] == "extensor slack"
+    assert LIMIT_NAMES[found.to_by[at]] == "min_elbow_stiffness"
+    assert (found.from_condition[at], found.to_condition[at]) == (3, 0)
+    assert found.tolerance[at] == pytest.approx((173.934 - 122.121) / (173.934 + 122.121), abs=1e-5)
+
+
+def test_an_empty_window_says_which_two_limits_conflict_and_how_much_can_be_served(catalogue):
+    _, found = catalogue
+    at = 3  # the paper's: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more
+    assert not found.feasible[at]
+    assert found.pretension_from[at] == pytest.approx(220.32, abs=0.01)
+    assert found.pretension_to[at] == pytest.approx(122.8, abs=0.05)
+    assert np.isnan(found.tolerance[at])
+    assert found.served[at] == 0.75  # 3, 5 and 10 kg, if at all: no pretension suits the empty hand and these
+
+
+def test_the_worst_at_a_pretension_is_that_of_the_states(catalogue):
+    problem, found = catalogue
+    at = np.array([8])
+    design = problem.design(problem.choices.numbers(at), pretension=found.pretension[at])
+    state = actuator.evaluate(design, problem.angles, problem.flexion)
+    tensions = (
+        state.balance.flexor, state.balance.extensor, state.flexor_tension_proximal, state.extensor_tension_proximal
+    )  # fmt: skip
+    assert found.max_tension[8] == max(tension.max() for tension in tensions)
+    assert found.min_elbow_stiffness[8] == state.elbow_stiffness.min() > 0.0
+    torque = state.motor_torque.ravel()
+    assert found.peak_motor_torque[8] == torque[np.argmax(np.abs(torque))]
+    assert found.max_spring_extension[8] * 5e3 == pytest.approx(
+        max(state.balance.flexor.max(), state.balance.extensor.max())
+    )
+    assert np.isnan(found.max_contact_pressure[8])
+
+
+def test_at_least_pretension_the_binding_state_is_just_taut(tmp_path):
+    problem = asked('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
+    found = solved(problem)
+    assert found.pretension[8] == found.pretension_from[8]
+    design = problem.design(problem.choices.numbers(np.array([8])), pretension=found.pretension[[8]])
+    state = actuator.evaluate(design, problem.angles, problem.flexion)
+    extensor = state.balance.extensor[0, found.from_condition[8]].ravel()
+    assert np.argmin(extensor) == found.from_state[8]
+    assert extensor.min() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch):
+    whole = solved(asked(RANGES, tmp_path))
+    monkeypatch.setattr(problem_module, "_STATES_AT_ONCE", 500)  # two conditions of one choice
+    cut = solved(asked(RANGES, tmp_path))
+    for name, values in vars(whole).items():
+        np.testing.assert_array_equal(getattr(cut, name), values, err_msg=name)
+
+
+def test_the_order_of_axes_does_not_matter(tmp_path):
+    spring, spool = '[spring]\nstiffness = ["1 kN/m", "3 kN/m", "5 kN/m"]\n', "[spool]\nratio = [1.0, 0.7, 0.6]\n"
+    one, other = solved(asked(spring + LOADS + spool, tmp_path)), solved(asked(LOADS + spool + spring, tmp_path))
+    for name in ("pretension_from", "pretension_to", "served", "max_tension"):
+        np.testing.assert_array_equal(getattr(one, name).reshape(3, 3).T, getattr(other, name).reshape(3, 3))
+
+
+def test_enough_may_be_less_than_all(tmp_path):
+    problem = asked("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
+    found = solved(problem)
+    each = problem.windows(problem.choices.numbers(np.arange(9)), 9)
+    for at in range(9):
+        assert found.feasible[at]
+        middle = found.pretension[at]
+        held = (each.low[at] <= middle) & (middle <= each.high[at])
+        assert held.mean() >= 0.75
+        low, high = found.from_condition[at], found.to_condition[at]
+        assert each.low[at, low] == found.pretension_from[at]
+        assert each.high[at, high] == found.pretension_to[at]
+
+
+def test_cases_are_conditions_with_every_number_they_set(tmp_path):
+    cases = (
+        '[[cases]]\nname = "small"\narm = { b1 = "140 mm" }\n'
+        '[[cases]]\nname = "rough"\nsheath = { extensor = { friction = 0.2 } }\n'
+        '[[cases]]\nname = "initial"\nmodel = { reference = "initial" }\n'
+    )
+    problem = asked(LOADS + cases, tmp_path)
+    found = problem.windows({}, 1)
+    assert found.low.shape == (1, 12)
+    for at, change in enumerate(
+        ('[arm]\nb1 = "140 mm"\n', "[sheath.extensor]\nfriction = 0.2\n", '[model]\nreference = "initial"\n')
+    ):
+        alone = asked(change + LOADS, tmp_path).windows({}, 1)
+        np.testing.assert_array_equal(found.low[0, 4 * at : 4 * at + 4], alone.low[0])
+        np.testing.assert_array_equal(found.high[0, 4 * at : 4 * at + 4], alone.high[0])
+
+
+def test_what_the_study_says_of_pretension_is_left_out_and_said(tmp_path):
+    problem = asked(
+        '[tendon]\npretension = ["90 N", "200 N"]\n[tendon.flexor]\npretension = "80 N"\n' + LOADS, tmp_path
+    )
+    assert len(problem.choices) == 1
+    assert len(problem.notes) == 2
+    np.testing.assert_array_equal(solved(problem).pretension_to, solved(asked(LOADS, tmp_path)).pretension_to)
+
+
+def test_where_no_pretension_could_do_the_reason_is_told(tmp_path):
+    found = solved(asked("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
+    thin = np.tile([False, True, True], 3)
+    np.testing.assert_array_equal(np.isnan(found.pretension_from), thin)
+    assert {LIMIT_NAMES[code] for code in found.from_by[thin]} == {"min_spool_to_tendon"}
+    assert (found.served[thin] == 0.0).all()
+    assert np.isnan(found.pretension[thin]).all()
+    assert window.NOTHING not in found.from_by[thin]
