@@ -1,13 +1,57 @@
-"""Files that appear whole or not at all: written under a temporary name, flushed to the disk, put in their place."""
+"""Files: opened only where they are files, and written so that they appear whole or not at all."""
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from tendon_cli.errors import OutputError
+
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def open_file(path: Path) -> BinaryIO:
+    """A regular file, open for reading; raises OSError, at once, for a pipe, a device or whatever else is none.
+
+    What bears the name is asked before it is opened, since opening a device may do something, and again afterwards.
+    """
+    _check_regular(path.stat(), path)
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        _check_regular(os.fstat(handle), path)
+        return os.fdopen(handle, "rb")
+    except OSError:
+        os.close(handle)
+        raise
+
+
+def read_file(path: Path, most: int) -> bytes:
+    """The bytes of a regular file; raises OSError, with EFBIG before it is read for one of more than `most`."""
+    with open_file(path) as file:
+        is_small = os.fstat(file.fileno()).st_size <= most
+        content = file.read(most + 1) if is_small else b""
+    if not is_small or len(content) > most:  # it may have grown since
+        size = f"{most // 10**6} MB" if most >= 10**6 else f"{most // 1000} kB"
+        raise OSError(errno.EFBIG, f"it is larger than {size}", str(path))
+    return content
+
+
+def _check_regular(status: os.stat_result, path: Path) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        kind = _KINDS.get(stat.S_IFMT(status.st_mode), "no file")
+        number = errno.EISDIR if stat.S_ISDIR(status.st_mode) else errno.EINVAL
+        raise OSError(number, f"it is {kind}, expected a file", str(path))
 
 
 def write_whole(path: Path, content: bytes) -> None:

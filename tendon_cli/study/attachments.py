@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
+from tendon_cli.files import read_file
 from tendon_cli.study.parts import Part
 from tendon_cli.study.reading import MAX_BYTES, read_toml
 from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
@@ -60,7 +62,7 @@ class Attachments:
         content = self._read(name, key, MAX_ROUTE_BYTES)
         if content is None:
             return None
-        curvature, warnings = measure_route(content, name, smoothing)
+        curvature, warnings = measure_route(content, shorten(name, 200), smoothing)
         self._note(key, name, content, bend_angle=curvature.bend_angle, path_smoothing=smoothing, warnings=warnings)
         return Values.of(curvature.bend_angle)
 
@@ -74,11 +76,13 @@ class Attachments:
             coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
             problem = "not a friction fragment, expected a table [friction] with coefficient and standard_error"
-            raise InputError(problem, where=name, hint=hint) from None
+            raise InputError(problem, where=shorten(name, 200), hint=hint) from None
         if not 0.0 <= coefficient <= 10.0:
-            raise InputError(f"the coefficient {coefficient:g} is not between 0 and 10", where=name, hint=hint)
+            raise InputError(
+                f"the coefficient {coefficient:g} is not between 0 and 10", where=shorten(name, 200), hint=hint
+            )
         if not error >= 0.0:
-            raise InputError(f"the standard error {error:g} is not 0 or more", where=name, hint=hint)
+            raise InputError(f"the standard error {error:g} is not 0 or more", where=shorten(name, 200), hint=hint)
         source = fit.get("source")
         self._note(
             key, name, content, friction=coefficient, standard_error=error,
@@ -88,21 +92,16 @@ class Attachments:
 
     def _read(self, name: str, key: str, most: int) -> bytes | None:
         """A regular file next to the study; what cannot be read is a fault of the key that names it."""
-        path = self.folder / name
         try:
-            if not path.is_file():
-                self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
-                return None
-            with path.open("rb") as file:
-                content = file.read(most + 1)
+            return read_file(self.folder / name, most)
+        except FileNotFoundError:
+            self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
         except (OSError, ValueError) as error:
+            if isinstance(error, OSError) and error.errno == errno.EFBIG:
+                raise InputError(f"{error.strerror}, expected less", where=shorten(name, 200)) from None
             reason = getattr(error, "strerror", None) or "the name is not one"
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
-            return None
-        if len(content) > most:
-            size = f"{most // 1000} kB" if most < 10**6 else f"{most // 10**6} MB"
-            raise InputError(f"larger than {size}, expected less", where=name)
-        return content
+        return None
 
     def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:
         self.sources[key] = {"file": Path(name).name, "sha256": hashlib.sha256(content).hexdigest(), **facts}

@@ -34,7 +34,7 @@ def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
         return study_from(document.content, document.places, folder=path.parent, order=(*before, *changed))
     except TendonError as error:
         if error.where is None:
-            error.where = str(path)
+            error.where = shorten(str(path), 1000)
         raise
 
 

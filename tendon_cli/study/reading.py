@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import Fault, StudyError
+from tendon_cli.files import read_file
 from tendon_cli.study.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, scan
 from tendon_cli.units import shorten
 
@@ -65,19 +66,19 @@ def read_value(text: str) -> Any:
 
 def _bytes(path: Path) -> bytes:
     try:
-        with path.open("rb") as file:
-            content = file.read(MAX_BYTES + 1)
+        return read_file(path, MAX_BYTES)
     except FileNotFoundError:
         near = [other.name for other in path.parent.glob("*.toml")][:3] if path.parent.is_dir() else []
-        hint = f"files there: {', '.join(sorted(near))}" if near else "`tendon init` writes a study to start from"
+        hint = (
+            f"files there: {', '.join(map(shorten, sorted(near)))}"
+            if near
+            else "`tendon init` writes a study to start from"
+        )
         raise StudyError([Fault("", "no such file", hint)]) from None
     except IsADirectoryError:
         raise StudyError([Fault("", "this is a folder, expected a study file")]) from None
     except (OSError, ValueError) as error:
         raise StudyError([Fault("", f"cannot be read: {getattr(error, 'strerror', None) or error}")]) from None
-    if len(content) > MAX_BYTES:
-        raise StudyError([Fault("", f"the file is larger than {MAX_BYTES // 1000} kB, no study needs that")])
-    return content
 
 
 def _text(content: bytes) -> str:
@@ -109,7 +110,7 @@ def read_toml(text: str) -> Document:
 
 def _problem(message: str) -> str:
     """What the parser of TOML found, without the Python in it."""
-    said = _OF_THE_PARSER.get(message) or f"{message[:1].lower()}{message[1:]}"
+    said = _OF_THE_PARSER.get(message) or shorten(f"{message[:1].lower()}{message[1:]}", 200)
     return _TUPLE.sub(lambda match: match.group(1).replace("', '", "."), said)
 
 

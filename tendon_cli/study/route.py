@@ -34,7 +34,7 @@ def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
         raise InputError("holds no way-points, expected a header x, y, z and a line for each", where=where)
     separator = next((sign for sign in ";\t" if sign in numbered[0][1]), ",")
     columns, scales = _columns(_split(numbered[0][1], separator), where)
-    rows = [_row(_split(line, separator), columns, scales, f"{where}, line {at}") for at, line in numbered[1:]]
+    rows = [_row(line, separator, columns, scales, f"{where}, line {at}") for at, line in numbered[1:]]
     if len({tuple(row) for row in rows}) < 2:
         raise InputError("holds fewer than two different way-points, expected two at least", where=where)
     return np.array(rows)
@@ -100,16 +100,17 @@ def _columns(header: list[str], where: str) -> tuple[list[int], list[float]]:
     return [found[axis][0] for axis in "xyz"], [found[axis][1] for axis in "xyz"]
 
 
-def _row(cells: list[str], columns: list[int], scales: list[float], where: str) -> list[float]:
-    numbers = []
+def _row(line: str, separator: str, columns: list[int], scales: list[float], where: str) -> list[float]:
+    numbers, cells = [], _split(line, separator)
     for axis, column, scale in zip("xyz", columns, scales, strict=True):
         cell = cells[column] if column < len(cells) else ""
+        hint = f"the line reads: {shorten(line.strip())}"
         try:
             number = float(cell)
         except ValueError:
-            hint = "the decimal sign is a point" if "," in cell else None
+            hint += ", where the decimal sign is to be a point" if "," in cell else ""
             raise InputError(f'{axis} is "{shorten(cell)}", expected a number', where=where, hint=hint) from None
         if not math.isfinite(number) or abs(number) > 1e6:
-            raise InputError(f"{axis} is {number}, expected a finite length", where=where)
+            raise InputError(f"{axis} is {number}, expected a finite length", where=where, hint=hint)
         numbers.append(number * scale)
     return numbers

@@ -9,6 +9,7 @@ from pathlib import Path
 from tendon_cli.errors import UsageError
 from tendon_cli.files import write_new
 from tendon_cli.study.reading import YAML_SUFFIXES
+from tendon_cli.units import shorten
 
 
 def starter(path: Path) -> str:
@@ -21,6 +22,9 @@ def starter(path: Path) -> str:
 def write_starter(path: Path) -> None:
     """Write the starter study; raises UsageError where a file stands there, OutputError where none can be written."""
     if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
-        raise UsageError(f"{path.name} ends in neither .toml nor .yaml", hint=f"tendon init {path.name}.toml")
+        name = shorten(path.name)
+        raise UsageError(f"{name} ends in neither .toml nor .yaml", hint=f"tendon init {name}.toml")
     if not write_new(path, starter(path).encode()):
-        raise UsageError("exists already, and is not overwritten", where=str(path), hint="name another file")
+        raise UsageError(
+            "exists already, and is not overwritten", where=shorten(str(path), 1000), hint="name another file"
+        )

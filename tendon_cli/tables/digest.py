@@ -8,9 +8,12 @@ place of the digest itself. It lets a table that was moved away from its run fol
 from __future__ import annotations
 
 import hashlib
+import os
 from io import RawIOBase
 from pathlib import Path
 from typing import BinaryIO
+
+from tendon_cli.files import open_file
 
 KEY = "tendon.digest"
 PLACEHOLDER = "sha256:" + "0" * 64
@@ -89,7 +92,7 @@ class StampedSink:
 
 def is_intact(path: Path) -> bool | None:
     """Whether every byte of a table file is as it was written; None where the file bears no digest of ours."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         offset, footer = _footer(file)
         start = _digest_in(footer)
         if start is None:
@@ -104,8 +107,8 @@ def is_intact(path: Path) -> bool | None:
 def file_sha256(path: Path) -> str:
     """SHA-256 of a file as it is."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        _update(digest, file, path.stat().st_size)
+    with open_file(path) as file:
+        _update(digest, file, os.fstat(file.fileno()).st_size)
     return digest.hexdigest()
 
 

@@ -118,6 +118,8 @@ def _verify(file: Path) -> None:
     except UnicodeDecodeError:
         raise _damaged(file, "a name in it is no text") from None
     except (pa.ArrowException, OSError) as error:
+        if isinstance(error, OSError) and error.strerror:  # of the system, not of Arrow
+            raise InputError(f"cannot be read: {error.strerror}", where=str(file)) from None
         raise _damaged(file, str(error).splitlines()[0]) from None
 
 

@@ -143,17 +143,65 @@ def test_an_unreadable_file_is_one_fault(tmp_path):
         load_study(path)
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file here")  # noqa: PTH110
-def test_an_endless_file_is_read_no_further_than_a_study_needs(tmp_path):
-    (tmp_path / "study.toml").symlink_to("/dev/zero")
-    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="larger than 256 kB"):
+@pytest.mark.parametrize("suffix", [".toml", ".yaml"])
+def test_a_pipe_is_no_study_and_is_not_waited_for(tmp_path, suffix):
+    os.mkfifo(tmp_path / f"study{suffix}")
+    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="it is a pipe, expected a file"):
+        load_study(tmp_path / f"study{suffix}")
+
+
+@pytest.mark.parametrize("key", ["path", "friction_from"])
+def test_a_study_waits_for_no_pipe_that_it_names(tmp_path, key):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "study.toml").write_text(f"[sheath]\n{key} = 'pipe'\n")
+    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="it is a pipe, expected a file") as caught:
         load_study(tmp_path / "study.toml")
+    assert [(fault.key, fault.line) for fault in caught.value.faults] == [(f"sheath.{key}", 2)]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file here")  # noqa: PTH110
+@pytest.mark.parametrize("text", ["", "[sheath]\npath = 'endless'\n", "[sheath]\nfriction_from = 'endless'\n"])
+def test_an_endless_file_is_not_read(tmp_path, text):
+    (tmp_path / "endless").symlink_to("/dev/zero")
+    (tmp_path / "study.toml").write_text(text)
+    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="it is a device, expected a file"):
+        load_study(tmp_path / ("study.toml" if text else "endless"))
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".yaml", ".yml", ".TOML", ".txt"])
 def test_an_empty_file_is_the_baseline(tmp_path, suffix):
     (tmp_path / f"empty{suffix}").touch()
     assert load_study(tmp_path / f"empty{suffix}").name == "empty"
+
+
+HOSTILE = "a\x1b[31m\x9b2J\r\u202e"
+
+
+def fit_to_print(error):
+    return all(part is None or part.replace("\n", "").isprintable() for part in (str(error), error.where, error.hint))
+
+
+@pytest.mark.parametrize("name", [f"{HOSTILE}.toml", f"{HOSTILE}.yaml", os.fsdecode(b"a\xff.toml")])
+@pytest.mark.parametrize("text", [None, "colour = 3", "colour: 3", "\x1b[31m = 3", "[sheath]\npath = 'r\\u001b.csv'\n"])
+def test_names_of_files_come_out_harmless(tmp_path, name, text):
+    (tmp_path / f"other{HOSTILE}.toml").touch()
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(StudyError) as caught:
+        load_study(tmp_path / name)
+    assert fit_to_print(caught.value)
+
+
+@pytest.mark.parametrize(
+    "content", ["", "x,y\n", "x,y,z\n0,0,0\n", "x,y,z\n\x1b[31m,0,0\n", "x,y,\x1b[2J\n", "x,y,z\n9e9,0,0\n"]
+)
+@pytest.mark.parametrize("key", ["path", "friction_from"])
+def test_names_and_lines_of_named_files_come_out_harmless(tmp_path, key, content):
+    (tmp_path / HOSTILE).write_text(content)
+    (tmp_path / "study.yaml").write_text(f'sheath: {{ {key}: "a\\x1b[31m\\x9b2J\\r\\u202e" }}\n')
+    with pytest.raises(InputError) as caught:
+        load_study(tmp_path / "study.yaml")
+    assert fit_to_print(caught.value)
 
 
 # --- Nothing is ever executed, and little is needed ------------------------------------------------------------------

@@ -652,6 +652,7 @@ def test_a_damaged_route_is_an_error_of_input_with_its_line(load):
     with pytest.raises(InputError) as caught:
         load(ROUTE, r_csv=half_circle() + "0,zero,0\n")
     assert (caught.value.exit, caught.value.where) == (3, "r.csv, line 42")
+    assert caught.value.hint == "the line reads: 0,zero,0"
 
 
 # --- Fitted friction -------------------------------------------------------------------------------------------------

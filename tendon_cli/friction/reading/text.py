@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import io
 import os
-import stat
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from tendon_cli.errors import InputError
+from tendon_cli.files import open_file
 
 LARGEST_FILE = 64 * 2**20
 LONGEST_LINE = 64 * 2**10
@@ -42,18 +42,14 @@ def read_source(path: Path) -> Source:
     # A name that is no UTF-8 is shown with a sign for what cannot be.
     name = os.fsencode(path.name or str(path)).decode("utf-8", "replace") if "\0" not in str(path) else "the file"
     try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise InputError("is not a file of readings but a folder or a device", where=name)
-        if status.st_size > LARGEST_FILE:
-            raise _too_large(name, status.st_size)
-        with path.open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
+        with open_file(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            data = file.read(LARGEST_FILE + 1) if size <= LARGEST_FILE else b""
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"cannot be read: {reason}", where=name) from error
-    if len(data) > LARGEST_FILE:
-        raise _too_large(name, len(data))
+    if max(size, len(data)) > LARGEST_FILE:  # it may have grown since
+        raise _too_large(name, max(size, len(data)))
     if not data.strip(b" \t\r\n\0\xef\xbb\xbf\xff\xfe"):
         raise InputError("the file is empty", where=name)
     return Source(name, data, _encoding(name, data))

@@ -40,7 +40,7 @@ ATTACHMENTS = (
     toml("a missing route of one side", 'sheath.flexor.path = "r.csv"\n', "sheath.flexor.path", "no file"),
     toml("a missing route of a case", "[[cases]]\nname = 'a'\nsheath.path = 'r.csv'\n", "cases.0.sheath.path"),
     toml("a missing fragment", '[sheath]\nfriction_from = "f.toml"\n', "sheath.friction_from", "f.toml", "no file"),
-    toml("a folder for a route", '[sheath]\npath = "."\n', "sheath.path", "no file"),
+    toml("a folder for a route", '[sheath]\npath = "."\n', "sheath.path", "it is a folder"),
     toml("a route of no name", '[sheath]\npath = ""\n', "sheath.path", line=2),
     toml("a route with an escape", '[sheath]\npath = "\\u001b[31m"\n', "sheath.path"),
     toml("a route with a NUL", '[sheath]\npath = "a\\u0000b"\n', "sheath.path"),
