@@ -20,7 +20,7 @@
 #define NOT_A_NUMBER __builtin_nan("")
 
 enum { MIN_X, MIN_Y, MAX_TENSION, MAX_SPRING, PEAK_ELBOW, PEAK_MOTOR, MIN_STIFFNESS, MAX_SLACK, SLACK_SHARE,
-       UNSTABLE_SHARE, FIRST_SLACK, REQUIRED, MARGIN, FEASIBLE, RESULTS };
+       UNSTABLE_SHARE, FIRST_SLACK, REQUIRED, MARGIN, TAUT, RESULTS };
 
 typedef struct {
     long pretensions, springs, ratios, frictions, loads, angles, without;  /* `without`: states with no equilibrium */
@@ -142,7 +142,7 @@ static void put(const Study *s, const Lines l[2], const Found f[2], double prete
     r[SLACK_SHARE] = (f[0].slack + f[1].slack + (double)s->without) / states;
     r[UNSTABLE_SHARE] = (f[0].unstable + f[1].unstable) / states;
     r[REQUIRED] = most(0.0, need), r[MARGIN] = least(pretension - need, pretension);
-    r[FEASIBLE] = r[SLACK_SHARE] == 0.0;
+    r[TAUT] = r[SLACK_SHARE] == 0.0;
     if (r[FIRST_SLACK] == -NEVER) r[FIRST_SLACK] = NOT_A_NUMBER;
     if (s->without) r[REQUIRED] = r[MARGIN] = NOT_A_NUMBER;
     if (!told) r[MAX_SLACK] = NOT_A_NUMBER;

@@ -24,7 +24,7 @@ OPTIONS = ("-O3", "-march=native", "-ffast-math")
 RESULTS = (
     "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
     "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
-    "first_slack_angle", "required_pretension", "margin", "feasible",
+    "first_slack_angle", "required_pretension", "margin", "taut",
 )  # fmt: skip
 AXES = ("tendon.pretension", "spring.stiffness", "spool.ratio", "sheath.friction", "load.mass")
 MOST_ANGLES = 1016  # as in fused.c

@@ -13,7 +13,7 @@ def run_text(record: dict[str, Any], folder: str, *, up_to_date: bool, note: str
     designs, states = record["designs"], record["states"]
     head = f"{record['name']}: {_counted(designs, 'design')}, {_counted(states, 'state')}"
     head += ", up to date" if up_to_date else f" in {record['seconds']:.3g} s"
-    lines = [head, f"  feasible       {_share(record['feasible'], designs, 'designs')} taut in every state"]
+    lines = [head, f"  feasible       {_share(record['feasible'], designs, 'designs')} taut and stable in every state"]
     lines += [f"  slack          {_share(record['slack'], states, 'states')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]

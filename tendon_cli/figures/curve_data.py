@@ -56,7 +56,7 @@ class CurveData:
 def curve_data(product: Product, plan: CurvePlan, filters: Sequence[Filter], units: Mapping[str, str]) -> CurveData:
     """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
     schema = product.table.schema
-    status = next((name for name in ("status", "feasible") if name in schema.names), None)
+    status = next((name for name in ("status", "taut") if name in schema.names), None)
     masks = [found for found in filters if product.axis(found.column) is None]
     names = [*plan.quantities, *([status] if status else []), *(found.column for found in masks), plan.x_column]
     read = product.gather(plan.rows(product), names)

@@ -159,7 +159,7 @@ def tie(
 ) -> Coupling:
     """What ties the tensions of a state together, from its parts."""
     return statics.coupling(
-        moment_arm=motion.flexor_moment_arm,
+        moment_arm=motion.pulling_arm,
         elbow_radius=design.arm.anchors.elbow_radius,
         ratio=design.ratio,
         flexor_compliance=flexor.compliance,

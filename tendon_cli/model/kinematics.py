@@ -15,6 +15,9 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Real = float | Array
 
+DEAD_CENTRE = 1e-9
+"""A moment arm below this share of all anchor offsets together is none."""
+
 
 @dataclass(frozen=True, eq=False)
 class Anchors:
@@ -46,6 +49,8 @@ class Kinematics:
     """J = dH_f/dθ, m; not a number where the anchors coincide."""
     flexor_moment_arm_slope: Array
     """dJ/dθ, m/rad."""
+    pulling_arm: Array
+    """J where the flexor can flex the elbow; not a number from the dead centre on, where J <= 0 but for rounding, m."""
 
 
 def flexor_path(anchors: Anchors, elbow_angle: Real) -> Array:
@@ -80,12 +85,8 @@ def kinematics(
         extensor_travel=np.multiply(anchors.elbow_radius, elbow_angle),
         flexor_moment_arm=moment_arm,
         flexor_moment_arm_slope=slope,
+        pulling_arm=np.where(moment_arm >= _dead_centre(anchors), moment_arm, np.nan),
     )
-
-
-def able(moment_arm: Array) -> Array:
-    """A moment arm where the flexor can flex the elbow, not a number elsewhere."""
-    return np.where(moment_arm > 0.0, moment_arm, np.nan)
 
 
 def no_slack_radius_ratio(motion: Kinematics) -> Array:
@@ -95,6 +96,11 @@ def no_slack_radius_ratio(motion: Kinematics) -> Array:
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(motion.flexor_travel / motion.extensor_travel)
+
+
+def _dead_centre(anchors: Anchors) -> Array:
+    """A moment arm below which it is a rounded zero: a straight arm with both anchors on the bone has 7e-17 m."""
+    return np.asarray(DEAD_CENTRE * (anchors.b1 + anchors.b2 + anchors.a1 + anchors.a2))
 
 
 def _anchor_offset(anchors: Anchors, elbow_angle: Real) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Real, able
+from tendon_cli.model.kinematics import Array, Real
 
 TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
@@ -107,9 +107,9 @@ def coupling(
     *, moment_arm: Array, elbow_radius: Real, ratio: Real, flexor_compliance: Array, extensor_compliance: Array,
     flexor_travel: Array, extensor_travel: Array, elbow_torque: Array,
 ) -> Coupling:  # fmt: skip
-    """Gather a state's coefficients; without a positive moment arm the flexor cannot balance anything."""
+    """Gather a state's coefficients; where the flexor cannot balance anything its moment arm is not a number."""
     return Coupling(
-        moment_arm=able(moment_arm),
+        moment_arm=moment_arm,
         elbow_radius=elbow_radius,
         ratio=ratio,
         flexor_compliance=flexor_compliance,

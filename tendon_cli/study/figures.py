@@ -20,7 +20,7 @@ from tendon_cli.units import UnitError, parse_measure, shorten
 MOST_QUANTITIES = 8
 OF_STATES = (*quantities.OF_STATES, *DERIVED)
 OF_DESIGNS = quantities.OF_DESIGNS
-WORDS = ("direction", "status", "case", "feasible", "design")
+WORDS = ("direction", "status", "case", "taut", "stable", "feasible", "design")
 """Columns that are no quantities."""
 
 _SIZE = re.compile(r"column|page|([\d.]+)(?:\s*[x×]\s*([\d.]+))?\s*(mm|cm|in)")

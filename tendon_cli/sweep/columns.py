@@ -66,6 +66,13 @@ DESIGN_RESULTS = (
     "margin",
 )
 
+JUDGEMENTS = {
+    "taut": "no state is slack or without equilibrium",
+    "stable": "no state has less than the least elbow stiffness",
+    "feasible": "taut and stable",
+}
+"""Truths of `designs`, with what they mean; `Totals` counts each."""
+
 Values = Callable[[Block], npt.ArrayLike]
 
 
@@ -92,7 +99,7 @@ class Tables:
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
         results = [Column.of(QUANTITIES[name]) for name in DESIGN_RESULTS]
-        return (*self.leading, *results, Column("feasible", "truth", "1", "every state is taut"))
+        return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
 
     @cached_property
     def states(self) -> tuple[Column, ...]:

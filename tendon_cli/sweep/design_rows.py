@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.sweep.columns import JUDGEMENTS
 from tendon_cli.sweep.extremes import COUNTS, Extremes, blocks_at_once, extremes, finished, merge
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block
@@ -19,8 +20,12 @@ from tendon_cli.tables.write import copied, has_nan
 class Totals:
     """What the designs of a part, or of a whole run, come to."""
 
-    feasible: int = 0
+    taut: int = 0
     """Designs whose every state is taut."""
+    stable: int = 0
+    """Designs without a state of less than the least elbow stiffness."""
+    feasible: int = 0
+    """Designs that are taut and stable."""
     slack: int = 0
     """States with a slack tendon."""
     no_equilibrium: int = 0
@@ -29,12 +34,7 @@ class Totals:
     """States with negative elbow stiffness."""
 
     def __add__(self, other: Totals) -> Totals:
-        return Totals(
-            self.feasible + other.feasible,
-            self.slack + other.slack,
-            self.no_equilibrium + other.no_equilibrium,
-            self.unstable + other.unstable,
-        )
+        return Totals(*(getattr(self, name) + getattr(other, name) for name in asdict(self)))
 
 
 @dataclass(eq=False)
@@ -64,8 +64,10 @@ class DesignRows:
         for block, found in self._found():
             places = zip(block.designs, self.rectangle.designs, strict=True)
             within = tuple(slice(part.start - whole.start, part.stop - whole.start) for part, whole in places)
-            results = finished(found, self.inputs.plan.states_per_design)
-            counts = {name: found[name] for name in COUNTS} | {"feasible": results["feasible"]}
+            results = finished(
+                found, self.inputs.plan.states_per_design, self.inputs.plan.study.limits["min_elbow_stiffness"]
+            )
+            counts = {name: found[name] for name in COUNTS} | {name: results[name] for name in JUDGEMENTS}
             self.totals += Totals(**{name: self._total(block, values) for name, values in counts.items()})
             for name, column in columns.items():
                 column[within] = self.inputs.arranged(block, results[name])

@@ -67,8 +67,11 @@ def merge(first: Extremes, second: Extremes) -> Extremes:
     return merged | {name: first[name] + second[name] for name in COUNTS}
 
 
-def finished(found: Extremes, states: int) -> Extremes:
-    """The result columns of `designs`, from the extremes over all `states` of each design."""
+def finished(found: Extremes, states: int, least_stiffness: float = 0.0) -> Extremes:
+    """The result columns of `designs`, from the extremes over all `states` of each design.
+
+    A design is stable where no state has less elbow stiffness than `least_stiffness`, N m/rad.
+    """
     unanswerable = found["no_equilibrium"] > 0
     failing = found["slack"] + found["no_equilibrium"]
     columns = {name: found[name] for name in (*_LOWEST, *_HIGHEST) if not name.endswith("_torque")}
@@ -81,7 +84,9 @@ def finished(found: Extremes, states: int) -> Extremes:
         "margin": np.where(unanswerable, np.nan, found["margin"]),
     }
     # Minus nought becomes nought: which of the two is the smallest depends on the order in which states are looked at.
-    return {name: values + 0.0 for name, values in columns.items()} | {"feasible": failing == 0}
+    taut, stable = failing == 0, ~(columns["min_elbow_stiffness"] < least_stiffness)
+    judged = {"taut": taut, "stable": stable, "feasible": taut & stable}
+    return {name: values + 0.0 for name, values in columns.items()} | judged
 
 
 def _tensions(tile: Tile, seen: Seen) -> Extremes:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from tendon_cli.model import actuator
 from tendon_cli.model.actuator import Design, Transmission
-from tendon_cli.model.kinematics import Array, Kinematics, able
+from tendon_cli.model.kinematics import Array, Kinematics
 
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
@@ -83,7 +83,7 @@ def states(
     design: Design, motion: Kinematics, flexor: Transmission, extensor: Transmission, moment: Array, inclination: Array
 ) -> tuple[npt.ArrayLike, ...]:
     """The arrays of `STATES`, as the model has them; gravity's moment and the forearm's inclination as in `Tile`."""
-    arm = able(motion.flexor_moment_arm)
+    arm = motion.pulling_arm
     return (
         arm, 1.0 / arm, motion.flexor_moment_arm_slope, motion.flexor_travel, motion.extensor_travel,
         np.sin(inclination), np.cos(inclination), flexor.compliance, extensor.compliance,

@@ -17,8 +17,8 @@ from tendon_cli.sweep.run_folder import RunFolder
 STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
 ERROR_KEYS = ["exit", "kind", "message", "where", "hint"]
 RECORD_KEYS = {
-    "study_hash", "designs", "states", "feasible", "slack", "no_equilibrium", "unstable", "files", "seconds",
-    "versions", "warnings",
+    "study_hash", "designs", "states", "taut", "stable", "feasible", "slack", "no_equilibrium", "unstable", "files",
+    "seconds", "versions", "warnings",
 }  # fmt: skip
 
 

@@ -116,3 +116,23 @@ def test_the_weight_is_held_against_gravity_along_the_path_of_the_masses(angle, 
     assert torque == pytest.approx(derivative(energy, angle, 2e-3), abs=1e-9)
     rate = derivative(lambda at: float(actuator.gravity_torque(arm, load, at)[0]), angle, 2e-3)
     assert slope == pytest.approx(rate, abs=1e-9)
+
+
+def test_a_moment_arm_of_rounding_noise_is_none():
+    """A straight arm with both anchors on the bone stands at its dead centre, before and after a full turn."""
+    on_the_bone = design(baseline(a1=0.0, a2=0.0))
+    turns = np.array([-2.0 * np.pi, 0.0, 2.0 * np.pi])
+    at, beyond = (actuator.evaluate(on_the_bone, angle, flexion=True) for angle in (turns, np.array([1e-6])))
+    assert 0.0 < at.motion.flexor_moment_arm.max() < 1e-15
+    assert (at.status == statics.NO_EQUILIBRIUM).all()
+    assert np.isnan(at.balance.flexor).all()
+    assert beyond.motion.flexor_moment_arm == pytest.approx(0.075e-6, rel=1e-6)
+    assert beyond.status != statics.NO_EQUILIBRIUM
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_what_counts_as_none_goes_with_the_size_of_the_arm(size):
+    """J = size sin(θ/2) for anchors on the bone, each as far from the elbow as the size."""
+    anchors = Anchors(0.0, size, 0.0, size, 0.045)
+    for share, none in ((0.5e-9, True), (1.5e-9, False)):
+        assert np.isnan(kinematics(anchors, 4.0 * share).pulling_arm) == none

@@ -145,7 +145,7 @@ def test_f8b_the_flexor_stays_in_tension_and_the_loaded_extensor_goes_slack(figu
 def test_f9_at_200_newtons_there_is_slack_for_10_kilograms_alone(figure):
     designs = figure("fig09")[1]
     designs = designs[np.isclose(designs["pretension"], 200.0)].set_index("load_mass")
-    assert designs.loc[[0.0, 3.0, 10.0], "feasible"].tolist() == [True, True, False]
+    assert designs.loc[[0.0, 3.0, 10.0], "taut"].tolist() == [True, True, False]
     assert designs.loc[[0.0, 3.0, 10.0], "slack_fraction"].gt(0.0).tolist() == [False, False, True]
     required = designs.loc[[0.0, 3.0, 10.0], "required_pretension"]
     np.testing.assert_allclose(required, [96.83, 133.88, 220.32], atol=0.005)
@@ -183,7 +183,7 @@ def test_f11_slack_shrinks_with_the_ratio_of_the_spools_and_is_gone_at_seven_ten
     assert rows.index.tolist()[-3:] == [0.9, 0.8, 0.7]
     assert falls(rows["depth"])
     assert falls(rows["slack_fraction"])
-    assert rows["feasible"].tolist() == [False] * (len(rows) - 1) + [True]
+    assert rows["taut"].tolist() == [False] * (len(rows) - 1) + [True]
     assert rows.loc[0.7, "slack_fraction"] == 0.0
     assert rows.loc[0.7, "required_pretension"] == pytest.approx(94.07, abs=0.005)
 

@@ -37,7 +37,7 @@ STATE_COLUMNS = [
 DESIGN_COLUMNS = [
     "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
     "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
-    "first_slack_angle", "required_pretension", "margin", "feasible",
+    "first_slack_angle", "required_pretension", "margin", "taut", "stable", "feasible",
 ]  # fmt: skip
 GEOMETRY = ["flexor_moment_arm", "flexor_travel", "extensor_travel"]
 RESULTS = [name for name in STATE_COLUMNS[3:] if name not in GEOMETRY]
@@ -174,7 +174,9 @@ def reduced(states):
             "slack_fraction": 1.0 - by["taut"].mean(),
             "unstable_fraction": (states["elbow_stiffness"] < 0.0).groupby(states["design"]).mean(),
             "first_slack_angle": states[states["loose"]].groupby("design")["elbow_angle"].min(),
-            "feasible": by["taut"].all(),
+            "taut": by["taut"].all(),
+            "stable": by["elbow_stiffness"].min().isna() | (by["elbow_stiffness"].min() >= 0.0),
+            "feasible": by["taut"].all() & (by["elbow_stiffness"].min() >= 0.0),
         }
     )
 
@@ -219,16 +221,17 @@ def test_the_margin_is_what_pretension_there_is_beyond_the_required(solvable):
 
 
 @pytest.mark.parametrize("run", ["solvable", "per_side"])
-def test_a_design_is_feasible_where_its_margin_is_not_negative(request, run):
+def test_a_design_is_taut_where_its_margin_is_not_negative(request, run):
     designs = request.getfixturevalue(run).designs
-    assert (designs["feasible"] == (designs["margin"] >= 0.0)).all()
-    assert 0 < designs["feasible"].sum() < len(designs)
+    assert (designs["taut"] == (designs["margin"] >= 0.0)).all()
+    assert 0 < designs["taut"].sum() < len(designs)
 
 
 def test_run_json_counts_what_the_tables_hold(full):
     states, designs, record = full.states, full.designs, full.record
     assert (record["designs"], record["states"]) == (len(designs), len(states))
-    assert record["feasible"] == designs["feasible"].sum()
+    for name in ("taut", "stable", "feasible"):
+        assert record[name] == designs[name].sum()
     assert record["slack"] == states["status"].isin(SLACK).sum()
     assert record["no_equilibrium"] == (states["status"] == "no equilibrium").sum()
     assert record["unstable"] == (states["elbow_stiffness"] < 0.0).sum()
@@ -251,7 +254,7 @@ slack = "{slack}"
 
 @pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
 @pytest.mark.parametrize(("mass", "ratio"), [(0.0, 1.0), (3.0, 1.0), (5.0, 0.7), (10.0, 1.1)])
-def test_at_the_required_pretension_the_margin_is_zero_and_the_design_feasible(new_sweep, tmp_path, slack, mass, ratio):
+def test_at_the_required_pretension_the_margin_is_zero_and_the_design_taut(new_sweep, tmp_path, slack, mass, ratio):
     def row(pretension, out):
         text = AT.format(mass=mass, ratio=ratio, pretension=pretension, slack=slack)
         return new_sweep(text, tmp_path, out=out).designs.iloc[0]
@@ -259,9 +262,9 @@ def test_at_the_required_pretension_the_margin_is_zero_and_the_design_feasible(n
     required = row(100.0, "first")["required_pretension"]
     at, below = row(float(required), "at"), row(float(required) * (1.0 - 1e-6), "below")
     assert abs(at["margin"]) <= 1e-9 * required
-    assert at["feasible"]
+    assert at["taut"]
     assert at["slack_fraction"] == 0.0
-    assert not below["feasible"]
+    assert not below["taut"]
     assert below["slack_fraction"] > 0.0
     assert below["margin"] < 0.0
 
@@ -327,16 +330,16 @@ def test_required_pretension_and_margin_are_null_where_a_state_has_no_equilibriu
 def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_sweep, tmp_path):
     text = '[load]\nmass = [0.0, 3.0]\n[motion]\nelbow_angle = ["165 deg", "170 deg"]\n'
     designs = new_sweep(text, tmp_path).designs
-    shares = ["slack_fraction", "unstable_fraction", "feasible"]
+    shares = ["slack_fraction", "unstable_fraction", "taut", "stable", "feasible"]
     assert designs[[name for name in DESIGN_COLUMNS if name not in shares]].isna().all(axis=None)
     assert designs["slack_fraction"].tolist() == [1.0, 1.0]
     assert designs["unstable_fraction"].tolist() == [0.0, 0.0]
-    assert not designs["feasible"].any()
+    assert not designs[["taut", "feasible"]].any(axis=None)
 
 
 def test_first_slack_angle_is_null_without_slack(solvable):
     designs = solvable.designs
-    assert (designs["first_slack_angle"].isna() == designs["feasible"]).all()
+    assert (designs["first_slack_angle"].isna() == designs["taut"]).all()
 
 
 # --- Columns, units, metadata ----------------------------------------------------------------------------------------
@@ -375,7 +378,7 @@ UNITS = {
     "elbow_torque": "N m", "motor_torque": "N m", "spool_angle": "rad", "elbow_stiffness": "N m/rad",
     "flexor_moment_arm": "m", "flexor_travel": "m", "min_flexor_tension": "N", "max_spring_extension": "m",
     "peak_motor_torque": "N m", "min_elbow_stiffness": "N m/rad", "max_slack": "m", "slack_fraction": "1",
-    "first_slack_angle": "rad", "required_pretension": "N", "margin": "N", "feasible": "1",
+    "first_slack_angle": "rad", "required_pretension": "N", "margin": "N", "taut": "1", "feasible": "1",
 }  # fmt: skip
 
 
@@ -402,7 +405,11 @@ def test_text_is_a_dictionary_and_numbers_are_64_bit(full, table):
         assert pa.types.is_dictionary(schema.field(name).type)
         assert isinstance(full.table(table).read().to_pandas()[name].dtype, pd.CategoricalDtype)
     assert schema.field("design").type == pa.int64()
-    numbers = [name for name in schema.names if name not in ("design", "case", "direction", "status", "feasible")]
+    numbers = [
+        name
+        for name in schema.names
+        if name not in ("design", "case", "direction", "status", "taut", "stable", "feasible")
+    ]
     assert {schema.field(name).type for name in numbers} == {pa.float64()}
 
 
