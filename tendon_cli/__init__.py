@@ -1,5 +1,186 @@
-"""tendon: parameter studies of tendon-driven exosuits that move the elbow with one motor and two tendons."""
+"""tendon: parameter studies of tendon-driven exosuits that move the elbow with one motor and two tendons.
 
+The library's face, usually imported as `import tendon_cli as tendon`; the commands call it, too. Whatever is wrong is
+raised as a `TendonError`, whose `exit` is the exit code of the commands. Importing it loads no other module.
+"""
+
+# No import but of tendon's own: `python -m tendon_cli` would take it from the working directory.
 from tendon_cli.version import __version__
 
-__all__ = ["__version__"]
+for _room in ("study", "sweep"):
+    __import__(f"tendon_cli.{_room}")  # now, or the first import of these rooms would replace the functions below
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+    from os import PathLike
+    from threading import Event
+    from typing import Any
+
+    from tendon_cli.friction.result import FrictionFit
+    from tendon_cli.state_page import StatePage
+    from tendon_cli.study.study import Study
+    from tendon_cli.sweep.estimate import Estimate
+    from tendon_cli.sweep.results import Run
+
+    Name = str | PathLike[str]
+
+__all__ = ["__version__", "estimate", "fit_friction", "load_study", "open_run", "state", "study", "sweep"]
+
+
+def load_study(path: "Name", settings: "Iterable[str]" = ()) -> "Study":
+    """Read and check a study file (TOML, or YAML by its ending), then apply `KEY=VALUE` settings.
+
+    Raises StudyError with every fault found, InputError for a file that it names and that cannot be trusted.
+
+    >>> import tendon_cli as tendon
+    >>> loaded = tendon.load_study("study.toml", ["load.mass=[0.0, 5.0]"])
+    >>> loaded.axes
+    ('load.mass',)
+    """
+    from pathlib import Path
+
+    from tendon_cli.study.load import load_study as load
+
+    return load(Path(path), (settings,) if isinstance(settings, str) else tuple(settings))
+
+
+def study(content: "Mapping[str, Any]") -> "Study":
+    """A checked study from a dictionary with the keys of a study file; raises as `load_study` does.
+
+    Relative paths in it are relative to the working directory.
+
+    >>> import tendon_cli as tendon
+    >>> asked = tendon.study({"tendon": {"pretension": "120 N"}, "load": {"mass": ["0 kg", "5 kg"]}})
+    >>> asked.tendon.pretension.array
+    array([120.])
+    """
+    from tendon_cli.study.load import study_from
+
+    return study_from(dict(content))
+
+
+def sweep(
+    study: "Study",
+    out: "Name | None" = None,
+    jobs: int | None = None,
+    figures: bool = False,
+    *,
+    resume: bool = False,
+    overwrite: bool = False,
+    lock: bool = True,
+    scheduler: str | None = None,
+    progress: "Callable[[int, int], None]" = lambda _done, _all: None,
+    stop: "Event | None" = None,
+) -> "Run":
+    """Run a study into the folder `out`, or without one in memory.
+
+    When this returns the folder's tables stand written, recorded and verified; it is locked until then. At most `jobs`
+    parts are computed at once, by default one for each core. `resume` finishes an unfinished run, `overwrite` replaces
+    the one that stands there. Ctrl-C ends it cleanly and is raised when nothing is at work any more; what was finished
+    is kept. A figure that cannot be drawn is a warning of the record. Raises TendonError.
+
+    >>> import tendon_cli as tendon
+    >>> run = tendon.sweep(tendon.study({"load": {"mass": ["0 kg", "5 kg"]}}))
+    >>> run.designs[["load_mass", "required_pretension"]].round(2)
+       load_mass  required_pretension
+    0        0.0                96.83
+    1        5.0               158.57
+    >>> run.designs.attrs["units"]["required_pretension"]
+    'N'
+    """
+    from pathlib import Path
+
+    from tendon_cli.errors import UsageError
+    from tendon_cli.figures.of_run import draw_run
+    from tendon_cli.sweep.sweep import sweep as run
+
+    if out is None and figures:
+        raise UsageError("figures are drawn into a run folder", hint="name one: sweep(study, out, figures=True)")
+    return run(
+        study,
+        None if out is None else Path(out),
+        jobs=jobs,
+        resume=resume,
+        overwrite=overwrite,
+        lock=lock,
+        scheduler=scheduler,
+        draw=draw_run if figures else None,
+        progress=progress,
+        stop=stop,
+    )
+
+
+def open_run(path: "Name") -> "Run":
+    """A finished run from its folder; its record and every byte of its tables are verified.
+
+    Raises InputError where there is none or a file of it is damaged, FolderError where it is unfinished.
+
+    >>> import tendon_cli as tendon
+    >>> done = tendon.sweep(tendon.load_study("study.toml"), "results/mine")
+    >>> run = tendon.open_run("results/mine")
+    >>> run.record["designs"], len(run.states)
+    (1, 182)
+    >>> run.to_xarray()["motor_torque"].dims
+    ('direction', 'elbow_angle')
+    """
+    from pathlib import Path
+
+    from tendon_cli.sweep.results import open_run as opened
+
+    return opened(Path(path))
+
+
+def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> "Estimate":
+    """What a sweep would cost, rows exactly, the rest from one part computed in memory; raises SizeError.
+
+    >>> import tendon_cli as tendon
+    >>> tendon.estimate(tendon.study({})).rows
+    {'designs': 1, 'states': 182}
+    """
+    from tendon_cli.sweep.estimate import estimate as estimated
+    from tendon_cli.sweep.plan import Plan
+    from tendon_cli.sweep.run import available_cores
+
+    return estimated(Plan(study), jobs or available_cores(), figures=figures)
+
+
+def state(study: "Study", case: str | None = None) -> "StatePage":
+    """The first state of a study's first design, or of a case's, worked out line by line; raises UsageError.
+
+    >>> import tendon_cli as tendon
+    >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
+    >>> page.status, round(page.columns["motor_torque"], 4)
+    ('taut', 0.3892)
+    """
+    from tendon_cli.state_page import state_page
+
+    return state_page(study, case)
+
+
+def fit_friction(
+    path: "Name",
+    bend_angle: str | None = None,
+    *,
+    cell_1: str | None = None,
+    cell_2: str | None = None,
+    motor: str | None = None,
+    offset: bool = False,
+    robust: bool = False,
+) -> "FrictionFit":
+    """The friction coefficient from a CSV of two load cells' readings, with its uncertainty.
+
+    Raises UsageError for what is asked, InputError for the file.
+
+    >>> import tendon_cli as tendon
+    >>> fit = tendon.fit_friction("readings.csv", bend_angle="144 deg")
+    >>> round(fit.friction, 3)
+    0.074
+    """
+    from pathlib import Path
+
+    from tendon_cli.friction import fit_file
+
+    return fit_file(
+        Path(path), bend_angle=bend_angle, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, robust=robust
+    )

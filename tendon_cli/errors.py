@@ -114,3 +114,7 @@ class FolderError(TendonError):
 
     exit = 7
     kind = "folder"
+
+
+class Stopped(Exception):  # noqa: N818 - not a fault: somebody asked for it
+    """The work was asked to stop; what was being made leaves nothing behind."""

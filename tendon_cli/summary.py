@@ -2,44 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from tendon_cli.sweep.sweep import share
 
 if TYPE_CHECKING:
     from tendon_cli.sweep.estimate import Estimate
+    from tendon_cli.sweep.results import Run
 
 
-def run_text(record: dict[str, Any], folder: str, *, up_to_date: bool, note: str | None = None) -> str:
+def run_text(run: Run) -> str:
     """The summary of a finished run."""
+    record = run.record
     designs, states = record["designs"], record["states"]
     head = f"{record['name']}: {_counted(designs, 'design')}, {_counted(states, 'state')}"
-    head += ", up to date" if up_to_date else f" in {record['seconds']:.3g} s"
-    lines = [head, f"  feasible       {_share(record['feasible'], designs, 'designs')} taut and stable in every state"]
-    lines += [f"  slack          {_share(record['slack'], states, 'states')}"]
+    head += ", up to date" if run.up_to_date else f" in {record['seconds']:.3g} s"
+    lines = [head, f"  feasible       {share(record['feasible'], designs, 'designs')} taut and stable in every state"]
+    lines += [f"  slack          {share(record['slack'], states, 'states')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
-    lines += [f"  no slack map   {note}"] if note else []
-    return "\n".join([*lines, f"  written to     {folder}: {', '.join(written)}"])
-
-
-def warnings_of(record: dict[str, Any], *, bilateral: bool, sources: dict[str, dict[str, Any]]) -> list[str]:
-    """What a reader of the tables has to know first."""
-    found = [warning for source in sources.values() for warning in source.get("warnings", ())]
-    if record["no_equilibrium"]:
-        found.append(
-            f"{_share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has "
-            "passed the joint's centre (moment arm not positive); their results are null"
-        )
-    if bilateral and record["slack"]:
-        found.append(
-            "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
-            'slack = "unilateral" gives those of real tendons'
-        )
-    if record["unstable"]:
-        found.append(
-            f"{_share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
-            "spool would have to turn back, and friction acts the other way there"
-        )
-    return found
+    lines += [f"  no slack map   {run.note}"] if run.note else []
+    return "\n".join([*lines, f"  written to     {run.folder}: {', '.join(written)}"])
 
 
 def estimate_text(estimate: Estimate, name: str, free: int) -> str:
@@ -62,12 +45,6 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
 
 def _counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
-
-
-def _share(part: int, whole: int, noun: str) -> str:
-    """A count of a whole, with its percentage where that says more."""
-    percent = f" ({100 * part / whole:.3g} %)" if 0 < part < whole else ""
-    return f"{part:,} of {whole:,} {noun}{percent}"
 
 
 def _size(count: float) -> str:

@@ -14,8 +14,10 @@ from typing import Any
 from tendon_cli.errors import OutputError, TendonError
 
 
-def print_result(text: str) -> None:
-    """Write a result to stdout and see it leave; raises OutputError where nobody can take it."""
+def print_result(text: str, *, unless: bool = False) -> None:
+    """Write a result to stdout and see it leave, unless it is not wanted; raises OutputError where nobody takes it."""
+    if unless:
+        return
     if _stdout.lost:
         raise OutputError("standard output cannot be written")
     try:

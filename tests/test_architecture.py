@@ -12,24 +12,35 @@ import tendon_cli
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {"errors", "files", "quantities", "units", "version"}
-ROOMS = ("figures", "friction", "design", "sweep")
+ROOMS = ("figures", "friction", "sweep")
+BELOW_THE_ROOMS = {"study", "tables", "model", *GROUND}
+THE_FACE = ""
 
-# What each room may import of the package, besides itself. What is not named here belongs to the command line.
+# What each room, and each file at the root, may import of the package besides itself.
 MAY_IMPORT = {
     "version": set(),
     "errors": set(),
+    "startup": set(),
+    "terminal": {"errors"},
     "files": {"errors"},
     "quantities": set(),
     "units": {"errors", "quantities"},
     "model": {"quantities", "units", "errors"},
     "tables": GROUND,
     "study": {"model", *GROUND},
-    "figures": {"study", "tables", "model", *GROUND},
-    "friction": {"study", "tables", "model", *GROUND},
-    "design": {"study", "tables", "model", *GROUND},
-    "sweep": {"study", "tables", "model", *GROUND},
-    "paper": {"sweep", "friction", "design", "figures", "study", "tables", "model", *GROUND},
+    "figures": BELOW_THE_ROOMS,
+    "friction": BELOW_THE_ROOMS,
+    "sweep": BELOW_THE_ROOMS,
+    "design": {"sweep", *BELOW_THE_ROOMS},
+    "report": {"design", *ROOMS, *BELOW_THE_ROOMS},
+    "paper": {"design", *ROOMS, *BELOW_THE_ROOMS},
+    "state_page": {"sweep", *BELOW_THE_ROOMS},
+    "summary": {"sweep", *BELOW_THE_ROOMS},
 }
+MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
+MAY_IMPORT["commands"] = set(MAY_IMPORT)
+MAY_IMPORT["cli"] = {"commands", "terminal", "startup", "errors", "version"}
+MAY_IMPORT["__main__"] = {"cli"}
 OF_THE_MODEL = {"numpy", "__future__"}
 
 
@@ -63,11 +74,16 @@ def _module(whole, source):
 
 
 def ours(path):
-    return sorted({name.removeprefix("tendon_cli.") for name in imported(path) if name.startswith("tendon_cli.")})
+    names = {name for name in imported(path) if name.partition(".")[0] == "tendon_cli"}
+    return sorted(name.removeprefix("tendon_cli").removeprefix(".") for name in names)
 
 
 def in_rooms(*rooms):
-    return [pytest.param(path, id=name_of(path)) for path in FILES if room_of(name_of(path)) in rooms]
+    return [pytest.param(path, id=name_of(path) or "tendon_cli") for path in FILES if room_of(name_of(path)) in rooms]
+
+
+def test_every_room_and_every_file_at_the_root_has_its_place():
+    assert {room_of(name_of(path)) for path in FILES} <= set(MAY_IMPORT)
 
 
 @pytest.mark.parametrize("path", in_rooms(*MAY_IMPORT))
@@ -109,7 +125,7 @@ def test_no_file_imports_itself_over_others():
             seen |= front
             front = {deeper for inner in front for deeper in imports.get(inner, ())} - seen
         reached[name] = seen
-    assert [name for name in imports if name and name in reached[name]] == []
+    assert [name for name in imports if name in reached[name]] == []
 
 
 # --- Printing --------------------------------------------------------------------------------------------------------

@@ -73,7 +73,7 @@ class Reproduction:
 
 
 def reproduce(
-    out: Path, *, jobs: int, progress: Progress | None = None, stop: threading.Event | None = None,
+    out: Path, *, jobs: int | None = None, progress: Progress | None = None, stop: threading.Event | None = None,
     runs: Path | None = None,
 ) -> Reproduction:  # fmt: skip
     """Run the paper's studies, draw its figures and write the ledger into `out`.
@@ -96,7 +96,7 @@ def reproduce(
 
 
 def evaluate(
-    area: Path, *, jobs: int = 1, stop: threading.Event | None = None, step: Callable[[], None] = lambda: None,
+    area: Path, *, jobs: int | None = 1, stop: threading.Event | None = None, step: Callable[[], None] = lambda: None,
     lock: bool = True,
 ) -> Evaluation:  # fmt: skip
     """Sweep all studies into folders of `area`, fit Table A.1, and judge; nothing is drawn."""

@@ -17,9 +17,7 @@ from tendon_cli.study.load import load_study
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run import run
-from tendon_cli.sweep.run_folder import RunFolder
-from tendon_cli.tables.read import open_table
+from tendon_cli.sweep.sweep import sweep
 
 Array = npt.NDArray[np.float64]
 
@@ -114,21 +112,10 @@ def load(name: str) -> Study:
 
 
 def swept(
-    names: tuple[str, ...], area: Path, *, jobs: int, stop: threading.Event, lock: bool = True
+    names: tuple[str, ...], area: Path, *, jobs: int | None, stop: threading.Event, lock: bool = True
 ) -> Iterator[tuple[str, Run]]:
     """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
     for name in names:
         study = load(name)
-        folder = RunFolder(area / name, Plan(study))
-        with folder.locked(use_lock=lock):
-            outcome = run(folder, jobs=jobs, stop=stop, progress=_silent)
-            if not outcome.up_to_date:
-                folder.write_record(outcome.record)
-        states, designs = (
-            open_table(folder.path / f"{table}.parquet").read().to_pandas() for table in ("states", "designs")
-        )
-        yield name, Run(study, folder.path, states, designs)
-
-
-def _silent(_done: int, _total: int) -> None:
-    """Each of these studies is one part: there is nothing to show between its start and its end."""
+        done = sweep(study, area / name, jobs=jobs, stop=stop, lock=lock)
+        yield name, Run(study, area / name, done.states, done.designs)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -63,6 +64,12 @@ def study_from(
         raise StudyError(in_order([replace(f, line=f.line or places.line_of(f.key)) for f in found]))
     ranked = dict.fromkeys((*order, *_number_keys(content)))
     return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
+
+
+def recorded_study(record: Mapping[str, Any]) -> Study:
+    """The study of a run or a table, from what these keep of it and without its files."""
+    axes = tuple(record["axes"])
+    return study_from(record["study"], order=axes).ordered(axes, record["sources"])
 
 
 def _without_nothing(content: dict[str, Any], prefix: str = "") -> tuple[dict[str, Any], list[Fault]]:

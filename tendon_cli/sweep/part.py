@@ -13,6 +13,7 @@ from typing import Protocol
 import numpy.typing as npt
 import pyarrow as pa
 
+from tendon_cli.errors import Stopped
 from tendon_cli.sweep.columns import Tables, state_keys
 from tendon_cli.sweep.design_rows import DesignRows, Totals
 from tendon_cli.sweep.inputs import Inputs
@@ -27,10 +28,6 @@ class Rows(Protocol):
 
     def fill(self, count: int, write: Filler) -> None:
         """Add rows that are written straight to where they are gathered."""
-
-
-class Stopped(Exception):  # noqa: N818 - not a fault: somebody asked for it
-    """The sweep was asked to stop while a part was being computed; the part leaves nothing behind."""
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tendon_cli.errors import FolderError, OutputError, TendonError, WorkersLostError
+from tendon_cli.errors import FolderError, OutputError, Stopped, TendonError, WorkersLostError
 from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
-from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, Stopped, part_index
-from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, part_index
+from tendon_cli.sweep.run_folder import RunFolder, stands
 from tendon_cli.sweep.threads import in_threads
 
 Progress = Callable[[int, int], None]
@@ -59,7 +59,7 @@ def run(
     journal = Journal(folder.path / JOURNAL) if replaces else Journal.read(folder.path / JOURNAL)
     if record is not None:
         folder.check_same(record)
-        damaged = [entry["path"] for entry in record["files"] if not _stands(folder, entry)]
+        damaged = [entry["path"] for entry in record["files"] if not stands(folder.path, entry)]
         if not damaged:
             return Outcome(record, up_to_date=True)
         if not resume:
@@ -83,8 +83,10 @@ def run(
 
     progress(resumed, plan.parts)
     missing = (index for index in range(plan.parts) if index not in done)
-    _compute(folder, runner or in_threads(min(jobs, plan.parts)), missing, stop, take)
-    return Outcome(_finish(folder, journal, resumed, time.monotonic() - started), up_to_date=False)
+    compute(_maker(folder, stop), runner or in_threads(min(jobs, plan.parts)), missing, take)
+    return Outcome(
+        record_of(folder, list(journal.parts.values()), resumed, time.monotonic() - started), up_to_date=False
+    )
 
 
 def _repaired(
@@ -97,12 +99,8 @@ def _repaired(
         for name, file in result.files.items():
             entries[name].update(asdict(file))
 
-    _compute(folder, runner, sorted({part_index(path) for path in damaged}), stop, take)
+    compute(_maker(folder, stop), runner, sorted({part_index(path) for path in damaged}), take)
     return Outcome({**record, "repaired": damaged}, up_to_date=False)
-
-
-def _stands(folder: RunFolder, entry: dict[str, Any]) -> bool:
-    return folder.is_intact(entry["path"], entry["size"], entry["sha256"])
 
 
 def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int, PartResult]:
@@ -118,22 +116,27 @@ def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int,
     return folder.intact(journal.parts) if journal.header else {}
 
 
-def _compute(
-    folder: RunFolder, runner: Runner, parts: Iterable[int], stop: threading.Event, take: Callable[[PartResult], None]
-) -> None:
-    """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
+def _maker(folder: RunFolder, stop: threading.Event) -> PartMaker:
     for table in folder.plan.study.output.tables:
         folder.prepare(table)
-    maker = PartMaker(folder.plan, folder.path, stop)
+    return PartMaker(folder.plan, folder.path, stop)
+
+
+def compute(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]) -> None:
+    """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
     failures: list[PartFailure] = []
     with contextlib.closing(runner(maker, iter(parts))) as results:  # nothing is out when the folder is let go
-        for result in results:
-            failure = _taken(result, take)
-            if failure is None:
-                continue
-            failures.append(failure)
-            if isinstance(failure.error, OutputError):
-                stop.set()  # the next part would not fit either
+        try:
+            for result in results:
+                failure = _taken(result, take)
+                if failure is None:
+                    continue
+                failures.append(failure)
+                if isinstance(failure.error, OutputError):
+                    maker.stop.set()  # the next part would not fit either
+        except BaseException:  # such as KeyboardInterrupt: the parts that are being made end at once
+            maker.stop.set()
+            raise
     _raise_for(failures, maker)
 
 
@@ -176,24 +179,20 @@ def place(maker: PartMaker, index: int) -> str:
     return f"part {index} (designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'})"
 
 
-def _finish(folder: RunFolder, journal: Journal, resumed: int, seconds: float) -> dict[str, Any]:
+def record_of(folder: RunFolder, parts: list[PartResult], resumed: int, seconds: float) -> dict[str, Any]:
+    """What a finished run tells of itself."""
     plan = folder.plan
-    totals = sum((result.totals for result in journal.parts.values()), Totals())
-    files = [
-        {"path": name, **asdict(file)}
-        for index in sorted(journal.parts)
-        for name, file in journal.parts[index].files.items()
-    ]
+    parts = sorted(parts, key=lambda part: part.index)
     return {
         "name": plan.study.name,
         "title": plan.study.title,
         **{key: value for key, value in folder.identity().items() if key != "study"},
         "designs": plan.designs,
         "states": plan.states,
-        **asdict(totals),
+        **asdict(sum((part.totals for part in parts), Totals())),
         "parts": plan.parts,
         "resumed_parts": resumed,
-        "files": files,
+        "files": [{"path": name, **asdict(file)} for part in parts for name, file in part.files.items()],
         "seconds": round(seconds, 3),
         "versions": versions(),
         "study": plan.study.document(),

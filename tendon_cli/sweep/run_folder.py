@@ -10,8 +10,8 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,12 +39,6 @@ class RunFolder:
     path: Path
     plan: Plan
 
-    @property
-    def free_bytes(self) -> int:
-        """What is free on the disk that holds the folder, or would hold it."""
-        path = self.path.absolute()
-        return shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
-
     def check_space(self) -> None:
         """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
         if (self.path / JOURNAL).exists():
@@ -52,7 +46,7 @@ class RunFolder:
         tables = self.plan.study.output.tables
         needed = self.plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in tables else 0
         needed += self.plan.states * _LEAST_BYTES_PER_STATE if "states" in tables else 0
-        if needed > (free := self.free_bytes):
+        if needed > (free := free_bytes(self.path)):
             raise SizeError(
                 f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
                 where=str(self.path),
@@ -98,16 +92,7 @@ class RunFolder:
 
     def finished(self) -> dict[str, Any] | None:
         """The record of a finished run, or nothing; raises FolderError for one that is not as tendon wrote it."""
-        try:
-            record = json.loads((self.path / RECORD).read_bytes())
-        except FileNotFoundError:
-            return None
-        except (ValueError, RecursionError, OSError):
-            record = None
-        if isinstance(record, dict) and record.get("checksum") == _checksum(record):
-            return record
-        hint = "choose another folder with --out, or delete this one yourself"
-        raise FolderError("holds a run.json that is not as tendon wrote it", where=str(self.path), hint=hint)
+        return read_record(self.path)
 
     def check_same(self, found: dict[str, Any]) -> None:
         """Raises FolderError, naming what differs, where the folder holds another study or other results."""
@@ -136,16 +121,8 @@ class RunFolder:
             for index, result in parts.items()
             if index < count
             and set(result.files) == {file_name(table, index, count) for table in tables}
-            and all(self.is_intact(name, file.size, file.sha256) for name, file in result.files.items())
+            and all(stands(self.path, {"path": name, **asdict(file)}) for name, file in result.files.items())
         }
-
-    def is_intact(self, name: str, size: int, sha256: str) -> bool:
-        """Whether a file of the run has the bytes that were recorded."""
-        path = self.path / name
-        try:
-            return not path.is_symlink() and path.stat().st_size == size and file_sha256(path) == sha256
-        except OSError:
-            return False
 
     def prepare(self, table: str) -> None:
         """Make the folder of a table's parts, where it has several; raises OutputError."""
@@ -191,6 +168,40 @@ class RunFolder:
         write_whole(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
         with contextlib.suppress(OSError):
             (self.path / JOURNAL).unlink(missing_ok=True)
+
+
+def free_bytes(folder: Path) -> int:
+    """What is free on the disk that holds a folder, or would hold it."""
+    path = folder.absolute()
+    return shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
+
+
+def read_record(folder: Path) -> dict[str, Any] | None:
+    """The record of the finished run in a folder, or nothing; raises FolderError for one that tendon did not write."""
+    try:
+        record = json.loads((folder / RECORD).read_bytes())
+    except FileNotFoundError:
+        return None
+    except (ValueError, RecursionError, OSError):
+        record = None
+    if isinstance(record, dict) and record.get("checksum") == _checksum(record):
+        return record
+    hint = "choose another folder with --out, or delete this one yourself"
+    raise FolderError("holds a run.json that is not as tendon wrote it", where=str(folder), hint=hint)
+
+
+def is_begun(folder: Path) -> bool:
+    """Whether an unfinished run stands in a folder."""
+    return (folder / JOURNAL).is_file()
+
+
+def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
+    """Whether a file of a run has the bytes that were recorded."""
+    path = folder / entry["path"]
+    try:
+        return not path.is_symlink() and path.stat().st_size == entry["size"] and file_sha256(path) == entry["sha256"]
+    except OSError:
+        return False
 
 
 def _checksum(record: dict[str, Any]) -> str:

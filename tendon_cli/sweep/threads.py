@@ -8,7 +8,8 @@ from functools import partial
 from itertools import takewhile
 from typing import TypeVar
 
-from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Runner, Stopped
+from tendon_cli.errors import Stopped
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Runner
 
 Made = TypeVar("Made")
 
@@ -36,11 +37,14 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
 
     room = threading.Semaphore(2 * jobs)  # parts that nobody has taken yet; a slow disk holds up the computing
     ended = threading.Event()
+    at_work = threading.Semaphore(jobs)  # whoever holds all of it is alone
 
     def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
         room.acquire()
-        if ended.is_set():
-            return PartFailure(index, Stopped())
+        with at_work:
+            return PartFailure(index, Stopped()) if ended.is_set() else computed(index)
+
+    def computed(index: int) -> PartFailure | Future[PartFailure | PartResult]:
         part = _attempt(index, partial(maker.compute, index))
         if isinstance(part, PartFailure):
             return part
@@ -63,6 +67,9 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
             room.release(maker.plan.parts)  # for whoever waits
             for _ in parts:  # until those that are at work are done, for which joblib would not wait
                 pass
+            for _ in range(jobs):  # nor does it after KeyboardInterrupt
+                at_work.acquire()
+            at_work.release(jobs)
 
 
 def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:

@@ -140,7 +140,7 @@ class TableFile:
         with output_errors(path):
             self.temporary.unlink(missing_ok=True)
             # Exclusive, so that nothing that stands in the way is followed or written through.
-            self._file = self.temporary.open("xb")
+            self._file: BinaryIO = self.temporary.open("xb")
             try:
                 self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows, at_once=at_once)
             except OSError:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tendon_cli.sweep import run_folder
+
 STUDY = """
 [tendon]
 pretension = { from = "60 N", to = "240 N", num = 10 }
@@ -122,7 +124,7 @@ def test_the_order_of_axes_makes_another_study(run, workplace):
 
 def test_a_version_with_other_results_is_refused(run, monkeypatch):
     run()
-    monkeypatch.setattr("tendon_cli.sweep.run_folder.RESULTS_VERSION", 99)
+    monkeypatch.setattr(run_folder, "RESULTS_VERSION", 99)
     ran = run("--json")
     assert (ran.exit, "results version" in ran.json["error"]["message"]) == (7, True)
 

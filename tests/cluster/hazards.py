@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from tendon_cli.errors import OutputError
-from tendon_cli.sweep import cluster_task
+from tendon_cli.errors import OutputError, Stopped
 from tendon_cli.sweep import plan as plan_module
-from tendon_cli.sweep.part import PartMaker, Stopped
+from tendon_cli.sweep.cluster import task
+from tendon_cli.sweep.part import PartMaker
 
 HAZARDS = Path(os.environ["TENDON_TEST_HAZARDS"])
 fill = getattr(PartMaker, "harmless_fill", PartMaker.fill)  # this module is loaded twice
@@ -47,5 +47,5 @@ PartMaker.fill, PartMaker.harmless_fill = dangerous, fill
 plan_module.STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
 pa.__version__ = asked("old") or pa.__version__
 if asked("blind"):
-    cluster_task.JOURNAL = cluster_task.RECORD = "not-to-be-seen"
-    cluster_task._PATIENCE = 0.3
+    task.JOURNAL = task.RECORD = "not-to-be-seen"
+    task._PATIENCE = 0.3

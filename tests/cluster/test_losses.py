@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.sweep import cluster as cluster_module
-from tendon_cli.sweep import cluster_link
+from tendon_cli.sweep.cluster import link
 
 from .conftest import PARTS, wait_for
 from .test_cluster import SWEEP, leftovers, recorded
@@ -68,7 +68,7 @@ def test_a_cluster_without_workers_ends_the_run(tendon, study, start_cluster, mo
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert "no worker is left; 1 parts were being computed: part 3 (designs 12" in ran.json["error"]["message"]
     assert recorded() == 3
-    monkeypatch.setattr(cluster_link, "CONNECT", 1.0)
+    monkeypatch.setattr(link, "CONNECT", 1.0)
     ran = tendon(*SWEEP, "--json", "--resume", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["message"]) == (6, "the cluster has no workers")
     assert tendon(*SWEEP, "--resume").exit == 0
@@ -168,8 +168,8 @@ def test_an_address_where_nobody_listens_is_exit_6(tendon, study, listener):
 
 
 def test_an_address_where_nobody_answers_is_exit_6(tendon, study, listener, monkeypatch):
-    assert cluster_link.CONNECT < 10
-    monkeypatch.setattr(cluster_link, "CONNECT", 1.0)
+    assert link.CONNECT < 10
+    monkeypatch.setattr(link, "CONNECT", 1.0)
     assert "within 1 s" in unreachable(tendon, f"tcp://127.0.0.1:{listener.getsockname()[1]}")
 
 

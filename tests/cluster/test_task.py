@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.study.load import load_study
-from tendon_cli.sweep import cluster_task
-from tendon_cli.sweep.cluster_task import Assignment, Refusal, halt, make_part, tidy, unlike
+from tendon_cli.sweep.cluster import task
+from tendon_cli.sweep.cluster.task import Assignment, Refusal, halt, make_part, tidy, unlike
 from tendon_cli.sweep.part import PartMaker, PartResult
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.run_folder import RunFolder
@@ -96,7 +96,7 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
 
 
 def test_a_part_that_is_halted_leaves_nothing(assignment):
-    assert cluster_task.ready(assignment) is None
+    assert task.ready(assignment) is None
     halt(assignment.run)
     refusal = make_part(assignment, 1)
     assert isinstance(refusal, Refusal)
@@ -105,7 +105,7 @@ def test_a_part_that_is_halted_leaves_nothing(assignment):
 
 
 def test_other_versions_or_another_plan_are_refused(assignment, monkeypatch):
-    monkeypatch.setattr(cluster_task, "_PATIENCE", 0.0)
+    monkeypatch.setattr(task, "_PATIENCE", 0.0)
     assert unlike(assignment.versions) is None
     for wrong, words in [
         ({"versions": assignment.versions | {"numpy": "1.0"}}, "instead of 1.0"),

@@ -128,7 +128,7 @@ def main():
     if "hold" in settings:
         hold(settings["hold"], settings["held"], settings.get("seconds", 60.0))
     if "go" in settings:
-        from tendon_cli import sweep_command  # noqa: F401 - imported before the race, so that it is one
+        import tendon_cli.sweep.sweep  # noqa: F401 - imported before the race, so that it is one
 
         Path(f"{settings['go']}-{settings['runner']}").touch()
         while not Path(settings["go"]).exists():

@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
+from tendon_cli.errors import Stopped
 from tendon_cli.study.load import load_study
-from tendon_cli.sweep.part import Stopped
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.run import run
 from tendon_cli.sweep.run_folder import RunFolder

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 import tendon_cli
-from tendon_cli import sweep_command
-from tendon_cli.paper import runs as paper_runs
+from tendon_cli.sweep import sweep as verb
 from tendon_cli.sweep.run import run
 
 from .test_damage import flip, parts_of, truncate
@@ -23,13 +22,13 @@ quantity = "motor_torque"
 
 
 def test_tables_are_opened_in_few_places_only():
-    """Whoever opens one anywhere else goes round what verifies it: the reader, the counts of it, the writer's check."""
+    """Whoever opens one elsewhere goes round what verifies it: the reader, its counts, the writer's check, memory."""
     found = {
         str(file.relative_to(PACKAGE))
         for file in PACKAGE.rglob("*.py")
         if OPENS.search(re.sub(r"import .*", "", file.read_text(encoding="utf-8")))
     }
-    assert found == {"tables/read.py", "tables/write.py", "figures/product.py"}
+    assert found == {"tables/read.py", "tables/write.py", "figures/product.py", "sweep/in_memory.py"}
 
 
 class Chance:
@@ -39,7 +38,7 @@ class Chance:
         return min(stop - 1, 100)
 
 
-def harmed_run(harm, table, monkeypatch, owner):
+def harmed_run(harm, table, monkeypatch):
     """Let a table be harmed right after it was written, before anybody reads it back."""
 
     def then_harmed(folder, *arguments, **options):
@@ -48,13 +47,13 @@ def harmed_run(harm, table, monkeypatch, owner):
         harm(parts[1] if parts else folder.path / f"{table}.parquet", Chance())
         return outcome
 
-    monkeypatch.setattr(owner, "run", then_harmed)
+    monkeypatch.setattr(verb, "run", then_harmed)
 
 
 @pytest.mark.parametrize("harm", some([flip], [truncate]), ids=lambda harm: harm.__name__)
 @pytest.mark.parametrize("table", some(["designs"], ["states"]))
 def test_paper_refuses_a_harmed_table_by_name(tendon, workplace, monkeypatch, harm, table):
-    harmed_run(harm, table, monkeypatch, paper_runs)
+    harmed_run(harm, table, monkeypatch)
     ran = tendon("paper", "--out", "paper", "--json")
     assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
     assert f"{table}.parquet" in ran.json["error"]["where"]
@@ -73,7 +72,7 @@ def test_the_figures_of_a_sweep_are_not_drawn_from_a_harmed_table(
         with (place / "study.toml").open("a", encoding="utf-8") as end:
             end.write(FIGURE)
     with monkeypatch.context() as patch:
-        harmed_run(harm, table, patch, sweep_command)
+        harmed_run(harm, table, patch)
         ran = tendon(*words)
     assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
     assert f"{table}.parquet/part-00001.parquet" in ran.json["error"]["where"]

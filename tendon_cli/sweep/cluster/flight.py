@@ -15,10 +15,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from tendon_cli.errors import OutputError, WorkersLostError
-from tendon_cli.sweep.cluster_link import ask_everywhere, check_address, close, connect, library, lost, unfit
-from tendon_cli.sweep.cluster_task import Assignment, Refusal, halt, make_part, ready, tidy
-from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Stopped
+from tendon_cli.errors import OutputError, Stopped, WorkersLostError
+from tendon_cli.sweep.cluster.link import ask_everywhere, check_address, close, connect, library, lost, unfit
+from tendon_cli.sweep.cluster.task import Assignment, Refusal, halt, make_part, ready, tidy
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results
 from tendon_cli.sweep.run import place
 
 PATIENCE = 30.0

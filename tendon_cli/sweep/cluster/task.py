@@ -18,13 +18,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from tendon_cli.errors import OutputError, TendonError
+from tendon_cli.errors import OutputError, Stopped, TendonError
 from tendon_cli.files import output_errors, sync_folder
-from tendon_cli.study.load import study_from
+from tendon_cli.study.load import recorded_study
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.journal import NAME as JOURNAL
-from tendon_cli.sweep.part import PartMaker, PartResult, Stopped, file_name
+from tendon_cli.sweep.part import PartMaker, PartResult, file_name
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.run_folder import RECORD
 from tendon_cli.tables.write import TableFile
@@ -62,9 +62,7 @@ class Assignment:
 
     def study(self) -> Study:
         """The study, rebuilt without its files."""
-        record = json.loads(self.record)
-        axes = tuple(record["axes"])
-        return study_from(record["study"], order=axes).ordered(axes, record["sources"])
+        return recorded_study(json.loads(self.record))
 
     def stands_in_folder(self) -> bool:
         """Whether the run folder is to be seen from here, and holds this study, unfinished or to be repaired."""

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tendon_cli.errors import TendonError, UsageError, WorkersLostError
-from tendon_cli.sweep.cluster_task import Refusal, all_versions, unlike
+from tendon_cli.sweep.cluster.task import Refusal, all_versions, unlike
 
 CONNECT = 6.0
 """Seconds within which the scheduler must answer, and have a worker."""

@@ -1,0 +1,49 @@
+"""`tendon fit-friction`: the friction coefficient from load-cell readings."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import tendon_cli as tendon
+from tendon_cli.commands import options
+from tendon_cli.terminal import as_json_text, print_result
+
+Readings = Annotated[
+    Path, typer.Argument(metavar="CSV", help="readings of two load cells, one at each end of a sheath")
+]
+BendAngle = Annotated[
+    str | None, typer.Option(metavar="ANGLE", help="total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")
+]
+FirstCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")]
+SecondCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")]
+MotorCell = Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")]
+FitsOffset = Annotated[bool, typer.Option("--offset", help="fit a zero offset of each cell, too")]
+IsRobust = Annotated[bool, typer.Option("--robust", help="let outliers weigh less")]
+FitFigure = Annotated[Path | None, typer.Option(metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")]
+Fragment = Annotated[Path | None, typer.Option(metavar="FILE", help="write a fragment for [sheath] friction_from")]
+
+
+def fit_friction(
+    csv: Readings,
+    bend_angle: BendAngle = None,
+    cell_1: FirstCell = None,
+    cell_2: SecondCell = None,
+    motor: MotorCell = None,
+    offset: FitsOffset = False,
+    robust: IsRobust = False,
+    plot: FitFigure = None,
+    out: Fragment = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Fit the friction coefficient to load-cell readings, with its uncertainty."""
+    fit = tendon.fit_friction(csv, bend_angle, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, robust=robust)
+    if plot is not None:
+        from tendon_cli.figures.friction import draw
+
+        draw(fit, plot)
+    from tendon_cli import friction
+
+    if out is not None:
+        friction.write_fragment(fit, out)
+    print_result(as_json_text(friction.as_json(fit)) if as_json else friction.summary_lines(fit))

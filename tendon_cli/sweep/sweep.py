@@ -1,0 +1,157 @@
+"""The verb: a study into its run, in a folder that is locked, written, recorded and verified, or in memory."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from tendon_cli.errors import Stopped, UsageError
+from tendon_cli.study.study import Study
+from tendon_cli.sweep.in_memory import MemoryMaker
+from tendon_cli.sweep.part import PartResult, Runner
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.results import Run
+from tendon_cli.sweep.run import Progress, available_cores, compute, record_of, run
+from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.sweep.threads import in_threads
+
+Draw = Callable[[Study, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
+"""Draws figures into a run folder whose tables stand: their names, what could not be drawn, why there is no map."""
+
+
+def sweep(
+    study: Study,
+    out: Path | None = None,
+    *,
+    jobs: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    lock: bool = True,
+    scheduler: str | None = None,
+    draw: Draw | None = None,
+    progress: Progress = lambda _done, _all: None,
+    stop: threading.Event | None = None,
+) -> Run:
+    """Run a study into the folder `out`, or without one in memory; returns when every table stands and is recorded.
+
+    Ctrl-C ends it cleanly, and is then raised as KeyboardInterrupt; where `stop` is given, that event ends it instead,
+    and Stopped is raised. Raises TendonError otherwise.
+    """
+    plan = Plan(study)
+    with _ended_by_keyboard(stop) as ended:
+        if out is None:
+            if scheduler is not None:
+                raise UsageError("a cluster writes into a run folder", hint="name one")
+            return _in_memory(plan, jobs or available_cores(), ended, progress)
+        folder = RunFolder(out, plan)
+        folder.check_space()
+        with _runner(scheduler, jobs) as runner, folder.locked(use_lock=lock):
+            outcome = run(
+                folder,
+                jobs=jobs or available_cores(),
+                stop=ended,
+                progress=progress,
+                resume=resume,
+                overwrite=overwrite,
+                runner=runner,
+            )
+            record = outcome.record
+            if outcome.up_to_date and not (draw is not None and _wants_figures(study, out, record)):
+                return Run(record, out, up_to_date=True)
+            record["figures"], faults, note = draw(study, out, record) if draw is not None else ([], [], None)
+            record["warnings"] = [*warnings_of(study, record), *faults]
+            folder.write_record(record)
+    return Run(record, out, up_to_date=outcome.up_to_date, note=note)
+
+
+def _wants_figures(study: Study, out: Path, record: dict[str, Any]) -> bool:
+    """Whether figures of a run that stands are missing; those that the study declares may have changed, too."""
+    drawn = record["figures"]
+    return bool(study.figure) or not drawn or any(not (out / name).exists() for name in drawn)
+
+
+def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress) -> Run:
+    """Every part computed into memory."""
+    started = time.monotonic()
+    maker = MemoryMaker(plan, Path(), stop)
+    parts: list[PartResult] = []
+
+    def take(result: PartResult) -> None:
+        parts.append(result)
+        progress(len(parts), plan.parts)
+
+    compute(maker, in_threads(min(jobs, plan.parts)), range(plan.parts), take)
+    record = record_of(RunFolder(Path(), plan), parts, 0, time.monotonic() - started)
+    record |= {"figures": [], "files": []}
+    record["warnings"] = warnings_of(plan.study, record)
+    return Run(record, None, tables=maker.tables_read())
+
+
+@contextlib.contextmanager
+def _runner(scheduler: str | None, jobs: int | None) -> Iterator[Runner | None]:
+    """What computes the parts, where that is not this process."""
+    if scheduler is None:
+        yield None
+        return
+    from tendon_cli.sweep.cluster.flight import connected
+
+    with connected(scheduler, jobs) as cluster:
+        yield cluster.results
+
+
+@contextlib.contextmanager
+def _ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
+    """The event that ends a run: the caller's own, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
+    heard = stop is None and threading.current_thread() is threading.main_thread()
+    if stop is not None or not heard or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield stop or threading.Event()
+        return
+    ended = threading.Event()
+
+    def ask(_number: int, _frame: FrameType | None) -> None:
+        if ended.is_set():
+            raise KeyboardInterrupt
+        ended.set()
+
+    before = signal.signal(signal.SIGINT, ask)
+    try:
+        yield ended
+    except Stopped:
+        raise KeyboardInterrupt from None
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
+    """What a reader of the tables has to know first."""
+    models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
+    bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
+    found = [str(warning) for source in study.sources.values() for warning in source.get("warnings", ())]
+    if record["no_equilibrium"]:
+        found.append(
+            f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has "
+            "passed the joint's centre (moment arm not positive); their results are null"
+        )
+    if bilateral and record["slack"]:
+        found.append(
+            "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
+            'slack = "unilateral" gives those of real tendons'
+        )
+    if record["unstable"]:
+        found.append(
+            f"{share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
+            "spool would have to turn back, and friction acts the other way there"
+        )
+    return found
+
+
+def share(part: int, whole: int, noun: str) -> str:
+    """A count of a whole, with its percentage where that says more."""
+    percent = f" ({100 * part / whole:.3g} %)" if 0 < part < whole else ""
+    return f"{part:,} of {whole:,} {noun}{percent}"

@@ -1,0 +1,264 @@
+"""The library's face: its examples run, it costs nothing to import, and what it gives is what stands in the tables."""
+
+import doctest
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.errors import FolderError, InputError, StudyError, TendonError, UsageError
+from tendon_cli.sweep import plan as plan_module
+
+READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
+NAMES = [name for name in tendon.__all__ if name != "__version__"]
+CONTENT = {
+    "tendon": {"pretension": ["90 N", "150 N"], "flexor": {"length": ["1.8 m", "2 m", "2.1 m"]}},
+    "load": {"mass": ["0 kg", "5 kg"]},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 4}},
+    "cases": [{"name": "tall", "arm": {"b1": "160 mm"}}, {"name": "short", "arm": {"b1": "140 mm"}}],
+}
+
+
+@pytest.fixture
+def study():
+    return tendon.study(CONTENT)
+
+
+# --- Examples and cost ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_function_has_an_example_that_runs(name, workplace):
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    shutil.copy(READINGS, workplace / "readings.csv")
+    (found,) = doctest.DocTestFinder(recurse=False).find(getattr(tendon, name), name)
+    assert found.examples
+    said = []
+    doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(found, out=said.append)
+    assert not said, "".join(said)
+
+
+def test_importing_it_loads_nothing_else(outside):
+    code = "import sys; before = set(sys.modules); import tendon_cli; print(*sorted(set(sys.modules) - before))"
+    loaded = outside("-c", code, python=True).out.split()
+    assert loaded == ["tendon_cli", "tendon_cli.study", "tendon_cli.sweep", "tendon_cli.version"]
+
+
+def test_its_names_stay_functions_whatever_else_is_imported():
+    import tendon_cli.study.load
+    import tendon_cli.sweep.sweep  # noqa: F401
+
+    assert all(callable(getattr(tendon, name)) for name in NAMES)
+
+
+# --- Runs -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_in_memory_and_in_a_folder_it_is_the_same(study, workplace, monkeypatch, jobs):
+    monkeypatch.setattr(plan_module, "STATES_PER_PART", 24)
+    in_folder = tendon.sweep(study, "run", jobs)
+    before = sorted(workplace.rglob("*"))
+    in_memory = tendon.sweep(study, jobs=jobs)
+    assert sorted(workplace.rglob("*")) == before
+    opened = tendon.open_run("run")
+    for run in (in_folder, opened):
+        pd.testing.assert_frame_equal(run.designs, in_memory.designs)
+        pd.testing.assert_frame_equal(run.states, in_memory.states)
+    assert in_memory.designs.attrs["units"]["pretension"] == "N"
+    assert opened.record == json.loads(Path("run/run.json").read_bytes())
+    counted = ("designs", "states", "feasible", "slack", "unstable", "no_equilibrium", "warnings", "study_hash")
+    assert {key: opened.record[key] for key in counted} == {key: in_memory.record[key] for key in counted}
+
+
+def test_a_run_that_stands_is_up_to_date_and_another_study_is_refused(study, workplace):
+    assert not tendon.sweep(study, "run").up_to_date
+    assert tendon.sweep(study, Path("run")).up_to_date
+    with pytest.raises(FolderError):
+        tendon.sweep(tendon.study({}), "run")
+    assert tendon.sweep(tendon.study({}), "run", overwrite=True).record["designs"] == 1
+
+
+def test_figures_are_drawn_where_they_are_asked_for(study, workplace):
+    assert tendon.sweep(study, "run").record["figures"] == []
+    assert tendon.sweep(study, "run", figures=True).record["figures"] == ["slack_map.png"]
+    assert Path("run/slack_map.png").exists()
+    with pytest.raises(UsageError):
+        tendon.sweep(study, figures=True)
+
+
+def test_what_is_wrong_is_raised_by_its_kind(workplace):
+    with pytest.raises(StudyError):
+        tendon.study({"load": {"mas": 1.0}})
+    with pytest.raises(StudyError):
+        tendon.load_study("none.toml")
+    with pytest.raises(InputError):
+        tendon.open_run("none")
+    (workplace / "run").mkdir()
+    (workplace / "run/journal.jsonl").write_text("", encoding="utf-8")
+    with pytest.raises(FolderError):
+        tendon.open_run("run")
+
+
+def test_a_damaged_run_is_not_opened(study, workplace):
+    tendon.sweep(study, "run")
+    with Path("run/states.parquet").open("r+b") as file:
+        file.seek(500)
+        file.write(b"\0\0\0\0")
+    with pytest.raises(InputError, match=r"not as it was written"):
+        tendon.open_run("run")
+
+
+def test_a_table_that_the_study_leaves_out_is_told(workplace):
+    run = tendon.sweep(tendon.study({"output": {"tables": ["designs"]}}))
+    assert len(run.designs) == 1
+    with pytest.raises(UsageError, match="states"):
+        run.states  # noqa: B018
+
+
+# --- Interrupts -------------------------------------------------------------------------------------------------------
+
+
+def held(monkeypatch):
+    """Parts that take a while, and are many."""
+    from tendon_cli.sweep.part import PartMaker
+
+    fill = PartMaker.fill
+    monkeypatch.setattr(plan_module, "STATES_PER_PART", 1)
+    monkeypatch.setattr(plan_module, "DESIGNS_PER_PART", 1)
+    busy = []
+
+    def slowly(self, tables, designs):
+        busy.append(designs)
+        try:
+            for _ in range(5):
+                time.sleep(0.01)
+                self._go_on()
+            return fill(self, tables, designs)
+        finally:
+            busy.pop()
+
+    monkeypatch.setattr(PartMaker, "fill", slowly)
+    return busy
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 4])
+@pytest.mark.parametrize("out", ["run", None])
+@pytest.mark.parametrize("how", ["signal", "raised"])
+def test_an_interrupt_leaves_nothing_broken(study, workplace, monkeypatch, jobs, out, how):
+    before = signal.getsignal(signal.SIGINT)
+    with monkeypatch.context() as patch:
+        busy = held(patch)
+
+        def progress(done, _all):
+            if done == 3:
+                if how == "raised":
+                    raise KeyboardInterrupt
+                signal.raise_signal(signal.SIGINT)
+
+        with pytest.raises(KeyboardInterrupt):
+            tendon.sweep(study, out, jobs, progress=progress)
+        assert not busy, "a thread is still at work"
+        assert signal.getsignal(signal.SIGINT) is before
+        if out is None:
+            assert not list(workplace.iterdir())
+            return
+        left = [path for path in Path(out).rglob("*") if path.name.endswith(".tmp")]
+        assert left == []
+        with pytest.raises(FolderError, match="unfinished"):
+            tendon.sweep(study, out, jobs)
+        resumed = tendon.sweep(study, out, jobs, resume=True)
+        assert resumed.record["resumed_parts"] >= 3
+        whole = tendon.sweep(study)
+    pd.testing.assert_frame_equal(resumed.states, whole.states)
+
+
+@pytest.mark.parametrize("jobs", [2, 4])
+def test_an_interrupt_within_the_pool_leaves_nothing_at_work(study, workplace, monkeypatch, jobs):
+    """As a second Ctrl-C does, and a notebook whose own handler raises wherever the program is."""
+    busy = held(monkeypatch)
+    main = threading.main_thread().ident
+
+    def interrupt(_number, _frame):
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        timer = threading.Timer(0.4, signal.pthread_kill, (main, signal.SIGINT))
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            tendon.sweep(study, "run", jobs)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    timer.join()
+    assert not busy
+    assert not [path for path in Path("run").rglob("*") if path.name.endswith(".tmp")]
+    assert tendon.sweep(study, "run", jobs, resume=True).record["designs"] == 24
+
+
+def test_a_stop_of_the_callers_own_is_told(study, workplace, monkeypatch):
+    from tendon_cli.errors import Stopped
+
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(Stopped):
+        tendon.sweep(study, "run", stop=stop)
+
+
+# --- xarray -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("content", [CONTENT, {}, {**CONTENT, "output": {"tables": ["designs"]}}])
+def test_a_dataset_has_the_axes_as_dimensions_and_agrees_value_by_value(content):
+    run = tendon.sweep(tendon.study(content))
+    found = run.to_xarray()
+    tables = {"designs": run.designs}
+    if "states" in run.record["study"]["output"]["tables"]:
+        tables["states"] = run.states
+    axes = ["case", "pretension", "tendon_length_flexor", "load_mass"] if content else []
+    for table, frame in tables.items():
+        dimensions = axes + (["direction", "elbow_angle"] if table == "states" else [])
+        sizes = {name: found.sizes[name] for name in dimensions}
+        assert np.prod(list(sizes.values()), dtype=int) == len(frame)
+        for column in frame.columns:
+            cell = found[column].expand_dims({n: found[n] for n in dimensions if n not in found[column].dims})
+            values = cell.transpose(*dimensions).values.ravel()
+            expected = frame[column].to_numpy()
+            same = (values == expected) | (pd.isna(values) & pd.isna(expected))
+            assert same.all(), column
+            assert found[column].attrs["units"] == frame.attrs["units"][column]
+    for axis in axes:
+        assert found[axis].dims == (axis,)
+    assert set(axes) <= set(found.coords)
+    assert found.attrs["study_hash"] == run.record["study_hash"]
+
+
+def test_a_coordinate_that_a_case_overrides_lies_along_the_cases():
+    cases = [{"name": "tall", "spring": {"stiffness": "4 kN/m"}}, {"name": "short"}]
+    found = tendon.sweep(tendon.study({**CONTENT, "cases": cases})).to_xarray()
+    assert found["spring_stiffness"].dims == ("case",)
+    assert found.sel(case="tall")["spring_stiffness"].item() == 4000.0
+    assert found["spool_ratio"].dims == ()
+
+
+def test_without_xarray_the_extra_is_named(study, monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(UsageError) as told:
+        tendon.sweep(study).to_xarray()
+    assert "tendon-cli[xarray]" in told.value.hint
+
+
+def test_every_error_of_the_face_is_one_of_tendon(workplace):
+    with pytest.raises(TendonError):
+        tendon.fit_friction("none.csv", bend_angle="144 deg")
+    assert subprocess.run([sys.executable, "-c", "import tendon_cli"], check=True, cwd=os.sep).returncode == 0
