@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import typer
 
+import tendon_cli
 from tendon_cli import cli
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.load import study_from
@@ -76,3 +77,10 @@ def test_the_exit_codes_of_the_readme_are_those_of_the_errors():
     kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.TendonError)]
     for code in {kind.exit for kind in kinds}:
         assert f"| {code} |" in README
+
+
+def test_the_page_about_python_runs_and_names_every_function(workplace):
+    page = PAGES["python.md"]
+    assert [name for name in tendon_cli.__all__ if name != "__version__" and f"`{name}(" not in page] == []
+    for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(block, {})  # noqa: S102 - our own

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.sweep import cluster as cluster_module
+from tendon_cli.sweep.cluster import flight as cluster_module
 from tendon_cli.sweep.cluster import link
 
 from .conftest import PARTS, wait_for
