@@ -141,7 +141,7 @@ def held(monkeypatch):
     def slowly(self, tables, designs):
         busy.append(designs)
         try:
-            for _ in range(5):
+            for _ in range(10):
                 time.sleep(0.01)
                 self._go_on()
             return fill(self, tables, designs)
@@ -192,15 +192,14 @@ def test_an_interrupt_within_the_pool_leaves_nothing_at_work(study, workplace, m
     def interrupt(_number, _frame):
         raise KeyboardInterrupt
 
+    timer = threading.Timer(0.02, signal.pthread_kill, (main, signal.SIGINT))
     before = signal.signal(signal.SIGINT, interrupt)
     try:
-        timer = threading.Timer(0.4, signal.pthread_kill, (main, signal.SIGINT))
-        timer.start()
         with pytest.raises(KeyboardInterrupt):
-            tendon.sweep(study, "run", jobs)
+            tendon.sweep(study, "run", jobs, progress=lambda done, _all: timer.start() if done == 3 else None)
     finally:
+        timer.join()
         signal.signal(signal.SIGINT, before)
-    timer.join()
     assert not busy
     assert not [path for path in Path("run").rglob("*") if path.name.endswith(".tmp")]
     assert tendon.sweep(study, "run", jobs, resume=True).record["designs"] == 24
