@@ -14,6 +14,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from os import PathLike
+    from pathlib import Path
     from threading import Event
     from typing import Any
 
@@ -92,7 +93,6 @@ def sweep(
     from pathlib import Path
 
     from tendon_cli.errors import UsageError
-    from tendon_cli.figures.of_run import draw_run
     from tendon_cli.sweep.sweep import sweep as run
 
     if out is None and figures:
@@ -105,10 +105,16 @@ def sweep(
         overwrite=overwrite,
         lock=lock,
         scheduler=scheduler,
-        draw=draw_run if figures else None,
+        draw=_draw_run if figures else None,
         progress=progress,
         stop=stop,
     )
+
+
+def _draw_run(study: "Study", folder: "Path", record: "dict[str, Any]") -> "tuple[list[str], list[str], str | None]":
+    from tendon_cli.figures.of_run import draw_run  # only who draws pays for its import
+
+    return draw_run(study, folder, record)
 
 
 def open_run(path: "Name") -> "Run":
