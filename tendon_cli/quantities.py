@@ -69,6 +69,7 @@ _OF_STUDIES = (
     _quantity("load_mass", "m", "mass", "mass of the load in the hand"),
     _quantity("elbow_angle", "θ", "angle", "elbow flexion, 0 = straight arm"),
     # Who wears it.
+    _quantity("women", "p_w", "number", "share of women among people"),
     _quantity("stature", "h", "length", "body height"),
     _quantity("weight", "m_b", "mass", "body mass"),
     _quantity("acromion_radiale_length", "l_ar", "length", "shoulder to elbow"),

@@ -30,7 +30,19 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_output_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *_goal_faults(study, at_fault),
+        *_people_faults(study),
     ]
+
+
+def _people_faults(study: Study) -> Iterator[Fault]:
+    """Keys of people that do not go together, and numbers of the body that a case gives and the study does not."""
+    if study.people is None:
+        return
+    yield from study.people.contradictions()
+    for at, case in enumerate(study.cases):
+        for key in set(case_numbers(case)) & set(study.linked[0].numbers if study.people.file is None else ()):
+            hint = f"state {key} in the study, too: then it holds for everyone but this case"
+            yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
 
 
 def impossibilities(study: Study) -> list[Fault]:

@@ -98,7 +98,7 @@ class Goals(Part):
     )
 
 
-def _whole(value: object) -> object:
+def whole(value: object) -> object:
     """A whole number, or its digits, as the command line has them."""
     if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 20:
         return int(value)
@@ -131,7 +131,7 @@ def _truth(value: object) -> object:
 
 Seed = Annotated[
     int,
-    BeforeValidator(_whole),
+    BeforeValidator(whole),
     AfterValidator(_seed),
     WithJsonSchema({"type": "integer", "minimum": 0, "maximum": 2**63 - 1}),
 ]
@@ -143,7 +143,7 @@ class Uncertainty(Part):
 
     draws: Annotated[
         int,
-        BeforeValidator(_whole),
+        BeforeValidator(whole),
         AfterValidator(_draws),
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
     ] = Field(default=256, description="how many draws, a power of two")

@@ -15,7 +15,10 @@ from pydantic.fields import FieldInfo
 from tendon_cli.study.design import Goals, Limits, Uncertainty
 from tendon_cli.study.fields import Later, Number, fault
 from tendon_cli.study.figures import DeclaredFigure, check_figures
+from tendon_cli.study.linked import Linked
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
+from tendon_cli.study.people.arms import OF_THE_BODY, person_axis
+from tendon_cli.study.people.asked import People
 from tendon_cli.study.values import Values
 
 SIDES = ("flexor", "extensor")
@@ -114,6 +117,7 @@ class Study(Part):
 
     limits: Limits = Limits()
     design: Goals = Goals()
+    people: People | None = None
     uncertainty: Uncertainty | None = None
 
     figure: Annotated[tuple[DeclaredFigure, ...], AfterValidator(_with_known_columns)] = Field(
@@ -126,7 +130,7 @@ class Study(Part):
     def replaced(self, parts: dict[str, Any]) -> Study:
         """The same study with some of its tables replaced, and nothing remembered of the old ones."""
         study = self.model_copy(update=parts)
-        for remembered in ("numbers", "hash"):
+        for remembered in ("numbers", "linked", "hash"):
             study.__dict__.pop(remembered, None)
         return study
 
@@ -141,12 +145,21 @@ class Study(Part):
         """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
         return {key: values for part in _DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
 
+    @cached_property
+    def linked(self) -> tuple[Linked, ...]:
+        """The linked axes but cases: persons."""
+        if self.people is None:
+            return ()
+        stated = {f"arm.{name}" for name in self.arm.model_fields_set}
+        return (person_axis(PERSON_AXIS, self.people.population, stated),)
+
     @property
     def axes(self) -> tuple[str, ...]:
-        """Keys of the design axes, slowest first; `case` stands for the linked axis."""
+        """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for the linked ones."""
         found = tuple(key for key, values in self.numbers.items() if values.is_axis)
         ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
-        return (CASE_AXIS, *ordered) if self.cases else ordered
+        cases = (CASE_AXIS,) if self.cases else ()
+        return (*cases, *(linked.key for linked in self.linked), *ordered)
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -172,8 +185,17 @@ class Study(Part):
         return self._sources
 
     def document(self) -> dict[str, Any]:
-        """The study with every default written out, in SI; reads back as the same study."""
-        return _document(self)
+        """The study with every default written out, in SI; reads back as the same study.
+
+        Numbers that come from the body of a person are left out: once written they would count as stated.
+        """
+        document = _document(self)
+        if self.people is not None:
+            for key in OF_THE_BODY:
+                part, _, name = key.rpartition(".")
+                if name not in getattr(self, part).model_fields_set:
+                    del document[part][name]
+        return document
 
     def record(self) -> dict[str, Any]:
         """What tables and `run.json` keep of a study."""

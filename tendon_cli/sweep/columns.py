@@ -14,9 +14,9 @@ import pyarrow as pa
 
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.study.study import CASE_AXIS, SIDES, keys, split_side
+from tendon_cli.study.study import LINKED_AXES, SIDES, keys, split_side
 from tendon_cli.sweep.inputs import Inputs, Source
-from tendon_cli.sweep.plan import Block
+from tendon_cli.sweep.plan import Axis, Block
 from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.version import RESULTS_VERSION, __version__
 
@@ -90,9 +90,10 @@ class Tables:
         }
         for key in self._keys():
             columns |= self._columns_of(key)
-        names = [axis.names for axis in self.inputs.plan.axes if axis.key == CASE_AXIS]
-        if names:
-            columns[Column(CASE_AXIS, "text", "1", "name of the case", is_axis=True, choices=names[0])] = _case_numbers
+        for at, axis in enumerate(self.inputs.plan.axes):
+            if axis.values is None:
+                meaning = f"name of the {axis.key}"
+                columns[Column(axis.key, "text", "1", meaning, is_axis=True, choices=axis.names)] = _positions(at, axis)
         return columns
 
     @cached_property
@@ -128,9 +129,13 @@ class Tables:
         }
 
     def _keys(self) -> list[str]:
-        """Common keys that have a column: those of every table, then axes and what differs between the sides."""
-        axes = [split_side(key)[0] for key in self.inputs.plan.study.axes if key != CASE_AXIS]
-        return list(dict.fromkeys((*ALWAYS, *axes, *sorted(self.inputs.overridden))))
+        """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
+        study = self.inputs.plan.study
+        axes = [split_side(key)[0] for key in study.axes if key not in LINKED_AXES]
+        linked = [key for key in keys() if any(key in (*axis.numbers, *axis.scales) for axis in study.linked)]
+        return list(
+            dict.fromkeys((*ALWAYS, *axes, *(split_side(key)[0] for key in linked), *sorted(self.inputs.overridden)))
+        )
 
     def _columns_of(self, key: str) -> dict[Column, Values]:
         """The column of a key, or where the sides differ the two of the sides and a null one."""
@@ -165,9 +170,9 @@ def _design_numbers(block: Block) -> npt.ArrayLike:
     return np.arange(block.first_design, block.first_design + block.design_count).reshape(shape)
 
 
-def _case_numbers(block: Block) -> npt.ArrayLike:
-    names = Source(np.arange(block.designs[0].stop, dtype=np.float64), (0,))
-    return names.within(block)
+def _positions(at: int, axis: Axis) -> Values:
+    """Where the designs of a block stand on one of the axes."""
+    return Source(np.arange(len(axis), dtype=np.float64), (at,)).within
 
 
 def _null(_: Block) -> npt.ArrayLike:

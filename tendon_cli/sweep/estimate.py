@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.quantities import Quantity
-from tendon_cli.study.study import CASE_AXIS, keys
+from tendon_cli.study.study import keys
 from tendon_cli.sweep.part import PartMaker, comes_at_once
 from tendon_cli.sweep.plan import ROW_GROUP, Plan
 from tendon_cli.tables.write import RowGroups
@@ -140,7 +140,7 @@ def shown(value: float, quantity: Quantity) -> str:
 def _design_axis(plan: Plan, index: int) -> AxisLine:
     axis = plan.axes[index]
     if axis.values is None:
-        return AxisLine(CASE_AXIS, len(axis), axis.names[0], axis.names[-1])
+        return AxisLine(axis.key, len(axis), axis.names[0], axis.names[-1])
     quantity = keys()[axis.key].number.quantity
     return AxisLine(axis.key, len(axis), shown(axis.values[0], quantity), shown(axis.values[-1], quantity))
 

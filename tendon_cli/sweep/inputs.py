@@ -27,6 +27,15 @@ class Source:
     values: npt.NDArray[np.float64]
     axes: tuple[int, ...] = ()
 
+    def times(self, other: Source) -> Source:
+        """The product of both, over the axes of either."""
+        axes = tuple(sorted({*self.axes, *other.axes}))
+        factors = [
+            np.expand_dims(each.values, tuple(at for at, axis in enumerate(axes) if axis not in each.axes))
+            for each in (self, other)
+        ]
+        return Source(factors[0] * factors[1], axes)
+
     def within(self, block: Block) -> Real:
         """The values in a block, shaped to broadcast over its designs, directions and angles."""
         return self._apart(block)[..., np.newaxis, np.newaxis] if self.axes else float(self.values)
@@ -68,7 +77,8 @@ class Inputs:
     @cached_property
     def overridden(self) -> frozenset[str]:
         """Common keys, such as `tendon.length`, that the study or one of its cases gives for a single side."""
-        given = [*self.plan.study.numbers, *(key for case in self._cases for key in case)]
+        linked = [key for axis in self.plan.study.linked for key in axis.numbers]
+        given = [*self.plan.study.numbers, *(key for case in self._cases for key in case), *linked]
         return frozenset(common for common, side in map(split_side, given) if side)
 
     @cached_property
@@ -79,10 +89,25 @@ class Inputs:
         """A number by its common key; with `side`, as it is on that side of the arm."""
         table, _, name = key.rpartition(".")
         candidates = [f"{table}.{side}.{name}", key] if side else [key]
-        given = [self._given(candidates, case) for case in self._cases or [{}]]
-        if len(set(given)) == 1:
-            return self._one(given[0])
-        return self._per_case(given)
+        source = self._linked(candidates)
+        if source is None:
+            given = [self._given(candidates, case) for case in self._cases or [{}]]
+            source = self._one(given[0]) if len(set(given)) == 1 else self._per_case(given)
+        for axis in self.plan.study.linked:
+            if key in axis.scales:
+                source = source.times(Source(axis.scales[key], (self.plan.study.axes.index(axis.key),)))
+        return source
+
+    def _linked(self, candidates: list[str]) -> Source | None:
+        """A number that persons or draws set, more than what a case, an axis or the study says of the same key."""
+        study = self.plan.study
+        for key in candidates:
+            for axis in study.linked:
+                if key in axis.numbers:
+                    return Source(axis.numbers[key], (study.axes.index(axis.key),))
+            if key in study.numbers or any(key in case for case in self._cases):
+                break
+        return None
 
     def _given(self, candidates: list[str], case: dict[str, float]) -> float | str:
         """What counts for a case: a side's own value before the common one, the case's before the study's.

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import SizeError
-from tendon_cli.study.study import CASE_AXIS, Study, keys
+from tendon_cli.study.study import CASE_AXIS, LINKED_AXES, Study, keys
 
 ROW_GROUP = 2**17
 """Rows in a row group of every table."""
@@ -35,12 +35,12 @@ DESIGNS_PER_TILE = 2**15
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis of the designs: its dotted key (`case` for linked values), its column, and its values in SI."""
+    """One axis of the designs: its dotted key (`case`, `person` or `draw` of linked values), its column, its values."""
 
     key: str
     column: str
     values: npt.NDArray[np.float64] | None
-    """None for cases, which have names instead."""
+    """In SI; None for linked values, which have names instead."""
     names: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -103,7 +103,8 @@ class Plan:
     def shape(self) -> tuple[int, ...]:
         """Number of values on each design axis."""
         numbers = self.study.numbers
-        return tuple(len(self.study.cases) if key == CASE_AXIS else len(numbers[key]) for key in self.study.axes)
+        linked = {CASE_AXIS: len(self.study.cases)} | {axis.key: len(axis) for axis in self.study.linked}
+        return tuple(linked[key] if key in linked else len(numbers[key]) for key in self.study.axes)
 
     @property
     def designs(self) -> int:
@@ -217,6 +218,8 @@ class Plan:
     def _axis(self, key: str) -> Axis:
         if key == CASE_AXIS:
             return Axis(key, key, None, tuple(str(getattr(case, "name", "")) for case in self.study.cases))
+        if key in LINKED_AXES:
+            return Axis(key, key, None, tuple(next(axis.names for axis in self.study.linked if axis.key == key)))
         return Axis(key, keys()[key].column, self.study.numbers[key].array)
 
     def _block_from(self, design: int, most: int) -> Block:

@@ -17,8 +17,6 @@ from tendon_cli.study.people.population import Population
 from tendon_cli.study.people.survey import SEXES, Survey
 from tendon_cli.units import UNITS, known_units, shorten
 
-MAX_BYTES = 500_000_000
-
 Sexes = str | npt.NDArray[np.str_]
 """The sex of each person, or the one that the study gives them all."""
 
