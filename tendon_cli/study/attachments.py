@@ -1,4 +1,4 @@
-"""Files that a study names instead of a number: the route of a sheath, and a fitted friction coefficient."""
+"""Files that a study names: the route of a sheath, a fitted friction coefficient, people."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import Any
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
 from tendon_cli.study.parts import Part
+from tendon_cli.study.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.study.people.asked import People
 from tendon_cli.study.reading import MAX_BYTES, read_toml
 from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
 from tendon_cli.study.route import measure_route
@@ -32,7 +34,18 @@ class Attachments:
         update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
         if study.cases:
             update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
+        if study.people is not None and study.people.file is not None:
+            update["people"] = self._people(study.people, study.people.file)
         return study.replaced(update) if self.sources else study
+
+    def _people(self, people: People, name: str) -> People:
+        content = self._read(name, "people.file", MAX_PEOPLE_BYTES)
+        if content is None:
+            return people
+        known = people.with_content(content)
+        persons = known.read(shorten(name))
+        self._note("people.file", name, content, persons=len(persons), warnings=list(persons.notes))
+        return known
 
     def _case(self, case: Any, key: str) -> Any:
         if case.sheath is None:

@@ -40,7 +40,7 @@ def _people_faults(study: Study) -> Iterator[Fault]:
         return
     yield from study.people.contradictions()
     for at, case in enumerate(study.cases):
-        for key in set(case_numbers(case)) & set(study.linked[0].numbers if study.people.file is None else ()):
+        for key in set(case_numbers(case)).intersection(study.of_the_body):
             hint = f"state {key} in the study, too: then it holds for everyone but this case"
             yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
 

@@ -145,21 +145,26 @@ class Study(Part):
         """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
         return {key: values for part in _DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
 
+    @property
+    def of_the_body(self) -> tuple[str, ...]:
+        """Numbers that come from the body of each person, as the study has people and does not state them."""
+        stated = {f"arm.{name}" for name in self.arm.model_fields_set}
+        return tuple(key for key in OF_THE_BODY if self.people is not None and key not in stated)
+
     @cached_property
     def linked(self) -> tuple[Linked, ...]:
         """The linked axes but cases: persons."""
         if self.people is None:
             return ()
-        stated = {f"arm.{name}" for name in self.arm.model_fields_set}
-        return (person_axis(PERSON_AXIS, self.people.population, stated),)
+        return (person_axis(PERSON_AXIS, self.people.population, self.of_the_body),)
 
     @property
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for the linked ones."""
         found = tuple(key for key, values in self.numbers.items() if values.is_axis)
         ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
-        cases = (CASE_AXIS,) if self.cases else ()
-        return (*cases, *(linked.key for linked in self.linked), *ordered)
+        linked = {CASE_AXIS: bool(self.cases), PERSON_AXIS: self.people is not None}
+        return (*(key for key, is_axis in linked.items() if is_axis), *ordered)
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -190,11 +195,8 @@ class Study(Part):
         Numbers that come from the body of a person are left out: once written they would count as stated.
         """
         document = _document(self)
-        if self.people is not None:
-            for key in OF_THE_BODY:
-                part, _, name = key.rpartition(".")
-                if name not in getattr(self, part).model_fields_set:
-                    del document[part][name]
+        for key in self.of_the_body:
+            del document["arm"][key.removeprefix("arm.")]
         return document
 
     def record(self) -> dict[str, Any]:

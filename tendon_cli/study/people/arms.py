@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Iterable
 
 from tendon_cli.model.body import anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.study.linked import Linked
@@ -16,9 +16,9 @@ OF_THE_BODY = {
 """Numbers that come from the body, unless a study states them."""
 
 
-def person_axis(key: str, people: Population, stated: Container[str]) -> Linked:
-    """The axis of persons; `stated` are the numbers that the study itself gives."""
+def person_axis(key: str, people: Population, of_the_body: Iterable[str]) -> Linked:
+    """The axis of persons; `of_the_body` are those of `OF_THE_BODY` that the study does not state itself."""
     body = people.body
-    numbers = {name: of(body) for name, of in OF_THE_BODY.items() if name not in stated}
+    numbers = {name: OF_THE_BODY[name](body) for name in of_the_body}
     scales = {f"arm.{name}": scale for name, scale in anchor_scales(body, people.reference).items()}
     return Linked(key, people.names, numbers, scales)

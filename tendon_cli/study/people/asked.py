@@ -67,9 +67,13 @@ class People(Part):
     @cached_property
     def population(self) -> Population:
         """The persons; raises InputError where their file cannot be used, ValueError where it is not read yet."""
+        return self.read("people")
+
+    def read(self, where: str) -> Population:
+        """The persons; `where` is what an error calls the place that they come from."""
         women = self.women.single if self.women is not None else None
         if self.content is not None:
-            return read_population(unpacked(self.content), "people", ansur2(), self.sex, women)
+            return read_population(unpacked(self.content), where, ansur2(), self.sex, women)
         if self.file is not None:
             raise ValueError("the file of people is read with the study")
         return draw(ansur2(), self.sex, self.count, self.seed, women)

@@ -1,0 +1,142 @@
+"""`[people]` in a study: whose arms, which keys, and a sweep over them against the model itself."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from tendon_cli.errors import InputError, StudyError
+from tendon_cli.model import actuator, body
+from tendon_cli.study.load import load_study, study_from
+from tendon_cli.study.people.asked import packed, unpacked
+from tendon_cli.study.people.population import draw
+from tendon_cli.study.people.survey import ansur2
+from tendon_cli.sweep.evaluate import evaluate
+from tendon_cli.sweep.inputs import Inputs
+from tendon_cli.sweep.plan import Plan
+from tests.model import designs
+
+FILE = "name,weight (kg),stature (cm),weighting\nAda,62.5,168,1\nBo,90,181.5,3\n"
+
+
+def from_file(tmp_path, text=FILE, **content):
+    (tmp_path / "people.csv").write_text(text, encoding="utf-8")
+    return study_from({"people": {"file": "people.csv"} | content}, folder=tmp_path)
+
+
+def test_persons_are_the_slowest_axis_but_for_cases():
+    study = study_from({"people": {"count": 5}, "arm": {"b1": [0.15, 0.16]}, "cases": [{"name": "a"}]})
+    assert study.axes == ("case", "person", "arm.b1")
+    assert study.conditions == study.axes
+    assert study.serve == 0.95
+
+
+def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
+    study = study_from({"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}})
+    plan = Plan(study)
+    (block,) = plan.blocks(range(plan.designs))
+    found = evaluate(Inputs(plan), block).state
+    people = draw(ansur2(), "both", 6, seed=4)
+    for person in range(6):
+        one = body.Body(*people.values[person])
+        reference = people.reference
+        for at, b1 in enumerate((0.15, 0.16)):
+            p = designs.baseline(
+                a1=0.040 * one.biceps_circumference / reference.biceps_circumference,
+                b1=b1 * one.acromion_radiale_length / reference.acromion_radiale_length,
+                a2=0.020 * one.forearm_circumference / reference.forearm_circumference,
+                b2=0.150 * one.radiale_stylion_length / reference.radiale_stylion_length,
+                elbow_radius=0.045 * one.forearm_circumference / reference.forearm_circumference,
+                forearm_mass=0.022 * one.weight,
+                forearm_com=0.682 * one.radiale_stylion_length,
+                load_distance=one.forearm_grip_length,
+                load_mass=5.0,
+            )
+            state = actuator.evaluate(
+                designs.design(p), plan.elbow_angles[np.newaxis], np.array([[True], [False]])
+            )  # fmt: skip
+            np.testing.assert_allclose(found.balance.flexor[person, at], state.balance.flexor, rtol=1e-12)
+            np.testing.assert_allclose(found.motor_torque[person, at], state.motor_torque, rtol=1e-9)
+
+
+def test_what_the_study_states_of_the_forearm_is_not_taken_from_the_body():
+    from_body = study_from({"people": {"count": 3}})
+    stated = study_from({"people": {"count": 3}, "arm": {"forearm_mass": "1.6 kg"}})
+    assert set(from_body.linked[0].numbers) == {"arm.forearm_mass", "arm.forearm_com", "arm.load_distance"}
+    assert set(stated.linked[0].numbers) == {"arm.forearm_com", "arm.load_distance"}
+    for study in (from_body, stated):
+        again = study_from(study.document())
+        assert again.hash == study.hash
+        assert set(again.linked[0].numbers) == set(study.linked[0].numbers)
+
+
+def test_a_study_of_real_persons_carries_them_along(tmp_path):
+    study = from_file(tmp_path)
+    (tmp_path / "people.csv").unlink()
+    again = study_from(json.loads(json.dumps(study.record()))["study"])
+    assert again.hash == study.hash
+    assert again.people.population.names == ("Ada", "Bo")
+    np.testing.assert_array_equal(again.people.population.values, study.people.population.values)
+    assert again.people.population.weighting.tolist() == [1.0, 3.0]
+    assert study.sources["people.file"]["persons"] == 2
+    assert any("expected of men and women" in warning for warning in study.sources["people.file"]["warnings"])
+
+
+def test_the_hash_knows_who_they_are(tmp_path):
+    hashes = {study_from({"people": people}).hash for people in ({}, {"seed": 2}, {"count": 999}, {"sex": "male"})}
+    hashes |= {study_from({}).hash, from_file(tmp_path).hash, from_file(tmp_path, FILE.replace("90", "91")).hash}
+    assert len(hashes) == 7
+
+
+def test_settings_of_the_command_line_are_taken(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text("[people]\nsex = 'male'\n", encoding="utf-8")
+    study = load_study(path, ("people.count=7", "people.seed=3"))
+    assert (len(study.people.population), study.people.seed) == (7, 3)
+
+
+@pytest.mark.parametrize(
+    ("people", "said"),
+    [
+        ({"count": 0}, "people.count: 0 is out of range, expected 1"),
+        ({"count": 10**7}, "people.count.*out of range"),
+        ({"count": 2.5}, "people.count: 2.5 is not a whole number"),
+        ({"count": True}, "people.count.*not a whole number"),
+        ({"seed": -1}, "people.seed.*out of range"),
+        ({"sex": "men"}, 'people.sex: "men" is not possible'),
+        ({"source": "anzur"}, "people.source.*ansur2"),
+        ({"women": 1.5}, "people.women.*out of range"),
+        ({"women": 0.5, "sex": "male"}, "people.women: is a share among both sexes"),
+        ({"file": "none.csv"}, 'people.file: there is no file "none.csv"'),
+        ({"file": "people.csv", "count": 5}, "people.count: stands beside file"),
+        ({"persons": 5}, "people.persons: unknown key"),
+        ({"content": "nonsense!"}, "people.content: not the packed content"),
+        ("everyone", "people.*is not a table"),
+    ],
+)
+def test_people_that_cannot_be_are_refused(people, said, tmp_path):
+    (tmp_path / "people.csv").write_text(FILE, encoding="utf-8")
+    with pytest.raises(StudyError) as error:
+        study_from({"people": people}, folder=tmp_path)
+    assert re.search(said, error.value.message), error.value.message
+
+
+def test_a_file_that_cannot_be_is_an_error_of_input(tmp_path):
+    with pytest.raises(InputError, match="stature is 3000 mm") as error:
+        from_file(tmp_path, "stature (m)\n3\n")
+    assert error.value.where == "people.csv, line 2"
+
+
+def test_a_case_cannot_give_what_comes_from_the_body():
+    case = {"name": "splint", "arm": {"forearm_mass": "3 kg", "b1": "160 mm"}}
+    with pytest.raises(StudyError, match=r"cases\.0\.arm\.forearm_mass: comes from the body"):
+        study_from({"people": {"count": 2}, "cases": [case]})
+    study = study_from({"people": {"count": 2}, "cases": [case], "arm": {"forearm_mass": "2 kg"}})
+    assert "arm.forearm_mass" not in study.linked[0].numbers
+
+
+def test_packed_content_comes_back_and_bombs_are_refused():
+    assert unpacked(packed(FILE.encode())) == FILE.encode()
+    with pytest.raises(ValueError, match="cut short"):
+        unpacked(packed(FILE.encode() * 100)[:-10])
