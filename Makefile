@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help demo test check format bench torture verify clean
+.PHONY: help demo test check format bench torture mutants verify clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -46,6 +46,9 @@ $(FUZZER): $(READY)
 
 torture: $(FUZZER)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
+
+mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
+	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
 
 clean:  ## remove the environment and caches, never results
 	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_native.*

@@ -1,0 +1,114 @@
+"""What users get: the output of many commands and the hash of every file they write, for one package against another.
+
+Run in an empty folder with the configs beside it; prints one JSON object. Pictures count as being there or not.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import json
+import re
+import sys
+from pathlib import Path
+
+from tendon_cli import cli
+
+RICH = """
+name = "rich"
+[sheath]
+friction = [0.0, 0.07, 0.2]
+[sheath.extensor]
+bend_angle = "150 deg"
+[tendon]
+pretension = { from = "40 N", to = "260 N", num = 12 }
+[spring]
+stiffness = { from = "1 kN/m", to = "30 kN/m", num = 3, spacing = "log" }
+[load]
+mass = ["0 kg", "3 kg", "10 kg"]
+[motion]
+elbow_angle = { from = "-30 deg", to = "170 deg", num = 21 }
+[[cases]]
+name = "short"
+arm.b1 = "140 mm"
+[[cases]]
+name = "long"
+arm.b1 = "170 mm"
+model.reference = "initial"
+"""
+BOTH = """
+name = "both"
+[arm]
+upper_arm_angle = "-40 deg"
+[tendon.flexor]
+pretension = "80 N"
+[tendon.extensor]
+pretension = "120 N"
+[spool]
+ratio = [0.6, 1.0]
+[model]
+slack = "bilateral"
+[motion]
+elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
+"""
+STATES = [
+    [f"load.mass={load}", f"motion.elbow_angle={angle}", f"motion.direction={way}", f"model.slack={slack}"]
+    for load, angle, way, slack in (
+        ("0 kg", "75 deg", "flexion", "unilateral"),
+        ("5 kg", "75 deg", "flexion", "bilateral"),
+        ("10 kg", "90 deg", "extension", "unilateral"),
+        ("0 kg", "0 deg", "extension", "unilateral"),
+        ("3 kg", "170 deg", "flexion", "unilateral"),
+    )
+]
+QUICK = ("--quiet", "--no-figures", "--allow-no-equilibrium", "--jobs", "1")
+FEWER = ("--no-figures", "--set", 'tendon.pretension={ from = "20 N", to = "260 N", num = 7 }')
+COMMANDS = [
+    *(("state", "rich.toml", *json_, *(word for setting in state for word in ("--set", setting)))
+      for state in STATES for json_ in ((), ("--json",))),
+    ("sweep", "rich.toml", *QUICK, "--out", "rich"),
+    ("sweep", "both.toml", "--json", "--no-figures", "--out", "both"),
+    ("sweep", "configs/quickstart.toml", *FEWER, "--out", "quick"),
+    ("sweep", "configs/quickstart.toml", *FEWER, "--out", "quick"),
+    ("sweep", "both.toml", "--out", "both", "--set", "spool.ratio=0.9"),
+    ("sweep", "rich.toml", "--dry-run"),
+    ("sweep", "both.toml", "--set", "arm.a1=1 kg", "--set", "arm.b3=1"),
+    ("plot", "both", "--quantity", "motor_torque", "--out", "both.png"),
+    ("fit-friction", "configs/friction/table_a1.csv", "--bend-angle", "144 deg +/- 2 deg", "--out", "mu.toml"),
+    ("fit-friction", "configs/friction/raw_log.csv", "--bend-angle", "90 deg", "--json"),
+    ("fit-friction", "configs/friction/several_angles.csv", "--offset", "--robust", "--json"),
+    ("paper", "--out", "paper", "--json"),
+    ("init", "mine.toml"),
+    ("schema",),
+]  # fmt: skip
+_TIMES = re.compile(r"\d+(\.\d+)? ?(ms|s|min|MB/s|GB|MB|kB)\b|\"seconds\": [\d.]+|\"checksum\": \"\w+\"")
+"""Times and sizes, and the checksum of a record, in which its time counts."""
+
+
+def answers() -> dict[str, str]:
+    """What every command says and leaves behind."""
+    Path("rich.toml").write_text(RICH)
+    Path("both.toml").write_text(BOTH)
+    found = {}
+    for number, words in enumerate(COMMANDS):
+        out, err = io.StringIO(), io.StringIO()
+        try:
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+                cli.main(list(words))
+        except SystemExit as end:
+            said = f"{end.code}\n{out.getvalue()}\n{err.getvalue()}"
+        except BaseException as error:  # noqa: BLE001 - a mutant may do anything
+            said = repr(error)
+        found[f"{number} {' '.join(words)}"] = _TIMES.sub("TIME", said)
+    for file in sorted(path for path in Path().rglob("*") if path.is_file() and "configs" not in path.parts):
+        content = b"" if file.suffix == ".png" else file.read_bytes()
+        if file.suffix == ".json" and file.name != "ledger.json":
+            content = _TIMES.sub("TIME", content.decode()).encode()
+        found[str(file)] = hashlib.sha256(content).hexdigest()
+    return found
+
+
+if __name__ == "__main__":
+    result = answers()
+    sys.__stdout__.write(json.dumps(result))

@@ -1,0 +1,65 @@
+"""The maker of mutants: one fault at a time, each of its own kind, and nothing where nothing runs."""
+
+import ast
+
+import pytest
+
+from .mutants.change import mutant, mutants
+
+SOURCE = '''
+Real = float | int
+
+
+def f(x: "int | None" = 3) -> "bool | None":
+    """Text."""
+    assert x > 0
+    if x:
+        return not x
+    return -x + 2 * x ** 2 >= max(x, 0.5) and x is not None
+'''
+
+
+def made(source=SOURCE):
+    return [mutant(source, place, seed=0) for place in mutants(source)]
+
+
+def test_every_place_gives_a_fault_of_its_own():
+    sources = [one.source for one in made()]
+    plain = ast.unparse(ast.parse(SOURCE)) + "\n"
+    assert len(set(sources)) == len(sources)
+    assert plain not in sources
+    assert all(compile(source, "mutant", "exec") for source in sources)
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        "return not not x",
+        "if not x:",
+        "-x - 2",
+        "2 / x",
+        "x * 2",
+        "< max",
+        "min(x",
+        "or x",
+        "x is None",
+        "=4)",
+        "0.45",
+        "+x +",
+    ],
+)
+def test_operators_conditions_and_constants_are_changed(fault):
+    faulty = [one.source.replace("=2)", "=4)") for one in made()]
+    assert any(fault in source for source in faulty), faulty
+
+
+def test_types_and_assertions_stay():
+    kept = ("Real = float | int", "-> 'bool | None'", "assert x > 0", '"""Text."""')
+    assert all(part in one.source for one in made() for part in kept)
+
+
+def test_a_mutant_follows_from_its_seed_and_names_its_place():
+    assert mutant(SOURCE, 3, 7) == mutant(SOURCE, 3, 7)
+    assert {one.line for one in made("a = 1\n\nb = a < 2\n")} == {1, 3}
+    (less,) = [one for one in made("b = a < 2\n") if one.after == "a <= 2"]
+    assert less.before == "a < 2"
