@@ -12,6 +12,7 @@ from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.init import init
 from tendon_cli.commands.paper import paper
 from tendon_cli.commands.plot import plot
+from tendon_cli.commands.report import report
 from tendon_cli.commands.schema import schema
 from tendon_cli.commands.state import state
 from tendon_cli.commands.sweep import sweep
@@ -54,7 +55,7 @@ def _options(
     """Options of every command."""
 
 
-for _command in (init, schema, state, sweep, plot, paper):
+for _command in (init, schema, state, sweep, plot, paper, report):
     app.command()(_command)
 app.command("fit-friction")(fit_friction)
 

@@ -1,0 +1,20 @@
+"""`tendon report`: one page of a run."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendon_cli.commands import options
+from tendon_cli.terminal import as_json_text, print_result
+
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="folder of a sweep, a design or the paper")]
+Page = Annotated[Path | None, typer.Option(metavar="FILE", help="where to; default report.html in the run's folder")]
+
+
+def report(run: RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:
+    """Write one HTML page of a run, with everything in it: answer, maps, states, tables, record."""
+    from tendon_cli.report.report import write_report
+
+    written = str(write_report(run, out))
+    print_result(as_json_text({"report": written}) if as_json else written)

@@ -1,0 +1,90 @@
+// Of a design run: windows of pretension along an axis of choices, the front with its brush, and people left out.
+
+async function column(name) {
+  return unpack(page.design.columns[name].array);
+}
+
+async function drawWindows() {
+  const { rows } = page.design; // the row of each cell of the map
+  const axis = page.axes[view.x];
+  const [from, to] = [await column("pretension_from"), await column("pretension_to")];
+  const { from_by: lower, to_by: upper } = page.design.texts;
+  const [x, low, high, by] = [[], [], [], []];
+  const top = 1.1 * Math.max(...from.filter(Number.isFinite), ...to.filter(Number.isFinite), 1);
+  for (let i = 0; i < lengthOf(axis); i++) {
+    const row = rows[cellOf(i, cursor.j)];
+    const none = row < 0 || !Number.isFinite(from[row]) || from[row] > to[row];
+    x.push(along(axis)[i]);
+    low.push(none ? null : from[row]);
+    high.push(none ? null : Number.isFinite(to[row]) ? to[row] : top);
+    by.push(none ? ["no window", "no window"] : [lower[row], upper[row] || "nothing bounds it"]);
+  }
+  const common = { type: "scatter", mode: "lines+markers", x, customdata: by };
+  const traces = [
+    { ...common, y: low, name: "from", line: { color: colour("extensor") }, marker: { symbol: "triangle-up", size: 9 }, hovertemplate: "from %{y:.5g} N: %{customdata[0]}<extra></extra>" },
+    { ...common, y: high, name: "to", fill: "tonexty", fillcolor: colour("band"), line: { color: colour("flexor"), dash: "dash" }, marker: { symbol: "triangle-down", size: 9 }, hovertemplate: "to %{y:.5g} N: %{customdata[1]}<extra></extra>" },
+  ];
+  const more = { title: { text: "Window of pretension", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(axis) }, type: kindOf(axis) }, yaxis: { title: { text: "pretension [N]" }, rangemode: "tozero" } };
+  await draw("windows", traces, more, drawWindows);
+  asTable("windows", [named(axis), "from [N]", "bound by", "to [N]", "bound by"], () => x.map((_, i) => [valueOf(axis, i), low[i] === null ? "none" : number(low[i]), by[i][0], high[i] === null ? "none" : number(high[i]), by[i][1]]));
+}
+
+const front = { x: 0, y: 1, names: [] };
+
+async function drawFront() {
+  const [x, y] = [page.design.columns[front.names[front.x]], page.design.columns[front.names[front.y]]];
+  const [xs, ys, on] = [await unpack(x.array), await unpack(y.array), await column("on_front")];
+  const rows = Array.from(xs.keys()).filter((row) => Number.isFinite(xs[row]) && Number.isFinite(ys[row]));
+  const inFront = rows.filter((row) => on[row] > 0).sort((a, b) => xs[a] - xs[b]);
+  const points = (chosen, more) => ({ type: "scatter", x: chosen.map((row) => xs[row]), y: chosen.map((row) => ys[row]), customdata: chosen, hovertemplate: `${x.label} %{x:.5g} ${x.unit}<br>${y.label} %{y:.5g} ${y.unit}<extra></extra>`, ...more });
+  const traces = [
+    points(rows.filter((row) => !(on[row] > 0)), { mode: "markers", name: "choices", marker: { color: colour("faint"), size: 6 } }),
+    points(inFront, { mode: "lines+markers", name: "on the front", line: { color: colour("flexor"), dash: "dot" }, marker: { symbol: "diamond", size: 10, color: colour("flexor") } }),
+  ];
+  const more = { dragmode: "select", title: { text: "Choices; drag a box to mark them on the map", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } };
+  await draw("front", traces, more, drawFront);
+  asTable("front", [named(x), named(y), "on the front"], () => rows.map((row) => [number(xs[row]), number(ys[row]), on[row] > 0 ? "yes" : "no"]));
+}
+
+function brush(rows) {
+  const cells = page.design.cells;
+  view.brushed = rows === null ? null : rows.map((row) => cells[row]).filter((cell) => cell >= 0);
+  place("brush-says").textContent = rows === null ? "Nothing is marked." : `${rows.length} choices are marked, ${view.brushed.length} of them on the map's grid.`;
+  if (hasMap()) redraw();
+  if (page.table) drawTable();
+}
+
+async function brushByNumbers() {
+  const bounds = ["x-low", "x-high", "y-low", "y-high"].map((name) => place(`brush-${name}`).value);
+  if (bounds.every((text) => text === "")) return brush(null);
+  const [xs, ys] = [await column(front.names[front.x]), await column(front.names[front.y])];
+  const within = (value, low, high) => Number.isFinite(value) && (low === "" || value >= Number(low)) && (high === "" || value <= Number(high));
+  return brush(Array.from(xs.keys()).filter((row) => within(xs[row], bounds[0], bounds[1]) && within(ys[row], bounds[2], bounds[3])));
+}
+
+async function startAnswers() {
+  if (!page.design) return;
+  front.names = page.design.goals;
+  [front.x, front.y] = page.design.shown;
+  const labels = front.names.map((name) => page.design.columns[name].label);
+  place("front-axes").append(select("across ", labels, front.x, (at) => { front.x = at; drawFront(); }), select("up ", labels, front.y, (at) => { front.y = at; drawFront(); }));
+  await drawFront();
+  place("front").on("plotly_selected", (event) => brush(event ? event.points.map((point) => point.customdata) : null));
+  place("front").on("plotly_deselect", () => brush(null));
+  for (const name of ["x-low", "x-high", "y-low", "y-high"]) place(`brush-${name}`).addEventListener("change", brushByNumbers);
+  if (hasMap()) await drawWindows();
+  if (page.people) await drawPeople();
+}
+
+// The bodies that the best choice leaves out, over two measures of the body.
+async function drawPeople() {
+  const { x, y, served } = page.people;
+  const [xs, ys, ok] = [await unpack(x.array), await unpack(y.array), await unpack(served.array)];
+  const group = (wanted, name, marker) => {
+    const rows = Array.from(xs.keys()).filter((row) => ok[row] > 0 === wanted);
+    return { type: "scatter", mode: "markers", name, x: rows.map((row) => xs[row]), y: rows.map((row) => ys[row]), marker };
+  };
+  const traces = [group(true, "served", { color: colour("extensor"), size: 5, opacity: 0.6 }), group(false, "left out", { color: colour("flexor"), size: 8, symbol: "x" })];
+  await draw("people", traces, { title: { text: page.people.title, x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } }, drawPeople);
+  asTable("people", [named(x), named(y), "served"], () => Array.from(xs.keys()).map((row) => [number(xs[row]), number(ys[row]), ok[row] > 0 ? "yes" : "left out"]));
+}

@@ -1,0 +1,224 @@
+// The map: any quantity over any two axes, a slider for each of the others, and a cell cursor for mouse and keyboard.
+
+const cursor = { i: 0, j: 0 };
+const mapped = { z: [], values: null };
+
+const chosen = () => page.quantities[view.quantity];
+const others = () => page.axes.map((_, at) => at).filter((at) => at !== view.x && at !== view.y);
+const hasMap = () => page.axes.length > 0 && page.quantities.length > 0;
+const rowsOfMap = () => (view.y < page.axes.length ? lengthOf(page.axes[view.y]) : 1);
+
+function cellOf(i, j) {
+  const at = [...view.at];
+  at[view.x] = i;
+  if (view.y < page.axes.length) at[view.y] = j;
+  return cellAt(at);
+}
+
+function along(axis) {
+  return axis.names ? axis.names : axis.values;
+}
+
+function sliced() {
+  const columns = lengthOf(page.axes[view.x]);
+  const start = cellOf(0, 0);
+  const [dx, dy] = [strides[view.x], view.y < page.axes.length ? strides[view.y] : 0];
+  mapped.z = Array.from({ length: rowsOfMap() }, (_, j) => {
+    if (dx === 1) return mapped.values.subarray(start + j * dy, start + j * dy + columns);
+    const row = new Float32Array(columns);
+    for (let i = 0; i < columns; i++) row[i] = mapped.values[start + j * dy + i * dx];
+    return row;
+  });
+}
+
+function heat() {
+  const quantity = chosen();
+  const [x, y] = [page.axes[view.x], page.axes[view.y]];
+  const trace = { type: "heatmap", x: along(x), y: along(y), z: mapped.z, hoverongaps: true, zsmooth: false };
+  trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<br>${quantity.label} %{z:.5g} ${quantity.unit}<extra></extra>`;
+  const bar = { title: { text: quantity.unit }, ...(narrow() ? { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 } : {}) };
+  if (!quantity.classes) return { ...trace, colorscale: "Cividis", zmin: quantity.low, zmax: quantity.high, colorbar: bar };
+  const count = quantity.classes.length;
+  const scale = quantity.classes.flatMap((kind, at) => [[at / count, colour(kind.colour)], [(at + 1) / count, colour(kind.colour)]]);
+  trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<extra></extra>`; // the class is said below the map
+  return { ...trace, colorscale: scale, zmin: -0.5, zmax: count - 0.5, showscale: false };
+}
+
+// Letters on a coarse grid of cells say a class without its colour.
+function letters() {
+  const quantity = chosen();
+  if (!quantity.classes) return [];
+  const [columns, rows] = [lengthOf(page.axes[view.x]), rowsOfMap()];
+  const spread = (count, most) => Array.from({ length: Math.min(count, most) }, (_, k) => Math.floor(((k + 0.5) * count) / Math.min(count, most)));
+  const [x, y, text] = [[], [], []];
+  for (const j of spread(rows, 9)) {
+    for (const i of spread(columns, narrow() ? 7 : 14)) {
+      const at = mapped.z[j][i];
+      if (!Number.isFinite(at)) continue;
+      x.push(along(page.axes[view.x])[i]);
+      y.push(along(page.axes[view.y])[j]);
+      text.push(quantity.classes[at].letter);
+    }
+  }
+  return [{ type: "scatter", mode: "text", x, y, text, textfont: { color: colour("on-class"), size: 12 }, hoverinfo: "skip", showlegend: false }];
+}
+
+// The key of the classes; a map of numbers has its colour bar.
+function drawKey() {
+  const item = (kind) => make("span", {}, make("span", { class: "swatch", style: `background: var(--${kind.colour})` }, kind.letter), ` ${kind.label} `);
+  place("map-key").replaceChildren(...(chosen().classes || []).map(item));
+}
+
+function brushedCells() {
+  if (!view.brushed || view.y >= page.axes.length) return [];
+  const hidden = others();
+  const [x, y] = [[], []];
+  for (const cell of view.brushed) {
+    const at = positionOf(cell);
+    if (hidden.some((axis) => at[axis] !== view.at[axis])) continue;
+    x.push(along(page.axes[view.x])[at[view.x]]);
+    y.push(along(page.axes[view.y])[at[view.y]]);
+  }
+  const marker = { symbol: "square-open", size: 11, color: colour("mark"), line: { width: 2 } };
+  return [{ type: "scatter", mode: "markers", x, y, marker, hoverinfo: "skip", showlegend: false, name: "brushed" }];
+}
+
+function lineOfMap() {
+  const quantity = chosen();
+  const given = Array.from(mapped.z[0]);
+  const named = quantity.classes ? given.map((at) => (Number.isFinite(at) ? quantity.classes[at].label : null)) : given;
+  return { type: "scatter", mode: "lines+markers", x: along(page.axes[view.x]), y: named, line: { color: colour("flexor") } };
+}
+
+function cursorShape() {
+  const edge = (axis, at) => {
+    if (axis.names) return [at - 0.5, at + 0.5];
+    const [low, high] = [axis.values[Math.max(0, at - 1)], axis.values[Math.min(axis.values.length - 1, at + 1)]];
+    return [(low + axis.values[at]) / 2, (high + axis.values[at]) / 2];
+  };
+  const [x0, x1] = edge(page.axes[view.x], cursor.i);
+  if (view.y >= page.axes.length) return [{ type: "line", xref: "x", yref: "paper", x0: (x0 + x1) / 2, x1: (x0 + x1) / 2, y0: 0, y1: 1, line: { color: colour("mark") } }];
+  const [y0, y1] = edge(page.axes[view.y], cursor.j);
+  return [{ type: "rect", x0, x1, y0, y1, line: { color: colour("mark"), width: 3 } }];
+}
+
+const kindOf = (axis) => (axis.names ? "category" : axis.is_log ? "log" : "linear");
+
+async function drawMap() {
+  mapped.values = await unpack(chosen().array);
+  sliced();
+  const flat = view.y >= page.axes.length;
+  const traces = flat ? [lineOfMap()] : [heat(), ...letters(), ...brushedCells()];
+  const more = {
+    title: { text: named(chosen()), x: 0.02, font: { size: 14 } },
+    xaxis: { title: { text: named(page.axes[view.x]) }, type: kindOf(page.axes[view.x]), showgrid: false },
+    yaxis: flat ? { title: { text: named(chosen()) } } : { title: { text: named(page.axes[view.y]) }, type: kindOf(page.axes[view.y]), showgrid: false },
+    shapes: cursorShape(),
+  };
+  if (narrow() && !chosen().classes) more.margin = { l: 56, r: 8, t: 34, b: 96 };
+  drawKey();
+  await draw("map", traces, more, drawMap);
+  const heads = [named(page.axes[view.x]), ...(flat ? [] : [named(page.axes[view.y])]), named(chosen())];
+  asTable("map", heads, () => tabled(flat));
+}
+
+function tabled(flat) {
+  const rows = [];
+  const [columns, quantity] = [lengthOf(page.axes[view.x]), chosen()];
+  mapped.z.forEach((row, j) => {
+    for (let i = 0; i < columns; i++) {
+      const value = quantity.classes ? (quantity.classes[row[i]] || { label: "none" }).label : number(row[i]);
+      rows.push([valueOf(page.axes[view.x], i), ...(flat ? [] : [valueOf(page.axes[view.y], j)]), value]);
+    }
+  });
+  return rows;
+}
+
+function say(cell = cellOf(cursor.i, cursor.j)) {
+  const value = mapped.values[cell];
+  const quantity = chosen();
+  const where = page.axes.map((axis, at) => `${axis.label} ${valueOf(axis, positionOf(cell)[at])}`);
+  const what = quantity.classes ? (quantity.classes[value] || { label: "none" }).label : withUnit(value, quantity.unit);
+  place("map-says").textContent = `${where.join(", ")}: ${quantity.label} ${what}`;
+}
+
+function moveCursor(i, j) {
+  cursor.i = Math.min(Math.max(i, 0), lengthOf(page.axes[view.x]) - 1);
+  cursor.j = Math.min(Math.max(j, 0), rowsOfMap() - 1);
+  Plotly.relayout(place("map"), { shapes: cursorShape() });
+  say();
+}
+
+const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+function onKey(event) {
+  if (KEYS[event.key]) {
+    const far = event.shiftKey ? 10 : 1;
+    moveCursor(cursor.i + far * KEYS[event.key][0], cursor.j + far * KEYS[event.key][1]);
+  } else if (event.key === "Enter") showDesign(cellOf(cursor.i, cursor.j));
+  else return;
+  event.preventDefault();
+}
+
+function sliders() {
+  const boxes = others().map((at) => {
+    const axis = page.axes[at];
+    const told = make("output", {}, valueOf(axis, view.at[at]));
+    const input = make("input", { type: "range", min: 0, max: lengthOf(axis) - 1, value: view.at[at], "aria-label": named(axis), "aria-valuetext": valueOf(axis, view.at[at]) });
+    input.addEventListener("input", () => {
+      view.at[at] = Number(input.value);
+      told.textContent = valueOf(axis, view.at[at]);
+      input.setAttribute("aria-valuetext", told.textContent);
+      redraw();
+    });
+    return make("label", { class: "slider" }, `${axis.label} `, input, told);
+  });
+  place("sliders").replaceChildren(...boxes);
+}
+
+function choosers() {
+  const names = page.axes.map((axis) => axis.label);
+  const take = (which, other) => (at) => {
+    if (view[other] === at) view[other] = view[which];
+    view[which] = at;
+    cursor.i = cursor.j = 0;
+    choosers();
+    sliders();
+    redraw();
+  };
+  const boxes = [select("Show ", page.quantities.map((quantity) => quantity.label), view.quantity, (at) => { view.quantity = at; redraw(); })];
+  if (page.axes.length > 1) boxes.push(select("across ", names, view.x, take("x", "y")), select("up ", names, view.y, take("y", "x")));
+  place("choosers").replaceChildren(...boxes);
+}
+
+let waiting = false;
+function redraw() {
+  if (waiting) return;
+  waiting = true;
+  requestAnimationFrame(async () => {
+    waiting = false;
+    await drawMap();
+    say();
+    if (place("windows")) drawWindows();
+  });
+}
+
+async function startMap() {
+  if (!hasMap()) return;
+  view.at = page.start || view.at;
+  choosers();
+  sliders();
+  await drawMap();
+  const frame = place("map-frame");
+  frame.addEventListener("keydown", onKey);
+  const under = (event, use) => {
+    const point = event.points.find((each) => each.data.type === "heatmap" || page.axes.length === 1);
+    if (!point) return;
+    const [j, i] = Array.isArray(point.pointIndex) ? point.pointIndex : [0, point.pointIndex];
+    use(i, j);
+  };
+  place("map").on("plotly_hover", (event) => under(event, (i, j) => say(cellOf(i, j))));
+  place("map").on("plotly_unhover", () => say());
+  place("map").on("plotly_click", (event) => under(event, (i, j) => { moveCursor(i, j); showDesign(cellOf(i, j)); }));
+  say();
+}

@@ -1,0 +1,19 @@
+// Everything in its order; the page says when it is ready, and draws anew when the colours change.
+
+async function start() {
+  await startMap();
+  await startStates();
+  await startAnswers();
+  await startTable();
+  document.documentElement.dataset.ready = "yes";
+}
+
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  for (const again of drawn.values()) again();
+  if (page.states) drawArm();
+});
+
+start().catch((fault) => {
+  place("fault").textContent = `This page could not be drawn: ${fault.message}. Its tables are in the run's folder.`;
+  console.error(fault);
+});

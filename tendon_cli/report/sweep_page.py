@@ -1,0 +1,146 @@
+"""The page of a sweep: its answer, its maps, the states behind them, its table and its record."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from tendon_cli.figures.labels import shown
+from tendon_cli.figures.product import CASE, Product, product_of
+from tendon_cli.report import html
+from tendon_cli.report.data import NO_DATA
+from tendon_cli.report.product import (
+    MOST_CELLS,
+    OUTCOME,
+    PageAxis,
+    outcomes,
+    quantities,
+    said_of_thinning,
+    thinned,
+)
+from tendon_cli.report.states import MOST_DESIGNS, arm_record, states_record
+from tendon_cli.summary import run_text
+from tendon_cli.sweep.results import Run
+from tendon_cli.tables.read import open_table
+
+WORTH = (
+    "margin", "pretension_from", "pretension_to", "required_pretension", "max_tension", "max_spring_extension",
+    "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure", "min_flexor_tension", "min_extensor_tension",
+    "max_slack", "slack_fraction", "unstable_fraction",
+)  # fmt: skip
+"""Columns of designs in the order in which they earn their room on the page; all others follow."""
+
+
+def sweep_page(folder: Path, run: Run) -> str:
+    """The page of a finished sweep's folder."""
+    product = product_of(open_table(folder / "designs.parquet"))
+    axes = _axes(product)
+    positions = {axis.shown.column: axis.kept for axis in axes}
+    rows = product.rows(list(positions), positions)
+    names = _columns(product)
+    columns = product.gather(rows, [*names, "feasible", "stable", "taut", "slack_fraction", "min_elbow_stiffness"])
+    nowhere = np.isnan(columns["min_elbow_stiffness"].astype(float)) & (columns["slack_fraction"] > 0)
+    chosen = {OUTCOME: outcomes(columns, nowhere)} | {name: columns[name] for name in names}
+    labels = {name: shown(product.table.schema, name) for name in names}
+    maps, left_out = quantities(chosen, labels)
+    document = product.table.facts["study"]["study"]
+    states, arm = _states(product, axes, document)
+    data = NO_DATA | {
+        "kind": "sweep", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
+        "table": _table(axes, maps, rows.size),
+    }  # fmt: skip
+    record = run.record
+    title = record["title"] or record["name"]
+    return html.html_page(title, _sections(title, run, document, said_of_thinning(axes, left_out), states), data)
+
+
+def _axes(product: Product) -> list[PageAxis]:
+    kept = thinned([axis.length for axis in product.axes], MOST_CELLS)
+    found = []
+    for axis, positions in zip(product.axes, kept, strict=True):
+        values = product.values(axis)
+        names = tuple(str(value) for value in values) if axis.is_text else ()
+        label = shown(product.table.schema, axis.column)
+        found.append(PageAxis(label, None if axis.is_text else values, names, axis.is_log, positions))
+    return found
+
+
+def _columns(product: Product) -> list[str]:
+    """Numbers that are results, the most wanted first."""
+    known = [field.name for field in product.table.schema if pa.types.is_floating(field.type)]
+    keys = {axis.column for axis in product.axes}
+    results = known[known.index("min_flexor_tension") :]
+    return [*(name for name in WORTH if name in results), *(n for n in results if n not in WORTH and n not in keys)]
+
+
+def _states(product: Product, axes: Sequence[PageAxis], document: dict[str, Any]) -> tuple[Any, Any]:
+    kept = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS)
+    keys = [axis.key for axis in product.axes]
+    if {"person", "draw"} & set(keys):
+        return None, None
+    cases = document.get("cases", [])
+    values = [cases if axis.values is None else axis.values[axis.kept].tolist() for axis in axes]
+    designs = []
+    for at in itertools.product(*kept):
+        numbers: dict[str, Any] = {}
+        for key, given, index in zip(keys, values, at, strict=True):
+            if key == CASE:
+                numbers |= _flat(given[index])
+            else:
+                numbers[key] = given[index]
+        designs.append(numbers)
+    states = states_record(document, designs or [{}])
+    axis_of = {key: at for at, key in enumerate(keys)}
+    states["kept"] = [[int(index) for index in each] for each in kept]
+    along = [[] if key == CASE else given for key, given in zip(keys, values, strict=True)]
+    return states, arm_record(document, axis_of, along)
+
+
+def _flat(case: dict[str, Any], before: str = "") -> dict[str, Any]:
+    """A case's numbers by their dotted keys."""
+    found: dict[str, Any] = {}
+    for name, value in case.items():
+        if isinstance(value, dict):
+            found |= _flat(value, f"{before}{name}.")
+        elif before:
+            found[f"{before}{name}"] = value
+    return found
+
+
+def _table(axes: Sequence[PageAxis], maps: Sequence[dict[str, Any]], rows: int) -> dict[str, Any]:
+    columns: list[dict[str, Any]] = [{"axis": at} for at in range(len(axes))]
+    columns += [{"quantity": at} for at in range(len(maps))]
+    return {"rows": rows, "columns": columns, "cells": None}
+
+
+def _sections(title: str, run: Run, document: dict[str, Any], thinning: str, states: Any) -> list[str]:
+    record = run.record
+    links = {"answer": "Answer", "map": "Map", "design": "One design", "list": "Table", "study": "Study"}
+    answer = html.text(run_text(run)) + html.warnings([thinning] if thinning else [])
+    parts = [
+        html.head(title, f"a sweep by tendon, study {record['study_hash'][:12]}", links | {"record": "Record"}),
+        html.section("answer", "What came out", answer, "answer"),
+        html.section("map", "Map of the designs", html.MAP),
+    ]
+    parts += [html.section("design", "The states of one design", html.STATES)] if states else []
+    return [
+        *parts,
+        html.section("list", "All designs of this page", html.TABLE),
+        html.section("study", "The study", html.folded("Every number, in SI units", json.dumps(document, indent=1))),
+        html.section("record", "What was computed, by what", record_table(record)),
+    ]
+
+
+def record_table(record: dict[str, Any]) -> str:
+    """Versions, counts and the checksum of every file."""
+    rows = [("study, SHA-256", record["study_hash"])]
+    rows += [(f"version of {name}", version) for name, version in record["versions"].items()]
+    rows += [(name, record[name]) for name in ("designs", "states", "seconds") if name in record]
+    rows += [(f"{entry['path']}, {entry['size']} bytes, SHA-256", entry["sha256"]) for entry in record["files"]]
+    return html.table(("what", "value"), rows)

@@ -1,0 +1,66 @@
+"""A headless browser where there is one, and pages to open in it."""
+
+import shutil
+from contextlib import contextmanager
+
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.report.report import write_report
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+FLAGS = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"
+TITLE = "<script>document.title = 'run'</script> & \"springs\""
+
+
+@pytest.fixture(scope="session")
+def swept(tmp_path_factory):
+    """A run of 9 x 7 x 2 designs, its title hostile."""
+    folder = tmp_path_factory.mktemp("report") / "run"
+    study = tendon.study(
+        {
+            "title": TITLE,
+            "tendon": {"pretension": {"from": "60 N", "to": "240 N", "num": 9}},
+            "spring": {"stiffness": {"from": "1 kN/m", "to": "5 kN/m", "num": 7}},
+            "load": {"mass": ["0 kg", "5 kg"]},
+            "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+        }
+    )
+    tendon.sweep(study, folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def page_file(swept):
+    return write_report(swept)
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if BROWSER is None:
+        pytest.skip("no chromium is installed here")
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    with playwright.sync_playwright() as engine:
+        chromium = engine.chromium.launch(executable_path=BROWSER, args=FLAGS.split())
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def opened(browser):
+    """Opens a file as a page that is ready; whatever it says on the console or asks of the network is a failure."""
+
+    @contextmanager
+    def opening(path, width=1280, scheme="light"):
+        page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        faults = []
+        page.on("console", lambda said: faults.append(said.text) if said.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.on("request", lambda request: faults.append(request.url) if request.url != path.as_uri() else None)
+        page.goto(path.as_uri())
+        page.wait_for_selector("html[data-ready=yes]", timeout=60_000, state="attached")
+        yield page
+        assert faults == []
+        page.close()
+
+    return opening

@@ -1,0 +1,103 @@
+"""The page in a real browser: nothing is fetched, nothing fails, and every way of using it works."""
+
+import pytest
+
+from tests.report.conftest import TITLE
+
+SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]
+
+
+@pytest.mark.parametrize(("width", "scheme"), SIZES)
+def test_it_opens_without_a_word_at_any_width_and_colour(opened, page_file, width, scheme):
+    with opened(page_file, width, scheme) as page:
+        assert page.title() == TITLE
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        assert page.locator("#map .plot-container").count() == 1
+
+
+def test_a_slider_moves_the_map(opened, page_file):
+    with opened(page_file) as page:
+        before = page.evaluate("JSON.stringify(Array.from(mapped.z[0]))")
+        page.locator("#sliders input").fill("1")
+        page.wait_for_function("before => JSON.stringify(Array.from(mapped.z[0])) !== before", arg=before)
+        assert "5 kg" in page.locator("#sliders output").inner_text()
+
+
+def test_a_click_shows_the_states_of_that_design(opened, page_file):
+    with opened(page_file) as page:
+        box = page.locator("#map .nsewdrag").first.bounding_box()
+        page.mouse.click(box["x"] + 0.97 * box["width"], box["y"] + 0.03 * box["height"])
+        page.wait_for_function("document.getElementById('design-says').textContent.includes('240 N')")
+        assert "5 kN/m" in page.locator("#design-says").inner_text()
+
+
+def test_keys_move_the_cursor_and_enter_shows_the_states(opened, page_file):
+    with opened(page_file) as page:
+        page.locator("#map-frame").focus()
+        for key in ("ArrowRight", "ArrowUp", "ArrowUp"):
+            page.keyboard.press(key)
+        assert "82.5 N" in page.locator("#map-says").inner_text()
+        page.keyboard.press("Enter")
+        page.wait_for_function("document.getElementById('design-says').textContent.includes('82.5 N')")
+        told = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        assert told != "none"
+
+
+def test_the_angle_moves_the_arm_and_tells_the_values(opened, page_file):
+    with opened(page_file) as page:
+        before = page.locator("#arm").inner_html()
+        page.locator("#angle").fill("18")
+        page.wait_for_function("before => document.getElementById('arm').innerHTML !== before", arg=before)
+        assert page.locator("#angle-says").inner_text() == "90°"
+        assert page.locator("#arm-values li").count() == 10
+
+
+def test_the_table_sorts_and_filters(opened, page_file):
+    with opened(page_file) as page:
+        assert "of 126" in page.locator("#list-says").inner_text()
+        page.locator("#filter").fill("load mass = 5; margin > 0")
+        page.locator("#filter").press("Enter")
+        rows = page.evaluate("rowsOfTable().length")
+        assert 0 < rows < 63
+        page.get_by_role("button", name="margin").click()
+        values = page.evaluate("rowsOfTable().map((row) => listed.columns[4].value(row))")
+        assert values == sorted(values)
+        page.locator("#filter").fill("colour > 3")
+        page.locator("#filter").press("Enter")
+        assert "no column" in page.locator("#filter-fault").inner_text()
+
+
+def test_every_figure_has_its_table(opened, page_file):
+    with opened(page_file) as page:
+        for name in ("map", "states"):
+            page.locator(f"#{name}-table summary").click()
+            page.wait_for_selector(f"#{name}-table td")
+
+
+CONTRAST = """() => {
+  const linear = (v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+  const level = (text) => {
+    const [r, g, b] = text.match(/[\\d.]+/g).slice(0, 3).map(Number).map(linear);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (element) => {
+    for (let at = element; at; at = at.parentElement) {
+      const colour = getComputedStyle(at).backgroundColor;
+      if (!/, 0\\)$/.test(colour)) return colour;
+    }
+    return "rgb(255, 255, 255)";
+  };
+  const kinds = "h1, h2, p, label, a, td, th button, summary, li, output, .swatch";
+  const found = Array.from(document.querySelectorAll(kinds)).filter((element) => element.textContent.trim());
+  return found.map((element) => {
+    const [a, b] = [level(getComputedStyle(element).color), level(behind(element))];
+    return [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), element.textContent.slice(0, 30)];
+  }).sort((a, b) => a[0] - b[0])[0];
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_stands_out_from_what_is_behind_it(opened, page_file, scheme):
+    with opened(page_file, scheme=scheme) as page:
+        worst, text = page.evaluate(CONTRAST)
+        assert worst >= 4.5, text

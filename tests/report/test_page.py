@@ -1,0 +1,123 @@
+"""The page of a run: whole in one file, safe, and true to the tables."""
+
+import base64
+import hashlib
+import json
+import re
+import shutil
+import zlib
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.report.packed import FEW, packed
+from tendon_cli.report.product import thinned
+from tendon_cli.report.report import write_report
+
+
+def data_of(path):
+    text = path.read_text(encoding="utf-8")
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found[1])
+
+
+def unpacked(array):
+    kinds = {"f4": "<f4", "u2": "<u2", "u1": "u1"}
+    values = np.frombuffer(zlib.decompress(base64.b64decode(array["data"])), kinds[array["type"]]).astype(float)
+    if array["type"] == "u2":
+        return np.where(values == 65535, np.nan, array["low"] + array["step"] * values)
+    return values
+
+
+@pytest.mark.parametrize("count", [FEW, FEW + 1])
+def test_packed_numbers_are_the_numbers(count):
+    values = np.random.default_rng(1).normal(100.0, 30.0, count)
+    values[::7] = np.nan
+    back = unpacked(packed(values))
+    assert (np.isnan(back) == np.isnan(values)).all()
+    spread = np.nanmax(values) - np.nanmin(values)
+    assert np.nanmax(np.abs(back - values)) <= max(spread / 65534, 1e-5)
+
+
+@pytest.mark.parametrize(("lengths", "most"), [((400, 400, 4), 700_000), ((3, 5000), 1000), ((1,), 5), ((2, 2, 2), 3)])
+def test_thinning_keeps_both_ends_and_the_bound(lengths, most):
+    kept = thinned(lengths, most)
+    assert np.prod([len(each) for each in kept]) <= most
+    for positions, length in zip(kept, lengths, strict=True):
+        assert positions[0] == 0
+        assert len(positions) == 1 or positions[-1] == length - 1
+
+
+def test_the_maps_are_the_designs_of_the_run(swept, page_file):
+    designs = tendon.open_run(swept).designs
+    data = data_of(page_file)
+    assert [len(axis["values"]) for axis in data["axes"]] == [9, 7, 2]
+    margin = next(quantity for quantity in data["quantities"] if quantity["name"] == "margin")
+    assert unpacked(margin["array"]) == pytest.approx(designs["margin"].to_numpy(), rel=1e-6)
+    outcome = unpacked(data["quantities"][0]["array"])
+    assert ((outcome == 0) == designs["feasible"].to_numpy()).all()
+    assert ((outcome == 3) == ~designs["taut"].to_numpy()).all()
+
+
+def test_the_states_are_those_of_the_run(swept, page_file):
+    states = tendon.open_run(swept).states
+    data = data_of(page_file)["states"]
+    assert [len(kept) for kept in data["kept"]] == [9, 7, 2]  # few enough to be all there
+    line = data["groups"][0]["lines"][0]
+    assert unpacked(line["array"]) == pytest.approx(states["flexor_tension_distal"].to_numpy(), rel=1e-6, abs=1e-6)
+
+
+def test_the_page_is_one_small_file_that_evaluates_nothing(page_file):
+    text = page_file.read_text(encoding="utf-8")
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
+    assert "default-src 'none'" in policy
+    assert "unsafe-eval" not in policy
+    assert "unsafe-inline" not in policy.partition("script-src")[2].partition(";")[0]
+    assert page_file.stat().st_size <= 5_000_000
+
+
+def test_a_title_with_a_script_is_a_title(page_file):
+    text = page_file.read_text(encoding="utf-8")
+    assert "<script>document.title" not in text
+    assert "&lt;script&gt;document.title" in text
+
+
+def test_what_is_no_run_is_refused(tmp_path):
+    with pytest.raises(InputError, match="is no run"):
+        write_report(tmp_path)
+
+
+def test_a_file_of_somebody_else_is_left_as_it_is(swept, tmp_path):
+    strange = tmp_path / "page.html"
+    strange.write_text("<html>mine</html>")
+    with pytest.raises(UsageError, match="no page of tendon"):
+        write_report(swept, strange)
+    assert strange.read_text() == "<html>mine</html>"
+    assert write_report(swept, tmp_path / "new.html").stat().st_size > 0
+    write_report(swept, tmp_path / "new.html")  # ours may be written again
+
+
+def test_the_paper_has_a_page_with_every_finding(tmp_path):
+    paper = Path(__file__).parents[2] / "results" / "paper"
+    folder = shutil.copytree(paper, tmp_path / "paper")
+    text = write_report(folder).read_text(encoding="utf-8")
+    for entry in json.loads((paper / "ledger.json").read_text(encoding="utf-8")):
+        assert f">{entry['id']}</td>" in text
+    assert text.count('src="data:image/png') == len(list(paper.glob("*.png")))
+    assert len(text) <= 5_000_000
+
+
+def test_a_damaged_ledger_is_refused(tmp_path):
+    (tmp_path / "ledger.json").write_text('[{"id": 1}]')
+    with pytest.raises(InputError, match="is no ledger"):
+        write_report(tmp_path)
+
+
+def test_the_library_of_figures_is_the_one_that_was_published():
+    """The file of that name in version 4.1.1 of the npm package plotly.js-cartesian-dist-min, MIT."""
+    content = (files("tendon_cli.report") / "plotly" / "plotly-cartesian-4.1.1.min.js").read_bytes()
+    assert hashlib.sha256(content).hexdigest() == "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
