@@ -79,7 +79,8 @@ def sweep(
     When this returns the folder's tables stand written, recorded and verified; it is locked until then. At most `jobs`
     parts are computed at once, by default one for each core. `resume` finishes an unfinished run, `overwrite` replaces
     the one that stands there. Ctrl-C ends it cleanly and is raised when nothing is at work any more; what was finished
-    is kept. A figure that cannot be drawn is a warning of the record. Raises TendonError.
+    is kept. A declared figure that can have nothing to draw is a fault before anything is computed, any other that
+    cannot be drawn a warning of the record. Raises TendonError.
 
     >>> import tendon_cli as tendon
     >>> run = tendon.sweep(tendon.study({"load": {"mass": ["0 kg", "5 kg"]}}))
@@ -97,6 +98,10 @@ def sweep(
 
     if out is None and figures:
         raise UsageError("figures are drawn into a run folder", hint="name one: sweep(study, out, figures=True)")
+    if figures and study.figure:
+        from tendon_cli.figures.draw import check_figures_of
+
+        check_figures_of(study)
     return run(
         study,
         None if out is None else Path(out),
@@ -112,9 +117,11 @@ def sweep(
 
 
 def _draw_run(study: "Study", folder: "Path", record: "dict[str, Any]") -> "tuple[list[str], list[str], str | None]":
-    from tendon_cli.figures.of_run import draw_run  # only who draws pays for its import
+    from tendon_cli.figures.draw import draw_run  # only who draws pays for its import
 
-    return draw_run(study, folder, record)
+    drawn = draw_run(study, folder)
+    no_map = None if study.figure or record["designs"] == 1 else drawn.no_map
+    return [file.name for file in drawn.files], list(drawn.warnings), no_map
 
 
 def open_run(path: "Name") -> "Run":

@@ -14,36 +14,30 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-_VARIABLES = ("MATPLOTLIBRC", "MPLBACKEND")
-
 
 @contextlib.contextmanager
 def _undisturbed() -> Iterator[None]:
-    """Let matplotlib read its own defaults: it looks for settings in the working directory before anywhere else."""
+    """Let matplotlib read the settings that it ships, and no others: it looks in the working directory first."""
     # Notes on caches and settings files are not for the people who asked for a figure.
     logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
     spec = importlib.util.find_spec("matplotlib")
     if "matplotlib" in sys.modules or spec is None or spec.origin is None:
         yield
         return
-    kept = {name: os.environ.pop(name) for name in _VARIABLES if name in os.environ}
-    here = _open_folder()
+    own = {"MATPLOTLIBRC": str(Path(spec.origin).parent / "mpl-data/matplotlibrc"), "MPLBACKEND": "agg"}
+    before = {name: os.environ.get(name) for name in own}
+    exists = os.path.exists
+    os.environ.update(own)
+    os.path.exists = lambda path: path != "matplotlibrc" and exists(path)
     try:
-        if here is not None:
-            os.chdir(Path(spec.origin).parent / "mpl-data")
         yield
     finally:
-        os.environ.update(kept)
-        if here is not None:
-            os.fchdir(here)
-            os.close(here)
-
-
-def _open_folder() -> int | None:
-    try:
-        return os.open(".", os.O_RDONLY)
-    except OSError:
-        return None
+        os.path.exists = exists
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 with _undisturbed():

@@ -1,4 +1,8 @@
-"""What stands around the panels of a figure: a title above, the key to the signs and a few honest lines below."""
+"""A page with a figure: a title above the panels, the key to the signs and a few honest lines below, and its file.
+
+Whoever draws begins here, in `house_style()`: a Frame says what stands around the panels, `page` gives the figure to
+draw into, `Page.save` writes it with its caption and its study in the file's metadata.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,36 @@ import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from tendon_cli.figures.engine import Figure
-from tendon_cli.figures.style import new_figure, plain
+from tendon_cli.figures.labels import without_formulas
+from tendon_cli.figures.style import new_figure, plain, save
 
 _TITLE_LINE, _NOTE_LINE, _KEY_LINE, _PAD = 4.0, 3.3, 4.4, 1.5
 _TITLE_SIGN, _NOTE_SIGN = 1.75, 1.25
 """Mean width of a sign of the title and of a note, mm."""
 _KEY_SIGN, _KEY_HANDLE = 1.42, 11.0
+
+
+@dataclass(frozen=True)
+class Page:
+    """A figure, and what it says of itself in its file."""
+
+    figure: Figure
+    title: str
+    says: str
+    study: str
+    """Name and hash of the study shown."""
+
+    def save(self, path: Path, *, must_fit: bool = True) -> Path:
+        """Write it whole or not at all, in the format of the path's ending.
+
+        Raises OutputError, UsageError for another format, or where its panels have no room and `must_fit`.
+        """
+        about = {"title": self.title, "says": self.says, "study": self.study}
+        return save(self.figure, path, must_fit=must_fit, about=about)
 
 
 @dataclass(frozen=True)
@@ -29,6 +54,8 @@ class Frame:
     notes: Sequence[str] = ()
     """Ready to draw, as is `subtitle`: they may hold formulas."""
     subtitle: str = ""
+    study: str = ""
+    """Name and hash of the study shown, for the file's metadata."""
 
     @property
     def title_lines(self) -> list[str]:
@@ -46,7 +73,7 @@ class Frame:
     def key_columns(self) -> int:
         """How many entries of the key fit side by side."""
         longest = max((_KEY_HANDLE + len(str(entry.get_label())) * _KEY_SIGN for entry in self.key), default=1.0)
-        return max(1, min(len(self.key), int(self.width / longest)))
+        return max(1, min(len(self.key), int((self.width + 4.0) / longest)))
 
     @property
     def head(self) -> float:
@@ -57,6 +84,15 @@ class Frame:
     def foot(self) -> float:
         """Height below the panels, mm."""
         return self._key_height + len(self.note_lines) * _NOTE_LINE + _PAD
+
+    def panels_height(self, height: float | None, usual: float) -> float:
+        """What is left for the panels of a figure of a height in mm; without one their usual height."""
+        return usual if height is None else max(30.0, height - self.head - self.foot)
+
+    def page(self, panels_height: float) -> Page:
+        """A page to draw on, whose panels are `panels_height` mm high in all."""
+        says = without_formulas(" ".join(filter(None, (self.subtitle, *self.notes))))
+        return Page(self.figure(panels_height), self.title, says, self.study)
 
     def figure(self, panels_height: float) -> Figure:
         """A figure whose panels are `panels_height` mm high in all, framed."""

@@ -8,16 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
 
 from tendon_cli.figures.style import plain
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import Quantity
 from tendon_cli.units import UNITS
 
-_BY_MEANING = {quantity.long_name: quantity for quantity in QUANTITIES.values()}
 _SYMBOL = re.compile(r"([^_^]+)(?:_([^_^]+))?(?:\^([^_^]+))?")
+_FORMULA = re.compile(r"(?<!\\)\$([^$]*)\$")
 _WORDS = {"_proximal": " at the motor", "_distal": " at the elbow", "_": " "}
-_ANCHORS = ("a1", "b1", "a2", "b2")
+_NAMED = {
+    "radius_ratio": "flexor over extensor travel",
+    **{name: f"anchor distance {name}" for name in ("a1", "b1", "a2", "b2")},
+}
 
 
 @dataclass(frozen=True)
@@ -29,15 +31,25 @@ class Shown:
     unit: str
     factor: float
 
+    @classmethod
+    def of(cls, column: str, quantity: Quantity, units: Mapping[str, str] | None = None) -> Shown:
+        """A column of a quantity; `units` overrules the usual unit of a dimension."""
+        unit = (units or {}).get(quantity.dimension, quantity.shown_in)
+        return cls(column, quantity, unit, float(UNITS[unit].factor) if unit in UNITS else 1.0)
+
     @property
     def name(self) -> str:
         """In words, the side included."""
-        name = self.quantity.name
-        words = f"anchor distance {name}" if name in _ANCHORS else name
+        words = _NAMED.get(self.quantity.name, self.quantity.name)
         for mark, word in _WORDS.items():
             words = words.replace(mark, word)
-        side = next((f", {side}" for side in ("flexor", "extensor") if self._is_of(side)), "")
-        return f"{words}{side}"
+        return f"{words}, {self.side}" if self.side else words
+
+    @property
+    def side(self) -> str:
+        """The side of a column that only one side has, where the quantity's name does not say it."""
+        sides = ("flexor", "extensor")
+        return next((one for one in sides if self.column.endswith(f"_{one}") and one not in self.quantity.name), "")
 
     @property
     def symbol(self) -> str:
@@ -47,10 +59,9 @@ class Shown:
     @property
     def titled(self) -> str:
         """Name and symbol, for a title."""
-        if self.quantity.name in _ANCHORS:
-            return f"anchor distance {self.symbol}"
         # A symbol such as "max F" says nothing that the name does not.
-        says_more = " − " in self.symbol or (" " not in self.symbol and self.symbol not in self.name)
+        text = self.quantity.symbol
+        says_more = " − " in text or " / " in text or (" " not in text and text not in self.name)
         return f"{self.name} {self.symbol}" if says_more else self.name
 
     @property
@@ -79,26 +90,14 @@ class Shown:
         return f"{number(value / self.factor)}{unit}"
 
     def equation(self, value: float) -> str:
-        """One SI value with its symbol: "K = 3 kN/m"."""
-        return f"{self.symbol} = {self.text(value)}"
+        """One SI value with its symbol: "K = 3 kN/m", of a load "5 kg load"."""
+        if self.quantity.name == "load_mass":
+            return f"{self.text(value)} load"
+        return f"{self.symbol} = {self.text(value)}{f' ({self.side})' if self.side else ''}"
 
     @property
     def _in_brackets(self) -> str:
         return "" if self.unit == "1" else f" ({plain(self.unit)})"
-
-    def _is_of(self, side: str) -> bool:
-        return self.column.endswith(f"_{side}") and side not in self.quantity.name
-
-
-def shown(schema: pa.Schema, column: str, units: Mapping[str, str] | None = None) -> Shown:
-    """How a column of numbers is shown; `units` overrules the usual unit of a dimension."""
-    metadata = schema.field(column).metadata or {}
-    meaning = metadata.get(b"long_name", b"").decode()
-    unit = metadata.get(b"unit", b"1").decode()
-    quantity = _BY_MEANING.get(meaning) or Quantity(column, column.replace("_", " "), "number", unit, unit, meaning)
-    chosen = (units or {}).get(quantity.dimension, quantity.shown_in)
-    known = UNITS.get(chosen)
-    return Shown(column, quantity, chosen, float(known.factor) if known else 1.0)
 
 
 def number(value: float) -> str:
@@ -113,10 +112,19 @@ def symbol(text: str) -> str:
     return " ".join(_set(word) for word in text.split(" "))
 
 
+def without_formulas(text: str) -> str:
+    """Drawn text as it can stand in a file's metadata: formulas as they are written, F_o^f."""
+    return _FORMULA.sub(lambda found: found[1].replace("{", "").replace("}", ""), text).replace(r"\$", "$")
+
+
 def _set(word: str) -> str:
     match = _SYMBOL.fullmatch(word)
     if match is None or (match[2] is None and match[3] is None):
         return plain(word)
-    low = f"_{{{match[2]}}}" if match[2] else ""
+    # Subscripts are words of the field (I, o, elb): the capital I needs its serifs to be told from a stroke.
+    low = f"_{{{match[2].replace('I', INPUT)}}}" if match[2] else ""
     high = f"^{{{match[3]}}}" if match[3] else ""
     return f"${match[1]}{low}{high}$"
+
+
+INPUT = r"\mathit{I}"

@@ -1,61 +1,119 @@
-"""The axes of a table, and the rows that a figure needs, read part by part so that memory stays flat."""
+"""The rows of a table as the product of its axes, as a study lays them out; those that a figure needs are read."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError
-from tendon_cli.study.study import keys
+from tendon_cli.figures.labels import Shown
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.study.derived import DERIVED
+from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
+from tendon_cli.study.study import CASE_AXIS, SIDES, Study, keys
 from tendon_cli.tables.read import TableFiles
+from tendon_cli.units import parse_measure
 
 Ints = npt.NDArray[np.int64]
 Columns = dict[str, npt.NDArray[Any]]
 
-CASE = "case"
-_SIDES = ("flexor", "extensor")
+LOAD, DIRECTION, ANGLE = "load_mass", "direction", "elbow_angle"
+_ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
+"""Columns that every table has, and that say what a design is."""
 _MOST = 1e150
 """More than any number of a study comes to, and few enough to be drawn."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis of a table's rows, whose values are those of a column."""
+    """One axis of a table's rows."""
 
     key: str
     column: str
-    length: int
+    values: npt.NDArray[Any] = field(compare=False)
+    """In SI, or names."""
     stride: int
     """Rows from one value to the next."""
     is_log: bool
-    is_text: bool
+
+    @property
+    def length(self) -> int:
+        """Number of values."""
+        return len(self.values)
+
+    @property
+    def is_text(self) -> bool:
+        """Whether its values are names."""
+        return self.values.dtype == object
 
 
 @dataclass(frozen=True)
 class Product:
-    """The rows of a table as the product of its axes, slowest first."""
+    """The rows of a table as the product of its axes, slowest first; without `files`, of a table to come."""
 
-    table: TableFiles
+    kind: str
+    """designs or states."""
     axes: tuple[Axis, ...]
+    columns: Mapping[str, Quantity | None]
+    """What each column holds, the derived ones included; words and truths are no quantity."""
+    study: Mapping[str, Any]
+    """The resolved study as a document."""
+    study_hash: str
+    files: TableFiles | None = None
+
+    @property
+    def title(self) -> str:
+        """What the study is called: its title, or its name."""
+        return str(self.study.get("title") or self.study.get("name") or "")
+
+    @property
+    def source(self) -> str:
+        """Name and hash of the study, for a figure's file."""
+        return f"tendon study {self.study.get('name', '')} {self.study_hash}"
+
+    def limit(self, key: str) -> float:
+        """What the study says under [limits], in SI; 0 where it says nothing."""
+        said = self.study.get("limits", {}).get(key, 0.0)
+        return float(said) if isinstance(said, (int, float)) else parse_measure(said, QUANTITIES[key].dimension).si
+
+    @property
+    def pushes(self) -> bool:
+        """Whether tendons push in the model of the study, so that negative tension means slack."""
+        models = [self.study.get("model", {}), *(case.get("model", {}) for case in self.study.get("cases", ()))]
+        return any(model.get("slack") == "bilateral" for model in models)
+
+    def is_null(self, column: str) -> bool:
+        """Whether a column is null whatever the numbers are: slack lengths have no meaning where tendons push."""
+        models = [self.study.get("model", {}), *(case.get("model", {}) for case in self.study.get("cases", ()))]
+        always = self.pushes and all(model.get("slack", "bilateral") == "bilateral" for model in models)
+        return always and column in ("flexor_slack", "extensor_slack", "max_slack")
+
+    @property
+    def defining(self) -> list[str]:
+        """Columns of numbers that say what a design is."""
+        names = [*_ALWAYS, *(axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE)]
+        return [each for name in dict.fromkeys(names) for each in self.with_sides(name)]
+
+    def with_sides(self, column: str) -> list[str]:
+        """A column, or the two of the sides where they differ."""
+        sides = [f"{column}_{side}" for side in SIDES]
+        return sides if set(sides) <= set(self.columns) else [column]
 
     def axis(self, column: str) -> Axis | None:
         """The axis of a column."""
         return next((axis for axis in self.axes if axis.column == column), None)
 
-    def positions(self) -> dict[str, Ints]:
-        """All positions on each axis."""
-        return {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
-
-    def is_text(self, column: str) -> bool:
-        """Whether a column holds words."""
-        return bool(pa.types.is_dictionary(self.table.schema.field(column).type))
+    def shown(self, column: str, units: Mapping[str, str] | None = None) -> Shown:
+        """How a column of numbers is shown; `units` overrules the usual unit of a dimension."""
+        quantity = self.columns[column]
+        words = column.replace("_", " ")
+        return Shown.of(column, quantity or Quantity(column, words, "number", "1", "1", words), units)
 
     def rows(self, order: Sequence[str], positions: Mapping[str, Ints]) -> Ints:
         """Row numbers over the columns in `order`, of shape (len of each); other axes have one position each."""
@@ -70,53 +128,59 @@ class Product:
                 total = total + steps.reshape(())
         return total
 
-    def values(self, axis: Axis, positions: Ints | None = None) -> npt.NDArray[Any]:
-        """Values of an axis at its positions, all by default."""
-        at = np.arange(axis.length, dtype=np.int64) if positions is None else positions
-        found = self.gather(at * axis.stride, (axis.column,))[axis.column]
-        if not axis.is_text and np.isnan(found).any():
-            # A case that sets this number for one side makes the plain column null; the study still has the axis.
-            try:
-                found = _in_study(self.table.facts["study"]["study"], axis.key)[at]
-            except (KeyError, TypeError, ValueError, IndexError):
-                raise _foreign(self.table) from None
-        return found
-
     def gather(self, rows: Ints, columns: Sequence[str]) -> Columns:
-        """Columns at some rows, in the shape of `rows`; null becomes NaN or ""."""
+        """Columns at some rows, in the shape of `rows`; null becomes NaN or "". Read part by part."""
+        names = list(dict.fromkeys(columns))
+        stored = dict.fromkeys(need for name in names for need in (_needs(name, self.columns) or [name]))
+        read = self._stored(rows, list(stored))
+        for name in names:
+            if name in DERIVED:
+                needed = (read[need] for need in _needs(name, self.columns))
+                read[name] = np.asarray(DERIVED[name].of(*needed), dtype=np.float64)
+        return {name: read[name] for name in names}
+
+    def _stored(self, rows: Ints, names: list[str]) -> Columns:
+        if self.files is None:
+            raise ValueError("a table that is not written has no rows")
         order = np.argsort(rows, axis=None, kind="stable")
         wanted = rows.ravel()[order]
-        names = list(dict.fromkeys(columns))
-        found = {name: _empty(self.table.schema.field(name).type, rows.size) for name in names}
-        start = 0
-        for file in self.table.files:
-            count = pq.read_metadata(file).num_rows
-            low, high = np.searchsorted(wanted, (start, start + count))
+        found = {name: _empty(self.files.schema.field(name).type, rows.size) for name in names}
+        for start, part in self.files.parts(names):
+            low, high = np.searchsorted(wanted, (start, start + part.num_rows))
             if high > low:
-                part = TableFiles((file,)).read(names).take(pa.array(wanted[low:high] - start))
+                taken = part.take(pa.array(wanted[low:high] - start))
                 for name in names:
-                    found[name][order[low:high]] = _numpy(part.column(name))
-            start += count
+                    found[name][order[low:high]] = _numpy(taken.column(name))
         if any((np.abs(values) > _MOST).any() for values in found.values() if values.dtype == np.float64):
-            raise _foreign(self.table)
+            raise _foreign(self.files)
         return {name: values.reshape(rows.shape) for name, values in found.items()}
 
 
 def product_of(table: TableFiles) -> Product:
-    """The axes of a table from what it knows of its study; raises InputError for a table of another kind."""
+    """A table by what it knows of its study; raises InputError for a table of another kind."""
     try:
-        lengths = _lengths(table)
-        strides = np.cumprod([1, *(length for _, length, _ in reversed(lengths))][:-1], dtype=object)[::-1]
-        axes = tuple(
-            _axis(table.schema, key, length, int(stride), is_log)
-            for (key, length, is_log), stride in zip(lengths, strides, strict=True)
-        )
-        is_one = table.facts["table"] in {"designs", "states"} and _is_ours(table.schema)
+        kind, record = table.facts["table"], table.facts["study"]
+        columns = _with_derived({field.name: _quantity(field) for field in table.schema})
+        axes = _axes(record, kind, columns, lambda key: _names_in(table, key))
+        is_one = kind in {"designs", "states"} and _is_ours(table.schema)
         if not is_one or table.rows != math.prod(axis.length for axis in axes):
             raise _foreign(table)
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, pa.ArrowException):
+        return Product(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, StopIteration, pa.ArrowException):
         raise _foreign(table) from None
-    return Product(table, axes)
+
+
+def product_to_come(study: Study, kind: str) -> Product:
+    """The table of designs or states that a study will give, to plan its figures before anything is computed."""
+    numbers = {keys()[path].column: keys()[path].number.quantity for path in (*study.numbers, "motion.elbow_angle")}
+    results = OF_STATES if kind == "states" else OF_DESIGNS
+    words = ("case", "direction", "status") if kind == "states" else ("case", "taut", "stable", "feasible")
+    columns: dict[str, Quantity | None] = {**numbers, **dict.fromkeys(words)}
+    columns |= {name: QUANTITIES[name] for name in results if name not in DERIVED}
+    linked = {axis.key: axis.names for axis in study.linked}
+    record = study.record()
+    axes = _axes(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
+    return Product(kind, axes, _with_derived(columns), record["study"], study.hash)
 
 
 def evenly(count: int, most: int) -> Ints:
@@ -128,55 +192,82 @@ def evenly(count: int, most: int) -> Ints:
     return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
-def _lengths(table: TableFiles) -> list[tuple[str, int, bool]]:
-    """Key, length and spacing of each axis, slowest first."""
-    record = table.facts["study"]
+def _needs(name: str, columns: Mapping[str, object]) -> list[str]:
+    """The columns that a derived quantity follows from, those of its side where the sides differ; else none."""
+    derived = DERIVED.get(name)
+    needs = derived.needs if derived else ()
+    return [side if derived and (side := f"{need}_{derived.side}") in columns else need for need in needs]
+
+
+def _with_derived(columns: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
+    offered = {name: each.quantity for name, each in DERIVED.items() if set(_needs(name, columns)) <= set(columns)}
+    return {**columns, **offered}
+
+
+def _quantity(field: pa.Field) -> Quantity | None:
+    """What a column of a table holds; of one that we do not know its name and unit."""
+    if field.type not in (pa.float64(), pa.int64()):
+        return None
+    metadata = field.metadata or {}
+    name, unit = (metadata.get(key, b"").decode() for key in (b"quantity", b"unit"))
+    unknown = Quantity(field.name, field.name.replace("_", " "), "number", unit, unit, field.name)
+    return QUANTITIES.get(name, unknown)
+
+
+def _axes(
+    record: Mapping[str, Any], kind: str, columns: Mapping[str, object], linked: Callable[[str], Sequence[str]]
+) -> tuple[Axis, ...]:
+    """The axes that a recorded study spans, slowest first; `linked` gives the names of those that no number gives."""
     study = record["study"]
-    found = [(CASE, len(study["cases"]), False) if key == CASE else (key, *_grid(study, key)) for key in record["axes"]]
-    if table.facts["table"] == "states":
-        found.append(("direction", len(study["motion"]["direction"]), False))
-        found.append(("motion.elbow_angle", *_grid(study, "motion.elbow_angle")))
-    return found
+    names = [*record["axes"], *((DIRECTION, "motion.elbow_angle") if kind == "states" else ())]
+    values = [
+        _values(study, key)
+        if key in keys()
+        else (np.array(list(_names(study, key) or linked(key)), dtype=object), False)
+        for key in names
+    ]
+    found: list[Axis] = []
+    stride = 1
+    for key, (array, is_log) in reversed(list(zip(names, values, strict=True))):
+        known = keys()[key].column if key in keys() else key
+        column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)
+        found.append(Axis(key, column, array, stride, is_log))
+        stride *= len(array)
+    return tuple(reversed(found))
 
 
-def _said(study: Mapping[str, Any], key: str) -> Any:
-    """What a study says under a dotted key."""
+def _names(study: Mapping[str, Any], key: str) -> list[str]:
+    """The names along an axis, where the study says them."""
+    if key == DIRECTION:
+        return [str(way) for way in study["motion"]["direction"]]
+    return [str(case["name"]) for case in study["cases"]] if key == CASE_AXIS else []
+
+
+def _names_in(table: TableFiles, key: str) -> list[str]:
+    """The names along an axis, from the table's column."""
+    return list(dict.fromkeys(table.read([key]).column(key).cast(pa.string()).to_pylist()))
+
+
+def _values(study: Mapping[str, Any], key: str) -> tuple[npt.NDArray[Any], bool]:
+    """The values of an axis in SI, and whether they are spaced by factors."""
     said: Any = study
     for name in key.split("."):
         said = said[name]
-    return said
-
-
-def _grid(study: Mapping[str, Any], key: str) -> tuple[int, bool]:
-    value = _said(study, key)
-    if isinstance(value, Mapping):
-        return int(value["num"]), value.get("spacing") == "log"
-    return (len(value), False) if isinstance(value, list) else (1, False)
-
-
-def _in_study(study: Mapping[str, Any], key: str) -> npt.NDArray[np.float64]:
-    """The values of an axis in SI, from the study that the table knows."""
-    values = keys()[key].number.read(_said(study, key))
-    return values.array if values is not None else np.full(1, np.nan)
-
-
-def _axis(schema: pa.Schema, key: str, length: int, stride: int, is_log: bool) -> Axis:
-    """An axis with its column, which is named by its key, or for the commonest by the key's last word."""
-    parts = key.split(".")
-    side = [parts.pop(1)] if len(parts) == 3 and parts[1] in _SIDES else []
-    names = ("_".join((*parts, *side)), "_".join((parts[-1], *side)))
-    column = next(name for name in (*names, "") if name in schema.names or not name)
-    return Axis(key, column, length, stride, is_log, pa.types.is_dictionary(schema.field(column).type))
+    values = keys()[key].number.read(said)
+    if values is None:
+        raise ValueError(key)
+    return values.array, isinstance(said, Mapping) and said.get("spacing") == "log"
 
 
 def _is_ours(schema: pa.Schema) -> bool:
-    """Whether columns have names of their own, types that we write, and units and meanings that are text."""
-    for field in schema:
-        b"".join((field.metadata or {}).values()).decode()  # raises ValueError
-    words = [field.type.value_type for field in schema if pa.types.is_dictionary(field.type)]
-    plain = [field.type for field in schema if not pa.types.is_dictionary(field.type)]
-    is_known = all(kind in (pa.float64(), pa.int64(), pa.bool_()) for kind in plain)
-    return is_known and all(kind == pa.string() for kind in words) and len(set(schema.names)) == len(schema.names)
+    """Whether columns have names of their own, and types that we write."""
+    return len(set(schema.names)) == len(schema.names) and all(_kinds(schema))
+
+
+def _kinds(schema: pa.Schema) -> Iterator[bool]:
+    for each in schema:
+        is_words = pa.types.is_dictionary(each.type) and each.type.value_type == pa.string()
+        yield is_words or each.type in (pa.float64(), pa.int64(), pa.bool_())
 
 
 def _foreign(table: TableFiles) -> InputError:

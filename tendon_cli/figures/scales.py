@@ -40,20 +40,19 @@ class Scale:
         edges = np.concatenate(([at[0] - step / 2.0], middles, [at[-1] + last / 2.0]))
         return np.exp(edges) if self.is_log else edges
 
-    @property
-    def limits(self) -> tuple[float, float]:
-        """From the first value to the last; names and a single value with their whole cells."""
-        ends = self.edges if self.names or len(self.places) == 1 else self.places
+    def limits(self, *, cells: bool = False) -> tuple[float, float]:
+        """From the first value to the last; names, a single value and what is drawn in cells with their whole cells."""
+        ends = self.edges if cells or self.names or len(self.places) == 1 else self.places
         return float(ends[0]), float(ends[-1])
 
-    def apply(self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6) -> None:
+    def apply(self, axes: Axes, which: Literal["x", "y"], *, ticks: int = 6, cells: bool = False) -> None:
         """Set scale, limits and at most so many ticks of the x or y axis of a panel."""
         axis = axes.xaxis if which == "x" else axes.yaxis
         set_scale, set_limits = (axes.set_xscale, axes.set_xlim) if which == "x" else (axes.set_yscale, axes.set_ylim)
         if self.is_log:
             set_scale("log")
         self._set_ticks(axis, which, ticks)
-        low, high = self.limits
+        low, high = self.limits(cells=cells)
         if low < high:  # of a table of ours, always
             set_limits(low, high)
 

@@ -6,20 +6,30 @@ import contextlib
 import io
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import ConstrainedLayoutEngine, Figure, FigureCanvasAgg, LinearSegmentedColormap, mpl
+from tendon_cli.figures.engine import (
+    ConstrainedLayoutEngine,
+    Figure,
+    FigureCanvasAgg,
+    LinearSegmentedColormap,
+    Patch,
+    mpl,
+)
 from tendon_cli.files import write_whole
+from tendon_cli.study.figures import WIDTHS
 
 MM = 1.0 / 25.4
-COLUMN_WIDTH = 85.0
-PAGE_WIDTH = 175.0
+COLUMN_WIDTH, PAGE_WIDTH = WIDTHS["column"], WIDTHS["page"]
 PAGE_HEIGHT = 230.0
+
+Colour = tuple[float, float, float, float] | str
 
 INK = "#1a1a1a"
 FAINT = "#8a8a8a"
@@ -37,16 +47,25 @@ _SEQUENTIAL = LinearSegmentedColormap.from_list(
     "tendon_sequence", ("#f0a01e", "#ed7953", "#bd3786", "#7201a8", "#1c0a66")
 )
 
-FORMATS: dict[str, dict[str, Any]] = {
-    "png": {"format": "png", "metadata": {"Software": None}},
-    "svg": {"format": "svg", "metadata": {"Date": None, "Creator": None}},
-    "pdf": {"format": "pdf", "metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
+FORMATS: dict[str, dict[str, str | None]] = {
+    "png": {"title": "Title", "says": "Description", "study": "Source", "Software": None},
+    "svg": {"title": "Title", "says": "Description", "study": "Source", "Date": None, "Creator": None},
+    "pdf": {
+        "title": "Title",
+        "says": "Subject",
+        "study": "Keywords",
+        "CreationDate": None,
+        "Creator": None,
+        "Producer": None,
+    },
 }
+"""How each format calls what a figure says of itself; what is left out would differ from one day to the next."""
 _DPI = 250
 
 _STYLE: dict[str, Any] = {
     "font.family": ["DejaVu Sans"],  # ships with matplotlib
-    "mathtext.fontset": "dejavusans",
+    "mathtext.fontset": "custom",
+    "mathtext.it": "DejaVu Serif",  # only for the I of F_I, which would be a stroke without serifs
     "mathtext.default": "regular",
     "font.size": 7.5,
     "axes.titlesize": 8.0,
@@ -81,7 +100,7 @@ _STYLE: dict[str, Any] = {
     "figure.constrained_layout.h_pad": 0.03,
     "figure.constrained_layout.w_pad": 0.03,
     "svg.hashsalt": "tendon",
-    "svg.fonttype": "path",
+    "svg.fonttype": "none",  # text stays text
     "pdf.fonttype": 42,
     "pdf.compression": 6,
 }
@@ -111,24 +130,40 @@ def check_format(name: str) -> str:
     return name.lower()
 
 
-def render(figure: Figure, kind: str, *, must_fit: bool = False) -> bytes:
-    """The bytes of a figure as PNG, SVG or PDF; raises UsageError where its panels have no room and `must_fit`."""
+def render(figure: Figure, kind: str, *, must_fit: bool = False, about: Mapping[str, str] | None = None) -> bytes:
+    """The bytes of a figure as PNG, SVG or PDF, with what it says of itself (`title`, `says`, `study`) inside.
+
+    Raises UsageError where its panels have no room and `must_fit`.
+    """
     buffer = io.BytesIO()
+    told = about or {}
+    metadata = {name or key: told.get(key) for key, name in FORMATS[kind].items() if name is None or told.get(key)}
+    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if kind == "png" else {}
     with house_style():
         warnings.filterwarnings("error" if must_fit else "ignore", message="constrained_layout not applied")
         FigureCanvasAgg(figure)
         try:
-            figure.savefig(buffer, dpi=_DPI, facecolor="white", **FORMATS[kind])
+            figure.savefig(buffer, dpi=_DPI, facecolor="white", format=kind, metadata=metadata, **more)
         except UserWarning:
             hint = "a larger one, or fewer panels and quantities"
             raise UsageError("the panels do not fit into this size", where="--size", hint=hint) from None
     return buffer.getvalue()
 
 
-def save(figure: Figure, path: Path, *, must_fit: bool = False) -> Path:
+def save(figure: Figure, path: Path, *, must_fit: bool = False, about: Mapping[str, str] | None = None) -> Path:
     """Write a figure whole or not at all, in the format of the path's ending; raises OutputError, UsageError."""
-    write_whole(path, render(figure, check_format(path.suffix[1:]), must_fit=must_fit))
+    write_whole(path, render(figure, check_format(path.suffix[1:]), must_fit=must_fit, about=about))
     return path
+
+
+def unknown_hatch() -> dict[str, Any]:
+    """How an area looks in which there is no value."""
+    return {"facecolor": "#efefef", "hatch": "////", "edgecolor": FAINT, "linewidth": 0.0}
+
+
+def hatch_key(label: str) -> Patch:
+    """The sign of what has no value, for the key."""
+    return Patch(**unknown_hatch(), label=label)
 
 
 def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
@@ -139,9 +174,16 @@ def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
     return clean.replace("$", r"\$")
 
 
-def sequence(count: int) -> list[tuple[float, float, float, float]]:
+def sequence(count: int) -> list[Colour]:
     """Colours for values with an order, from light to dark so that they are told apart in grey print too."""
     return [_SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)] if count > 1 else [_SEQUENTIAL(1.0)]
+
+
+def load_colours(masses: npt.ArrayLike) -> list[Colour]:
+    """Colours of loads in kg, each its own in every figure; where some lie too close, those of `sequence`."""
+    at = 1.0 - np.exp(-np.asarray(masses, dtype=np.float64) / 6.0)
+    is_told_apart = len(at) < 2 or float(np.diff(np.sort(at)).min()) > 0.1
+    return [_SEQUENTIAL(float(each)) for each in at] if is_told_apart else sequence(len(at))
 
 
 def wrapped(text: str, width: int) -> str:

@@ -8,16 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.figures.declared import Finish, shade_slack
+from tendon_cli.figures.curves.draw import shade_slack
+from tendon_cli.figures.draw import Finish
 from tendon_cli.figures.engine import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Frame
 from tendon_cli.figures.scales import plain_numbers
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, house_style, save
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, house_style
 from tendon_cli.paper.entry import number
 from tendon_cli.paper.measures import crossing
 from tendon_cli.paper.runs import Array, Run
 from tendon_cli.paper.slips import Evidence
-from tendon_cli.study.figures import DeclaredFigure
+from tendon_cli.study.figures import FigureSpec
 
 _USED, _LETTER, _OPTION = OKABE_ITO[:3]
 _DASHED = (0, (3.2, 1.4))
@@ -27,7 +28,7 @@ _LETTERS = "abcdefgh"
 def finisher(run: Run) -> Finish:
     """Adds what a figure of the paper needs so that its finding is read off it."""
 
-    def finish(figure: DeclaredFigure, page: Figure) -> None:
+    def finish(figure: FigureSpec, page: Figure) -> None:
         if figure.name == "fig04":
             _mark_ratio(page.axes[0])
         if figure.name == "fig06":
@@ -44,7 +45,7 @@ def finisher(run: Run) -> Finish:
 
 
 def _mark_ratio(axes: Axes) -> None:
-    axes.set_ylabel("$H_f / H_e$")
+    axes.set_ylabel("flexor over extensor travel, $H_f / H_e$")
     axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=_DASHED)
     (line,) = [line for line in axes.lines if line.get_gid() == "curve"]
     x, y = (np.asarray(values, dtype=np.float64) for values in line.get_data())
@@ -79,8 +80,8 @@ def draw_slips(runs: Mapping[str, Run], found: Evidence, path: Path) -> Path:
     ]
     with house_style():
         frame = Frame(PAGE_WIDTH, "Where the letter of the paper fails", key)
-        figure = frame.figure(122.0)
-        grid = figure.subplots(2, 2)
+        page = frame.page(122.0)
+        grid = page.figure.subplots(2, 2)
         _eq_12(grid[0, 0], runs["fig07"], found)
         _eq_11(grid[0, 1], runs["fig07"], found)
         _reference(grid[1, 0], runs)
@@ -90,7 +91,7 @@ def draw_slips(runs: Mapping[str, Run], found: Evidence, path: Path) -> Path:
             axes.set_xlim(0.0, 90.0)
             axes.set_xticks(range(0, 91, 15))
             axes.yaxis.set_major_formatter(plain_numbers())
-    return save(figure, path, must_fit=True)
+    return page.save(path)
 
 
 def _eq_12(axes: Axes, run: Run, found: Evidence) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.figures.declared import draw_declared
+from tendon_cli.figures.draw import draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.friction import fit_file
@@ -116,7 +116,8 @@ def _draw(found: Evaluation, out: Path, step: Callable[[], None]) -> list[str]:
     files: list[str] = []
     for name in STUDIES:
         run = found.runs[name]
-        files += [path.name for path in draw_declared(run.study, run.folder, out, finisher(run))]
+        for figure in run.study.figure:
+            files += [path.name for path in draw_declared(figure, run.folder, out, finisher(run))]
         step()
     draw_fit(found.fit, out / "table_a1.png")
     step()

@@ -14,7 +14,8 @@ from pydantic.fields import FieldInfo
 
 from tendon_cli.study.design import Goals, Limits, Uncertainty
 from tendon_cli.study.fields import Later, Number, fault
-from tendon_cli.study.figures import DeclaredFigure, check_figures
+from tendon_cli.study.figure_checks import check_figures
+from tendon_cli.study.figures import FigureSpec
 from tendon_cli.study.linked import Linked
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.people.arms import OF_THE_BODY, person_axis
@@ -91,7 +92,7 @@ def _cases() -> Any:
     return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]
 
 
-def _with_known_columns(figures: tuple[DeclaredFigure, ...]) -> tuple[DeclaredFigure, ...]:
+def _with_known_columns(figures: tuple[FigureSpec, ...]) -> tuple[FigureSpec, ...]:
     return check_figures(figures, {path: (key.column, key.number.quantity) for path, key in keys().items()})
 
 
@@ -120,7 +121,7 @@ class Study(Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
-    figure: Annotated[tuple[DeclaredFigure, ...], AfterValidator(_with_known_columns)] = Field(
+    figure: Annotated[tuple[FigureSpec, ...], AfterValidator(_with_known_columns)] = Field(
         default=(), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
     )
 

@@ -46,11 +46,9 @@ class TableFiles:
         first = 0
         for file in self.files:
             try:
-                part = pq.read_table(
-                    pa.memory_map(str(file)),
-                    columns=list(columns) if columns else None,
-                    page_checksum_verification=True,
-                )
+                # Not pq.read_table, which imports pandas.
+                with pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as whole:
+                    part = whole.read(columns=list(columns) if columns else None)
             except (pa.ArrowException, OSError) as error:
                 raise _damaged(file, str(error).splitlines()[0]) from None
             yield first, part

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.study.load import study_from
+from tendon_cli.study.study import Study
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.run import run
 from tendon_cli.sweep.run_folder import RunFolder
@@ -28,10 +29,13 @@ def _axis_order(content: dict[str, Any], prefix: str = "") -> tuple[str, ...]:
     return tuple(found)
 
 
+def study_of(content: dict[str, Any]) -> Study:
+    return study_from({"name": "test", "load": {"mass": ["0 kg"]}, **content}, order=_axis_order(content))
+
+
 def sweep(folder: Path, content: dict[str, Any]) -> Path:
     """Run a study into a folder; axes vary in the order of `content`."""
-    study = study_from({"name": "test", "load": {"mass": ["0 kg"]}, **content}, order=_axis_order(content))
-    target = RunFolder(folder, Plan(study))
+    target = RunFolder(folder, Plan(study_of(content)))
     with target.locked():
         run(target, jobs=1, stop=threading.Event(), progress=lambda *_: None, resume=False)
     return folder

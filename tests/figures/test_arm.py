@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from tendon_cli.figures.arm import arm_figure, draw_arm
-from tendon_cli.figures.arm_shape import ArmShape, arm_sizes
+from tendon_cli.figures.arm.draw import arm_page, draw_arm
+from tendon_cli.figures.arm.shape import ArmShape, arm_sizes
 from tendon_cli.model.kinematics import kinematics
 from tendon_cli.study.load import study_from
 
@@ -50,7 +50,7 @@ def test_gravity_pulls_down_and_the_upper_arm_leans_forward() -> None:
 
 
 def test_what_the_drawing_says() -> None:
-    figure = arm_figure(STUDY, [0.0, math.radians(60.0), math.radians(170.0)])
+    figure = arm_page(STUDY, [0.0, math.radians(60.0), math.radians(170.0)]).figure
     words = "\n".join(text.get_text() for text in figure.findobj(Text))
     for text in ("b₁ = 150 mm", "b₂ = 150 mm", "a₁ = 40 mm", "a₂ = 20 mm", "$d_{load}$ = 320 mm", "$d_{com}$ = 174 mm",
                  "$R_{elb}$ = 45 mm", "$R_{f}$ = 30 mm", "$R_{e}$ = 21 mm", "η = $R_e$ / $R_f$ = 0.7", "ψ = 30 deg",
@@ -66,7 +66,7 @@ def test_what_the_drawing_says() -> None:
 def test_angles_of_the_study_and_files(tmp_path: Path) -> None:
     path = draw_arm(STUDY, (), tmp_path / "arm.svg")
     assert b"<svg" in path.read_bytes()[:1000]
-    titles = [axes.get_title() for axes in arm_figure(STUDY).axes]
+    titles = [axes.get_title() for axes in arm_page(STUDY).figure.axes]
     assert titles[2:] == ["θ = 0 deg", "θ = 30 deg", "θ = 60 deg", "θ = 90 deg"]
-    many = arm_figure(STUDY, list(np.linspace(0.0, 1.5, 30)))
+    many = arm_page(STUDY, list(np.linspace(0.0, 1.5, 30))).figure
     assert len(many.axes) == 2 + 5

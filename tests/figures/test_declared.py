@@ -8,8 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from tendon_cli.errors import StudyError, UsageError
-from tendon_cli.figures.declared import draw_declared, pages_of, with_derived
+from tendon_cli.errors import StudyError
+from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
 from tendon_cli.figures.product import product_of
 from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept
 from tendon_cli.study.derived import DERIVED
@@ -41,7 +41,7 @@ def curves(axes):
 
 
 def derived(run, name, rows=None):
-    product = with_derived(product_of(open_table(run.folder / "states.parquet")))
+    product = product_of(open_table(run.folder / "states.parquet"))
     wanted = np.arange(len(run.states)) if rows is None else rows
     return product.gather(wanted, (name,))[name]
 
@@ -71,7 +71,7 @@ def test_the_side_counts_where_the_sides_differ(new_sweep, tmp_path):
     swept_ = new_sweep(
         SMALL + '[spring.flexor]\nstiffness = "2 kN/m"\n[tendon.extensor]\npretension = "150 N"\n', tmp_path
     )
-    product = with_derived(product_of(swept_.table("states")))
+    product = product_of(swept_.table("states"))
     names = ("flexor_spring_elongation", "extensor_spring_elongation", "extensor_elongation")
     read = product.gather(np.arange(len(swept_.states)), names)
     states = swept_.states
@@ -94,7 +94,7 @@ def figure(text):
 
 def drawn(new_sweep, folder, text, **settings):
     run = new_sweep(SMALL + text, folder, **settings)
-    return run, draw_declared(load_study(folder / "study.toml"), run.folder)
+    return run, draw_run(load_study(folder / "study.toml"), run.folder)
 
 
 def test_figures_change_neither_hash_nor_tables(new_sweep, tmp_path):
@@ -112,8 +112,8 @@ def test_every_format_of_every_figure_is_written_beside_the_tables(new_sweep, tm
     text = figure('name = "torque"\nquantity = "motor_torque"\nformat = ["png", "svg"]\nsize = "column"')
     text += figure('name = "need"\nquantity = "required_pretension"\nx = "load_mass"')
     run, files = drawn(new_sweep, tmp_path, text)
-    assert [file.name for file in files] == ["torque.png", "torque.svg", "need.png"]
-    assert all(file.parent == run.folder and file.stat().st_size for file in files)
+    assert [file.name for file in files.files] == ["torque.png", "torque.svg", "need.png"]
+    assert all(file.parent == run.folder and file.stat().st_size for file in files.files)
 
 
 def test_filters_choose_and_an_axis_of_one_value_plays_no_part(new_sweep, tmp_path):
@@ -121,23 +121,29 @@ def test_filters_choose_and_an_axis_of_one_value_plays_no_part(new_sweep, tmp_pa
     text = figure('name = "a"\nquantity = "motor_torque"\ncolour = "load.mass"\nwhere = "load_mass = 5 kg"')
     (tmp_path / "study.toml").write_text(SMALL + text)
     (declared,) = load_study(tmp_path / "study.toml").figure
-    (page,) = pages_of(declared, open_table(tmp_path / "run" / "states.parquet"))
-    assert len(curves(page.axes[0])) == 2
+    (page,) = pages_of(open_table(tmp_path / "run" / "states.parquet"), declared)
+    assert len(curves(page.figure.axes[0])) == 2
     (declared,) = load_study(tmp_path / "study.toml", ("load.mass=5 kg",)).figure
     assert declared.colour == "load.mass"
 
 
 def test_a_figure_of_a_table_that_is_not_written_is_one_clear_error(new_sweep, tmp_path):
     text = '[output]\ntables = ["designs"]\n' + figure('name = "a"\nquantity = "motor_torque"')
-    with pytest.raises(UsageError, match="the run has not written") as error:
-        drawn(new_sweep, tmp_path, text)
-    assert error.value.where == 'figure "a"'
+    run, figures = drawn(new_sweep, tmp_path, text)
+    assert not figures.files
+    assert figures.warnings[0].startswith('figure "a" is not drawn: ')
+    with pytest.raises(StudyError, match="which is not written"):
+        check_figures_of(run.plan.study)
 
 
 def test_a_filter_that_leaves_nothing_names_its_figure(new_sweep, tmp_path):
-    with pytest.raises(UsageError) as error:
-        drawn(new_sweep, tmp_path, figure('name = "a"\nquantity = "motor_torque"\nwhere = "load_mass = 4 kg"'))
-    assert error.value.where.startswith('figure "a"')
+    text = figure('name = "a"\nquantity = "motor_torque"\nwhere = "load_mass = 4 kg"')
+    run, figures = drawn(new_sweep, tmp_path, text)
+    assert (figures.files, len(figures.warnings)) == ((), 1)
+    assert 'figure "a" is not drawn: nothing is left by' in figures.warnings[0]
+    with pytest.raises(StudyError, match="nothing is left by") as error:
+        check_figures_of(run.plan.study)
+    assert [fault.key for fault in error.value.faults] == ["figure.0.where"]
 
 
 def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
@@ -208,12 +214,12 @@ def test_drawing_leaves_the_run_as_it_was(runs, tmp_path):
     folder = tmp_path / "run"
     shutil.copytree(runs["fig07"].folder, folder)
     before = {file.name: file.read_bytes() for file in folder.iterdir()}
-    draw_declared(runs["fig07"].study, folder)
+    draw_run(runs["fig07"].study, folder)
     assert {name: (folder / name).read_bytes() for name in before} == before
 
 
 def test_nothing_is_shaded_where_no_tension_is_negative(new_sweep, tmp_path):
     new_sweep(SMALL + figure('name = "a"\nquantity = "extensor_tension_distal"'), tmp_path)  # unilateral
     (declared,) = load_study(tmp_path / "study.toml").figure
-    (page,) = pages_of(declared, open_table(tmp_path / "run" / "states.parquet"))
-    assert [text for axes in page.axes for text in axes.texts if text.get_gid() == "slack word"] == []
+    (page,) = pages_of(open_table(tmp_path / "run" / "states.parquet"), declared)
+    assert [text for axes in page.figure.axes for text in axes.texts if text.get_gid() == "slack word"] == []

@@ -13,11 +13,10 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.figures.curve_plan import STATE_PAIRS
-from tendon_cli.figures.plot import plot, plot_figures
-from tendon_cli.figures.product import product_of
-from tendon_cli.figures.request import PlotRequest
+from tendon_cli.figures.curves.plan import STATE_PAIRS
+from tendon_cli.figures.draw import pages_of, plot
 from tendon_cli.figures.style import render
+from tendon_cli.study.figures import FigureSpec, figure_spec
 from tendon_cli.tables.read import TableFiles, open_table
 from tests.figures.runs import LOADS, designs, grid, states, sweep, table
 
@@ -31,7 +30,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def figures_of(of: TableFiles, **request: Any) -> list[Any]:
-    return plot_figures(product_of(of), PlotRequest(**request))
+    return [page.figure for page in pages_of(of, figure_spec(**request))]
 
 
 def panels(figure: Any) -> list[Any]:
@@ -54,7 +53,8 @@ def test_states_by_default(run: Path) -> None:
     assert [axes.get_ylabel() for axes in shown[::2]] == ["force (N)", "force (N)", "torque (N m)", "length (mm)"]
     assert shown[-1].get_xlabel() == "elbow angle θ (deg)"
     np.testing.assert_allclose(shown[0].get_xlim(), (0.0, 90.0))
-    assert "At η = 0.8" in words(figure)
+    assert "At F₀ = 100 N, K = 3 kN/m, η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
+    assert "--where" not in words(figure)
     labels = [line.get_label() for line in curves(shown[0])]
     assert labels == [f"{mass} load, {way}" for mass in LOADS for way in ("flexion", "extension")]
     solid, dashed = curves(shown[0])[:2]
@@ -64,7 +64,7 @@ def test_states_by_default(run: Path) -> None:
 
 
 def test_lines_are_the_columns(run: Path) -> None:
-    request = {"quantities": ("motor_torque",), "panels": "spool_ratio", "colour": "load_mass"}
+    request = {"quantity": ("motor_torque",), "panels": "spool_ratio", "colour": "load_mass"}
     of = table(run, "states")
     (figure,) = figures_of(of, **request)
     read = of.read(["spool_ratio", "load_mass", "direction", "elbow_angle", "motor_torque"]).to_pandas()
@@ -80,21 +80,22 @@ def test_lines_are_the_columns(run: Path) -> None:
 
 def test_slack_is_shown_by_a_band_of_its_own_side(run: Path) -> None:
     of = table(run, "states")
-    (figure,) = figures_of(of, quantities=("extensor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
+    (figure,) = figures_of(of, quantity=("extensor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
     read = of.read(["spool_ratio", "load_mass", "direction", "status"]).to_pandas()
     rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 10.0) & (read.direction == "flexion")]
     band = next(line for line in panels(figure)[0].lines if line.get_gid() == "slack")
-    np.testing.assert_array_equal(np.isfinite(band.get_ydata()), (rows.status == "extensor slack").to_numpy())
+    slack = (rows.status == "extensor slack").to_numpy()
+    np.testing.assert_array_equal(np.isfinite(band.get_ydata())[::2], slack)
+    np.testing.assert_array_equal(np.isfinite(band.get_ydata())[1::2], slack[:-1] | slack[1:])
+    assert np.isfinite(band.get_ydata()[-1])  # up to the last point
     assert "a tendon is slack" in words(figure)
-    (other,) = figures_of(of, quantities=("flexor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
+    (other,) = figures_of(of, quantity=("flexor_tension_distal",), where=("spool_ratio = 1", "load_mass = 10 kg"))
     assert not [line for line in panels(other)[0].lines if line.get_gid() == "slack"]
 
 
 def test_units_and_any_x(run: Path) -> None:
     of = table(run, "states")
-    (figure,) = figures_of(
-        of, quantities=("motor_torque",), x="elbow_torque", units=("N·mm",), where=("spool_ratio = 1",)
-    )
+    (figure,) = figures_of(of, quantity=("motor_torque",), x="elbow_torque", unit=("N·mm",), where=("spool_ratio = 1",))
     (axes,) = panels(figure)
     assert axes.get_xlabel() == "elbow torque $τ_{a}$ (N·mm)"
     read = of.read(["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]).to_pandas()
@@ -113,8 +114,8 @@ def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -
     assert len(panels(maps)) == 4
     (one,) = figures_of(of, where=("load_mass = 3 kg", "pretension > 0 N"))
     assert [axes.get_title() for axes in panels(one)] == ["3 kg load"]
-    assert panels(one)[0].get_xlim() == (75.0, 300.0)
-    (drawn,) = figures_of(of, quantities=("max_tension", "max_spring_extension"), x="pretension")
+    assert panels(one)[0].get_xlim() == (37.5, 337.5)  # whole cells
+    (drawn,) = figures_of(of, quantity=("max_tension", "max_spring_extension"), x="pretension")
     assert panels(drawn)[0].get_title() == "max tension"
     only_load = designs(tmp_path / "load", {"load": {"mass": LOADS}})
     (margin,) = figures_of(only_load)
@@ -125,28 +126,28 @@ def test_several_quantities_and_panels_give_pages(run: Path) -> None:
     figures = figures_of(table(run, "states"), panels="spool_ratio")
     assert len(figures) == 3
     assert "η = 0.7" in words(figures[0])
-    (grid_figure,) = figures_of(table(run, "states"), panels="spool_ratio", quantities=("elbow_torque", "motor_torque"))
+    (grid_figure,) = figures_of(table(run, "states"), panels="spool_ratio", quantity=("elbow_torque", "motor_torque"))
     assert len(panels(grid_figure)) == 6
 
 
 @pytest.mark.parametrize(
     ("request_", "hint"),
     [
-        ({"quantities": ("motor_tork",)}, "motor_torque"),
-        ({"quantities": ("status",)}, None),
+        ({"quantity": ("motor_tork",)}, "motor_torque"),
+        ({"quantity": ("status",)}, None),
         ({"colour": "motor_torque"}, "axes: spool_ratio"),
         ({"colour": "load_mass", "panels": "load_mass"}, "different axes"),
-        ({"units": ("Nmm",)}, "N·mm"),
+        ({"unit": ("Nmm",)}, "N·mm"),
         ({"size": "huge"}, "column"),
         ({"size": "3 mm"}, "40 mm"),
         ({"format": "gif"}, "png"),
         ({"where": ("motor_torque > 1 kN m",)}, "wider"),
-        ({"quantities": (*STATE_PAIRS, "spool_angle")}, None),
+        ({"quantity": (*STATE_PAIRS, "spool_angle")}, None),
     ],
 )
 def test_what_does_not_fit_is_one_clear_error(run: Path, tmp_path: Path, request_: dict[str, Any], hint: str) -> None:
     with pytest.raises(UsageError) as refused:
-        plot(table(run, "states"), PlotRequest(**request_), tmp_path)
+        plot(table(run, "states"), figure_spec(**request_), tmp_path)
     assert hint is None or hint in (refused.value.hint or "")
     assert not list(tmp_path.iterdir())
 
@@ -155,7 +156,7 @@ def test_what_does_not_fit_is_one_clear_error(run: Path, tmp_path: Path, request
     ("size", "width", "height"), [("column", 85, None), ("page", 175, None), ("12 x 9 cm", 120, 90)]
 )
 def test_sizes(run: Path, size: str, width: float, height: float | None) -> None:
-    (figure,) = figures_of(table(run, "states"), quantities=("motor_torque",), size=size)
+    (figure,) = figures_of(table(run, "states"), quantity=("motor_torque",), size=size)
     assert figure.get_figwidth() * 25.4 == pytest.approx(width)
     assert height is None or figure.get_figheight() * 25.4 == pytest.approx(height)
 
@@ -163,17 +164,17 @@ def test_sizes(run: Path, size: str, width: float, height: float | None) -> None
 def test_files_and_their_names(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     of = table(run, "states")
     monkeypatch.chdir(tmp_path)
-    small = {"quantities": ("motor_torque",), "size": "column"}
-    assert plot(of, PlotRequest(**small)) == [Path("test-states-motor_torque.png")]
-    assert plot(of, PlotRequest(**small, format="pdf"), tmp_path)[0].read_bytes()[:5] == b"%PDF-"
-    assert b"<svg" in plot(of, PlotRequest(**small), tmp_path / "a.svg")[0].read_bytes()[:1000]
-    several = PlotRequest(quantities=STATE_PAIRS[:5], panels="spool_ratio", size="80 x 120 mm")
+    small = {"quantity": ("motor_torque",), "size": "column"}
+    assert plot(of, figure_spec(**small)) == [Path("test-states-motor_torque.png")]
+    assert plot(of, figure_spec(**small, format="pdf"), tmp_path)[0].read_bytes()[:5] == b"%PDF-"
+    assert b"<svg" in plot(of, figure_spec(**small), tmp_path / "a.svg")[0].read_bytes()[:1000]
+    several = figure_spec(quantity=STATE_PAIRS[:5], panels="spool_ratio", size="80 x 120 mm")
     pages = plot(of, several, tmp_path / "b.png")
     assert [page.name for page in pages] == ["b.png", "b-2.png", "b-3.png"]
     with pytest.raises(UsageError, match="do not fit"):
-        plot(of, PlotRequest(size="40 x 60 mm"), tmp_path / "c.png")
+        plot(of, figure_spec(size="40 x 60 mm"), tmp_path / "c.png")
     with pytest.raises(UsageError, match="no ending"):
-        plot(of, PlotRequest(), tmp_path / "a.gif")
+        plot(of, FigureSpec(), tmp_path / "a.gif")
 
 
 def test_one_row(tmp_path: Path) -> None:
@@ -189,20 +190,20 @@ def test_only_nulls(tmp_path: Path) -> None:
     motion = {"motion": {"elbow_angle": grid("165 deg", "170 deg", 3)}}
     folder = sweep(tmp_path / "run", {**motion, "tendon": {"pretension": ["50 N", "90 N"]}})
     for name in ("states", "designs"):
-        with pytest.raises(UsageError, match="all null"):
+        with pytest.raises(UsageError, match=r"all null|no design has a margin"):
             figures_of(table(folder, name))
 
 
 def test_some_nulls_are_hatched(tmp_path: Path) -> None:
     of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("90 deg", "170 deg", 17)}})
-    (figure,) = figures_of(of, quantities=("motor_torque",))
+    (figure,) = figures_of(of, quantity=("motor_torque",))
     assert "no equilibrium" in words(figure)
     assert any(patch.get_hatch() for patch in panels(figure)[0].patches)
 
 
 def test_a_table_moved_away_from_its_folder(run: Path, tmp_path: Path) -> None:
     moved = shutil.copy(run / "states.parquet", tmp_path / "found.parquet")
-    (path,) = plot(open_table(Path(moved)), PlotRequest(quantities=("motor_torque",), size="column"), tmp_path)
+    (path,) = plot(open_table(Path(moved)), figure_spec(quantity=("motor_torque",), size="column"), tmp_path)
     assert path.name == "test-states-motor_torque.png"
 
 
@@ -217,8 +218,8 @@ def test_formulas_and_hostile_names_are_drawn_as_meant(tmp_path: Path) -> None:
     of = states(tmp_path / "run", content)
     first, second = figures_of(of, panels="arm_elbow_radius", colour="case")
     assert "$R_{elb}$ = 45 mm" in words(first)
-    (fixed,) = figures_of(of, colour="case", quantities=("motor_torque",), panels="pretension")
-    assert "At $R_{elb}$ = 50 mm; --where" in words(fixed)
+    (fixed,) = figures_of(of, colour="case", quantity=("motor_torque",), panels="pretension")
+    assert "$R_{elb}$ = 50 mm." in words(fixed)
     (legend,) = fixed.legends
     assert legend.get_texts()[0].get_text() == r" _a \$x^"
     assert [render(figure, "svg", must_fit=True)[:5] for figure in (first, second, fixed)] == [b"<?xml"] * 3
@@ -226,7 +227,7 @@ def test_formulas_and_hostile_names_are_drawn_as_meant(tmp_path: Path) -> None:
 
 def test_many_angles_are_thinned_and_it_says_so(tmp_path: Path) -> None:
     of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("0 deg", "90 deg", 5001)}})
-    (figure,) = figures_of(of, quantities=("motor_torque",))
+    (figure,) = figures_of(of, quantity=("motor_torque",))
     line = curves(panels(figure)[0])[0]
     assert len(line.get_xdata()) == 1000
     assert line.get_xdata()[-1] == pytest.approx(90.0)
@@ -251,4 +252,4 @@ def test_a_foreign_table_is_one_clear_error(tmp_path: Path, metadata: dict[str, 
     path = tmp_path / "foreign.parquet"
     pq.write_table(pa.table({"load_mass": [1.0, 2.0]}).replace_schema_metadata(metadata), path)
     with pytest.raises(InputError, match="not a table of designs or states"):
-        plot(TableFiles((path,)), PlotRequest(), tmp_path / "x.png")
+        plot(TableFiles((path,)), FigureSpec(), tmp_path / "x.png")

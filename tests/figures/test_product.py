@@ -21,11 +21,11 @@ CONTENT = {
 
 def test_rows_follow_the_order_of_the_table(tmp_path: Path) -> None:
     product = product_of(states(tmp_path / "run", CONTENT))
-    whole = product.table.read().to_pydict()
+    whole = product.files.read().to_pydict()
     assert [axis.column for axis in product.axes] == [
         "case", "pretension", "tendon_length_flexor", "load_mass", "direction", "elbow_angle",
     ]  # fmt: skip
-    assert math.prod(axis.length for axis in product.axes) == product.table.rows
+    assert math.prod(axis.length for axis in product.axes) == product.files.rows
     positions = {axis.column: np.array([axis.length - 1]) for axis in product.axes}
     positions |= {"load_mass": np.arange(4), "elbow_angle": np.array([0, 15, 3])}
     rows = product.rows(["elbow_angle", "load_mass"], positions)
@@ -36,15 +36,15 @@ def test_rows_follow_the_order_of_the_table(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read["load_mass"], np.broadcast_to([0.0, 3.0, 5.0, 10.0], (3, 4)))
     np.testing.assert_array_equal(read["motor_torque"], np.array(whole["motor_torque"])[rows])
     for axis in product.axes:
-        assert list(product.values(axis)) == list(dict.fromkeys(whole[axis.column]))
+        assert list(axis.values) == list(dict.fromkeys(whole[axis.column]))
 
 
 def test_many_files_are_read_as_one_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = states(tmp_path / "one", CONTENT).read().to_pydict()
     monkeypatch.setattr(plan, "STATES_PER_PART", 700)
     many = product_of(states(tmp_path / "many", CONTENT))
-    assert len(many.table.files) > 3
-    rows = np.arange(many.table.rows)[::-7].reshape(1, -1)
+    assert len(many.files.files) > 3
+    rows = np.arange(many.files.rows)[::-7].reshape(1, -1)
     np.testing.assert_array_equal(many.gather(rows, ["motor_torque"])["motor_torque"][0], whole["motor_torque"][::-7])
 
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli.errors import InputError
-from tendon_cli.figures.route import draw_route, route_curve, route_figure
+from tendon_cli.figures.arm.route import route_curve, route_page
 
 
 def helix(points: int) -> np.ndarray:
@@ -24,23 +24,26 @@ def test_curvature_of_a_helix() -> None:
     assert np.radians(curve.turned[-1]) == pytest.approx(2.0 * np.pi * 0.1 / np.hypot(0.1, 0.03), rel=0.01)
 
 
-def test_two_views_to_one_scale_and_what_adds_up() -> None:
-    figure = route_figure(helix(50), bend_angle=2.5, title="arm.csv")
+def test_three_views_to_one_scale_and_what_adds_up() -> None:
+    figure = route_page(helix(50), helix(500), "arm.csv").figure
     views = [axes for axes in figure.axes if axes.get_title().startswith("seen")]
-    assert [(axes.get_xlabel(), axes.get_ylabel()) for axes in views] == [("x (mm)", "y (mm)"), ("x (mm)", "z (mm)")]
-    heights = [np.ptp(axes.get_ylim()) for axes in views]
-    assert heights[0] == pytest.approx(heights[1])
+    labels = [(axes.get_xlabel()[0], axes.get_ylabel()[0]) for axes in views]
+    assert labels == [("x", "y"), ("x", "z"), ("y", "z")]
+    assert len({round(np.ptp(limits), 9) for axes in views for limits in (axes.get_xlim(), axes.get_ylim())}) == 1
+    for axes, plane in zip(views, ((0, 1), (0, 2), (1, 2)), strict=True):
+        for gid, points in (("route", helix(500)), ("way-points", helix(50))):
+            (line,) = [line for line in axes.lines if line.get_gid() == gid]
+            np.testing.assert_allclose(np.transpose(line.get_data()), 1e3 * points[:, plane])
     assert all(axes.get_aspect() == 1.0 for axes in views)
     words = "\n".join(text.get_text() for text in figure.findobj(Text))
     assert "50 way-points" in words
-    assert "φ = 143.2 deg" in words
 
 
 def test_straight_repeated_and_impossible_routes(tmp_path: Path) -> None:
     straight = np.array([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    assert draw_route(straight, tmp_path / "route.png").stat().st_size > 1000
+    assert route_page(straight, straight, "").save(tmp_path / "route.png").stat().st_size > 1000
     assert list(route_curve(straight).curvature) == [0.0]
-    draw_route(straight[:2], tmp_path / "two.pdf")
+    route_page(straight[:2], straight[:2], "").save(tmp_path / "two.pdf")
     for wrong in ([[0.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]] * 3, [[0.0, 1.0]], [[0.0, np.nan, 0.0], [1.0, 0.0, 0.0]]):
         with pytest.raises(InputError):
-            route_figure(wrong)
+            route_page(wrong, wrong, "")

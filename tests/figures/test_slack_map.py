@@ -10,21 +10,18 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli.errors import OutputError
-from tendon_cli.figures.map_panel import colour_scale, zero_crossings
-from tendon_cli.figures.product import product_of
-from tendon_cli.figures.slack_map import draw_slack_maps, slack_map_figures
+from tendon_cli.figures.draw import draw_run, pages_of
+from tendon_cli.figures.maps.draw import colour_scale, zero_crossings
 from tendon_cli.tables.read import TableFiles
-from tests.figures.runs import LOADS, designs, grid
+from tests.figures.runs import LOADS, designs, grid, study_of, sweep
 
 STIFFNESS = {"stiffness": grid("0.5 kN/m", "6 kN/m", 12)}
 PRETENSION = {"pretension": grid("0 N", "300 N", 31)}
 
 
 def figure_of(table: TableFiles) -> Any:
-    figures = slack_map_figures(product_of(table))
-    assert not isinstance(figures, str), figures
-    assert len(figures) == 1
-    return figures[0]
+    (page,) = pages_of(table)
+    return page.figure
 
 
 def panels(figure: Any) -> list[Any]:
@@ -47,8 +44,8 @@ def test_panels_axes_and_units(tmp_path: Path) -> None:
     assert shown[2].get_xlabel() == "pretension F₀ (N)"
     assert shown[0].get_ylabel() == "spring stiffness K (kN/m)"
     for axes in shown:
-        np.testing.assert_allclose(axes.get_xlim(), (0.0, 300.0))
-        np.testing.assert_allclose(axes.get_ylim(), (0.5, 6.0))
+        np.testing.assert_allclose(axes.get_xlim(), (-5.0, 305.0))  # whole cells
+        np.testing.assert_allclose(axes.get_ylim(), (0.25, 6.25))
     text = words(figure)
     assert "Springs & \\$ons" in text
     assert "F₀ − F₀* (N)" in text
@@ -105,7 +102,8 @@ def test_logarithmic_axis(tmp_path: Path) -> None:
     assert axes.get_xscale() == "log"
     assert axes.get_yscale() == "linear"
     assert axes.get_ylabel() == "spool ratio η"
-    np.testing.assert_allclose(axes.get_xlim(), (0.3, 30.0))
+    half = 100.0 ** (1 / 16)  # of a cell
+    np.testing.assert_allclose(axes.get_xlim(), (0.3 / half, 30.0 * half))
 
 
 def test_designs_without_equilibrium_are_hatched_and_explained(tmp_path: Path) -> None:
@@ -125,12 +123,11 @@ def test_designs_without_equilibrium_are_hatched_and_explained(tmp_path: Path) -
 def test_one_axis_gives_lines_with_the_slack_side_shaded(tmp_path: Path) -> None:
     figure = figure_of(designs(tmp_path / "run", {"tendon": PRETENSION, "load": {"mass": LOADS}}))
     (axes,) = panels(figure)
-    lines = [line for line in axes.lines if line.get_gid() != "boundary"]
+    lines = by_gid(axes, "curve")
     assert [line.get_label() for line in lines] == [f"{mass} load" for mass in LOADS]
     assert len({line.get_color() for line in lines}) == len({line.get_marker() for line in lines}) == 4
-    (shade,) = by_gid(axes, "slack")
+    (shade,) = by_gid(axes, "slack area")
     assert shade.get_extents().transformed(axes.transData.inverted()).y1 == pytest.approx(0.0, abs=1e-9)
-    assert by_gid(axes, "boundary")[0].get_ydata()[0] == 0.0
 
 
 def test_names_on_an_axis(tmp_path: Path) -> None:
@@ -164,7 +161,7 @@ def test_many_combinations_are_chosen_evenly_and_it_says_so(tmp_path: Path) -> N
     figure = figure_of(designs(tmp_path / "run", content))
     assert len(panels(figure)) == 12
     assert "12 of 36 combinations" in words(figure)
-    assert "All panels at η = 0.8." in words(figure)
+    assert "At η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
     titles = [axes.get_title().replace("\n", " ") for axes in panels(figure)]
     assert titles[4] == "0 kg load, K = 3 kN/m"
     assert len(set(titles)) == 12
@@ -173,10 +170,11 @@ def test_many_combinations_are_chosen_evenly_and_it_says_so(tmp_path: Path) -> N
 def test_more_panels_than_a_page_go_on_a_second(tmp_path: Path) -> None:
     content = {"tendon": {"pretension": ["50 N", "150 N"]}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
     content |= {"sheath": {"friction": [0.05, 0.07, 0.09, 0.1]}, "load": {"mass": LOADS}}
-    maps = draw_slack_maps(designs(tmp_path / "run", content), tmp_path)
-    assert [path.name for path in maps.files] == ["slack_map.png", "slack_map-2.png"]
-    assert all(path.read_bytes()[:4] == b"\x89PNG" for path in maps.files)
-    assert not list(tmp_path.glob(".*.tmp"))
+    drawn = draw_run(study_of(content), sweep(tmp_path / "run", content))
+    assert [path.name for path in drawn.files] == ["slack_map.png", "slack_map-2.png"]
+    assert (drawn.warnings, drawn.no_map) == ((), None)
+    assert all(path.read_bytes()[:4] == b"\x89PNG" for path in drawn.files)
+    assert not list((tmp_path / "run").glob(".*.tmp"))
 
 
 def test_long_axes_are_thinned_and_it_says_so(tmp_path: Path) -> None:
@@ -188,18 +186,21 @@ def test_long_axes_are_thinned_and_it_says_so(tmp_path: Path) -> None:
 
 
 def test_no_map_has_a_reason(tmp_path: Path) -> None:
-    maps = draw_slack_maps(designs(tmp_path / "run", {"load": {"mass": LOADS}}), tmp_path)
-    assert not maps.files
-    assert maps.reason == "no axis other than the load has more than one value"
+    content: dict[str, Any] = {"load": {"mass": LOADS}}
+    drawn = draw_run(study_of(content), sweep(tmp_path / "run", content))
+    assert (drawn.files, drawn.warnings) == ((), ())
+    assert drawn.no_map == "no axis other than the load has more than one value"
     motion = {"elbow_angle": grid("160 deg", "170 deg", 2)}
-    nowhere = designs(tmp_path / "nowhere", {"tendon": PRETENSION, "motion": motion})
-    assert "no design has a margin" in str(draw_slack_maps(nowhere, tmp_path).reason)
+    for name, more in (("line", {}), ("map", {"spring": STIFFNESS})):
+        content = {"tendon": PRETENSION, "motion": motion, **more}
+        nowhere = draw_run(study_of(content), sweep(tmp_path / name, content))
+        assert "no design has a margin" in str(nowhere.no_map)
 
 
 def test_where_it_cannot_be_written(tmp_path: Path) -> None:
-    table = designs(tmp_path / "run", {"tendon": PRETENSION})
+    (page,) = pages_of(designs(tmp_path / "run", {"tendon": PRETENSION}))
     with pytest.raises(OutputError):
-        draw_slack_maps(table, tmp_path / "missing")
+        page.save(tmp_path / "missing" / "map.png")
 
 
 def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:

@@ -16,15 +16,14 @@ from tests.figures.runs import designs, grid
 DRAW = """
 import hashlib, sys
 from pathlib import Path
-from tendon_cli.figures.arm import arm_figure
-from tendon_cli.figures.product import product_of
-from tendon_cli.figures.slack_map import slack_map_figures
+from tendon_cli.figures.arm.draw import arm_page
+from tendon_cli.figures.draw import pages_of
 from tendon_cli.figures.style import render
 from tendon_cli.study.load import study_from
 from tendon_cli.tables.read import open_table
-(figure,) = slack_map_figures(product_of(open_table(Path(sys.argv[1]))))
-arm = arm_figure(study_from({"name": "arm"}))
-for drawn, kind in ((figure, "png"), (figure, "pdf"), (arm, "svg")):
+(page,) = pages_of(open_table(Path(sys.argv[1])))
+arm = arm_page(study_from({"name": "arm"}))
+for drawn, kind in ((page.figure, "png"), (page.figure, "pdf"), (arm.figure, "svg")):
     print(hashlib.sha256(render(drawn, kind)).hexdigest())
 """
 

@@ -7,7 +7,8 @@ import pytest
 
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.product import Product, product_of
-from tendon_cli.figures.where import choose, read_filter
+from tendon_cli.figures.where import choose, conditions
+from tendon_cli.study.filters import read_filter
 from tests.figures.runs import LOADS, grid, states
 
 
@@ -44,13 +45,13 @@ def product(tmp_path_factory: pytest.TempPathFactory) -> Product:
     ],
 )
 def test_what_is_left(product: Product, text: str, column: str, left: list[int]) -> None:
-    chosen = choose(product, [read_filter(text, product)])
+    chosen = choose(product, conditions(product, [read_filter(text)]))
     assert list(chosen[column]) == left
     assert all(len(at) == product.axis(other).length for other, at in chosen.items() if other != column)
 
 
 def test_filters_add_up(product: Product) -> None:
-    filters = [read_filter(text, product) for text in ("load_mass > 0 kg", "load_mass < 10 kg")]
+    filters = conditions(product, map(read_filter, ("load_mass > 0 kg", "load_mass < 10 kg")))
     assert list(choose(product, filters)["load_mass"]) == [1, 2]
 
 
@@ -72,7 +73,7 @@ def test_filters_add_up(product: Product) -> None:
 )
 def test_what_is_refused(product: Product, text: str, problem: str, hint: str) -> None:
     with pytest.raises(UsageError) as refused:
-        choose(product, [read_filter(text, product)])
+        choose(product, conditions(product, [read_filter(text)]))
     assert problem in refused.value.message
     assert hint in (refused.value.hint or "")
     assert len(refused.value.message) < 200
@@ -80,15 +81,15 @@ def test_what_is_refused(product: Product, text: str, problem: str, hint: str) -
 
 def test_nothing_left_lists_the_values(product: Product) -> None:
     with pytest.raises(UsageError) as refused:
-        choose(product, [read_filter("load_mass = 4 kg", product)])
+        choose(product, conditions(product, [read_filter("load_mass = 4 kg")]))
     assert refused.value.hint == "values: 0 kg, 3 kg, 5 kg, 10 kg"
     with pytest.raises(UsageError) as refused:
-        choose(product, [read_filter("elbow_angle = 7 deg", product)])
+        choose(product, conditions(product, [read_filter("elbow_angle = 7 deg")]))
     assert refused.value.hint == "values: 0 deg, 6 deg, 12 deg, …, 90 deg"
 
 
 def test_a_filter_on_a_result_holds_by_its_values(product: Product) -> None:
-    found = read_filter("motor_torque >= 2 N m", product)
+    (found,) = conditions(product, [read_filter("motor_torque >= 2 N m")])
     assert list(found.holds(np.array([1.0, 2.0, 3.0, np.nan]))) == [False, True, True, False]
-    unequal = read_filter("motor_torque != 2 N m", product)
+    (unequal,) = conditions(product, [read_filter("motor_torque != 2 N m")])
     assert list(unequal.holds(np.array([1.0, 2.0, np.nan]))) == [True, False, False]

@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 
-from tendon_cli.figures.declared import draw_declared, pages_of
+from tendon_cli.figures.draw import draw_declared, pages_of
 from tendon_cli.paper.figures import finisher
 from tendon_cli.paper.runs import STUDIES, swept
 from tendon_cli.tables.read import open_table
@@ -25,8 +25,8 @@ def pages(runs):
     def page(name):
         (figure,) = runs[name].study.figure
         table = open_table(runs[name].folder / f"{figure.table}.parquet")
-        (drawn,) = pages_of(figure, table, finisher(runs[name]))
-        return drawn
+        (drawn,) = pages_of(table, figure, finisher(runs[name]))
+        return drawn.figure
 
     return {name: page(name) for name in STUDIES}
 
@@ -83,7 +83,7 @@ def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, runs, name, 
                 np.testing.assert_allclose(line.get_ydata(), scale * run.line(column, direction, load_mass=mass))
                 assert line.get_linestyle() == dash
     assert page.axes[0].get_ylabel() == "tension (N)"
-    assert {f"{mass:g} kg load" for mass in run.values(axis)} | {"flexion", "extension"} <= set(key(page))
+    assert {f"{mass:g} kg load" for mass in run.values(axis)} | {"flexion, filled", "extension, open"} <= set(key(page))
 
 
 @pytest.mark.parametrize("name", ["fig07", "fig08", "fig09", "fig10", "fig11"])
@@ -128,6 +128,7 @@ def test_nothing_is_clipped_and_no_title_runs_into_another(pages, name):
 def test_the_same_run_gives_the_same_bytes(runs, tmp_path):
     run, again = runs["fig07"], tmp_path / "again"
     again.mkdir()
-    (first,) = draw_declared(run.study, run.folder, tmp_path, finisher(run))
-    (second,) = draw_declared(run.study, run.folder, again, finisher(run))
+    (figure,) = run.study.figure
+    (first,) = draw_declared(figure, run.folder, tmp_path, finisher(run))
+    (second,) = draw_declared(figure, run.folder, again, finisher(run))
     assert first.read_bytes() == second.read_bytes()

@@ -62,6 +62,7 @@ def try_plot(file):
     from tendon_cli.figures.map_plan import plan_maps
     from tendon_cli.figures.plot import plot
     from tendon_cli.figures.request import PlotRequest
+
     from tendon_cli.figures.where import choose
 
     product = try_parquet(file)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Anchors, kinematics
 from tendon_cli.study.study import CASE_AXIS, Study
+from tendon_cli.units import shorten
 
 Points = npt.NDArray[np.float64]
 
@@ -124,20 +127,36 @@ class ArmShape:
         return self.sizes.upper_arm_angle + self.elbow_angle
 
 
-def arm_sizes(study: Study) -> ArmSizes:
-    """The sizes of a study's arm and spool; of an axis its first value, which `remarks` says."""
+def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
+    """The sizes of a study's arm and spool, or of one of its cases; of an axis the first value, as `remarks` says.
+
+    Raises UsageError for a case that the study does not have.
+    """
     keys = {f"arm.{name}": name for name in ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance")}
     keys |= {"arm.upper_arm_angle": "upper_arm_angle", "spool.flexor_radius": "flexor_radius", "spool.ratio": "ratio"}
+    chosen = chosen_case(study, case)
     found, remarks = {}, []
     for key, name in keys.items():
-        values = study.numbers[key]
+        part, _, inner = key.partition(".")
+        values = getattr(getattr(chosen, part, None), inner, None) or study.numbers[key]
         is_length = name not in ("upper_arm_angle", "ratio")
         found[name] = float(values.array[0]) * (1e3 if is_length else 1.0)
         if len(values) > 1:
             remarks.append(f"{key} has {len(values)} values, the first is drawn.")
-    if CASE_AXIS in study.axes:
+    if CASE_AXIS in study.axes and chosen is None:
         remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
     return ArmSizes(**found, remarks=tuple(remarks))
+
+
+def chosen_case(study: Study, case: str | None) -> Any:
+    """The case of this name, or none; raises UsageError where the study has no such case."""
+    if case is None:
+        return None
+    names = [getattr(each, "name", "") for each in study.cases]
+    if case not in names:
+        hint = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
+        raise UsageError(f'there is no case "{shorten(case)}"', where="--case", hint=hint)
+    return study.cases[names.index(case)]
 
 
 def _direction(angle: float) -> Points:

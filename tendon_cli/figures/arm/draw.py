@@ -9,50 +9,51 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, arm_sizes
-from tendon_cli.figures.dimensions import PAPER, arrow, dimension, round_length, scale_bar
-from tendon_cli.figures.engine import Arc, Axes, Circle, Figure, Line2D
-from tendon_cli.figures.frame import Frame
+from tendon_cli.figures.arm.dimensions import PAPER, arrow, dimension, round_length, scale_bar
+from tendon_cli.figures.arm.shape import ArmShape, ArmSizes, arm_sizes
+from tendon_cli.figures.engine import Arc, Axes, Circle, Line2D
+from tendon_cli.figures.frame import Frame, Page
 from tendon_cli.figures.labels import number
 from tendon_cli.figures.product import evenly
-from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, house_style, save
+from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, house_style
 from tendon_cli.study.study import Study
 
 FLEXOR, EXTENSOR, LIMB = "#0072b2", "#d55e00", "#eadfd3"
 _MOST_ANGLES = 5
 _NO_BALANCE = "#b00020"
-_MEANING = "To scale. J is the moment arm of the flexor, Lc the distance of its anchors q and r (Eq. 1)."
+_MEANING = "To scale. J is the moment arm of the flexor, $L_c$ the distance of its anchors q and r (Eq. 1)."
 
 
-def draw_arm(study: Study, elbow_angles: Sequence[float], out: Path) -> Path:
+def draw_arm(study: Study, elbow_angles: Sequence[float], out: Path, case: str | None = None) -> Path:
     """Write the drawing of a study's arm at some elbow angles, in rad; with none given at some of the study's.
 
-    The format follows from the ending of `out`. Raises UsageError for an unknown one, OutputError.
+    The format follows from the ending of `out`. Raises UsageError for an unknown one or an unknown case, OutputError.
     """
-    return save(arm_figure(study, elbow_angles), out)
+    return arm_page(study, elbow_angles, case).save(out, must_fit=False)
 
 
-def arm_figure(study: Study, elbow_angles: Sequence[float] = ()) -> Figure:
+def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None = None) -> Page:
     """The arm with its dimensions at the middle one of the angles, the spools, and the arm at each angle."""
-    sizes = arm_sizes(study)
+    sizes = arm_sizes(study, case)
     own = study.motion.elbow_angle.array
     angles = list(elbow_angles) or [float(own[at]) for at in evenly(len(own), 4)]
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
         remarks.append(f"{_MOST_ANGLES} of {len(angles)} elbow angles drawn, evenly chosen.")
         angles = [angles[at] for at in evenly(len(angles), _MOST_ANGLES)]
+    title = ", ".join(filter(None, (study.title or study.name, case)))
     with house_style():
-        frame = Frame(PAGE_WIDTH, study.title or study.name, _key(), (_MEANING, *remarks))
-        figure = frame.figure(165.0)
-        grid = figure.add_gridspec(2, 1, height_ratios=(1.75, 1.0))
+        frame = Frame(PAGE_WIDTH, title, _key(), (_MEANING, *remarks), study=f"tendon study {study.name} {study.hash}")
+        page = frame.page(165.0)
+        grid = page.figure.add_gridspec(2, 1, height_ratios=(1.75, 1.0))
         top = grid[0].subgridspec(1, 2, width_ratios=(2.4, 1.0))
         measured = min(angles, key=lambda angle: abs(angle - math.radians(70.0)))
-        _draw_measured(figure.add_subplot(top[0]), ArmShape(sizes, measured))
-        _draw_spools(figure.add_subplot(top[1]), sizes)
+        _draw_measured(page.figure.add_subplot(top[0]), ArmShape(sizes, measured))
+        _draw_spools(page.figure.add_subplot(top[1]), sizes)
         shapes = [ArmShape(sizes, angle) for angle in angles]
         row = grid[1].subgridspec(1, len(shapes))
-        _draw_row([figure.add_subplot(row[at]) for at in range(len(shapes))], shapes)
-    return figure
+        _draw_row([page.figure.add_subplot(row[at]) for at in range(len(shapes))], shapes)
+    return page
 
 
 def _draw_limbs(axes: Axes, shape: ArmShape, width: float) -> None:

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.map_plan import LOAD, words
-from tendon_cli.figures.product import Axis, Ints, Product, evenly
-from tendon_cli.figures.request import PlotRequest, find_column, find_numbers
+from tendon_cli.figures.product import ANGLE, DIRECTION, LOAD, Axis, Ints, Product, evenly
+from tendon_cli.figures.where import find_column, find_numbers
+from tendon_cli.study.derived import DERIVED
+from tendon_cli.study.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
+from tendon_cli.study.study import CASE_AXIS, keys
 
-DIRECTION, ANGLE = "direction", "elbow_angle"
 MOST_COLOURS = 6
 MOST_PANELS = 12
 MOST_PANELS_UNASKED = 4
-MOST_QUANTITIES = 8
 POINTS = 1000
 
 STATE_PAIRS = (
@@ -43,8 +43,6 @@ class CurvePlan:
     """The direction of motion, unless it plays another part."""
     panels: Axis | None
     positions: Mapping[str, Ints]
-    fixed: tuple[Axis, ...]
-    """Axes of which one of several values was taken."""
     notes: tuple[str, ...]
 
     @property
@@ -59,56 +57,57 @@ class CurvePlan:
         return product.rows(order, self.positions).reshape(shape)
 
 
-def plan_curves(product: Product, chosen: Mapping[str, Ints], request: PlotRequest) -> CurvePlan:
-    """Give each axis its part; raises UsageError where the request does not fit the table."""
-    quantities = _quantities(product, request)
+def plan_curves(product: Product, chosen: Mapping[str, Ints], spec: FigureSpec) -> CurvePlan:
+    """Give each axis its part; raises UsageError where the figure does not fit the table."""
+    quantities = _quantities(product, spec)
     long = [axis for axis in product.axes if len(chosen[axis.column]) > 1]
-    named = _named(product, request.colour, "--colour"), _named(product, request.panels, "--panels")
-    x_column, x = _along_x(product, request, [axis for axis in long if axis not in named])
+    named = _named(product, spec.colour, "--colour"), _named(product, spec.panels, "--panels")
+    x_column, x = _along_x(product, spec, [axis for axis in long if axis not in named])
     free = [axis for axis in long if axis is not x]
-    colour, panels = named[0] or _usual_colour(free, request), named[1]
+    panels = named[1] or (_usual_panels(free) if spec.overlay else None)
+    colour = None if spec.overlay else named[0] or _usual_colour(free, panels)
     dash = next((axis for axis in free if axis.column == DIRECTION and axis not in (colour, panels)), None)
     if panels is None and len(quantities) == 1:
         panels = next((axis for axis in free if axis not in (colour, dash)), None)
     parts = [axis for axis in (x, colour, dash, panels) if axis is not None]
     if len(set(parts)) < len(parts):
         raise UsageError("one axis cannot play two parts", hint="x, colour and panels name different axes")
-    positions, notes = _thinned(
-        product, chosen, {x: POINTS, colour: MOST_COLOURS, panels: _most_panels(quantities, request)}
-    )
-    fixed = tuple(axis for axis in long if axis not in parts)
+    most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
+    most = {x: POINTS, colour: MOST_COLOURS, panels: most_panels}
+    positions, notes = _thinned(product, chosen, most)
     for axis in product.axes:
         if axis not in parts:
             at = chosen[axis.column]
             positions[axis.column] = at[evenly(len(at), 1)]
-    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, fixed, tuple(notes))
+    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, tuple(notes))
 
 
-def _quantities(product: Product, request: PlotRequest) -> tuple[str, ...]:
-    if len(request.quantities) > MOST_QUANTITIES:
-        raise UsageError(f"{len(request.quantities)} quantities, at most {MOST_QUANTITIES} fit on a page")
-    if request.quantities:
-        found = [find_numbers(product, name, "--quantity") for name in request.quantities]
+def _quantities(product: Product, spec: FigureSpec) -> tuple[str, ...]:
+    if spec.quantity:
+        found = [find_numbers(product, name, "--quantity") for name in spec.quantity]
         return tuple(dict.fromkeys(found))
-    if product.table.facts["table"] == "designs":
+    if product.kind == "designs":
         return (find_numbers(product, "margin", "--quantity"),)
-    return tuple(find_numbers(product, name, "--quantity") for name in STATE_PAIRS)
+    kept = [name for name in OF_STATES if name in product.columns and name not in DERIVED]
+    if not kept:
+        raise UsageError("the table keeps no results", where="--quantity", hint="[output] states names those it keeps")
+    return tuple(name for name in STATE_PAIRS if name in kept) or tuple(kept[:MOST_QUANTITIES])
 
 
-def _along_x(product: Product, request: PlotRequest, long: list[Axis]) -> tuple[str, Axis]:
+def _along_x(product: Product, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]:
     """The column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
     angle = next((axis for axis in product.axes if axis.column == ANGLE), None)
     runs = angle if angle in long or not usual else usual[0]
-    if request.x is not None:
-        column = find_column(product, request.x, "--x")
+    if spec.x is not None:
+        column = find_column(product, spec.x, "--x")
         axis = product.axis(column)
         if axis is not None:
             return column, axis
         runs = angle or runs
         if runs is not None:
             return find_numbers(product, column, "--x"), runs
-    if runs is None and product.table.rows > 1:
+    if runs is None and any(axis.length > 1 for axis in product.axes):
         raise UsageError("no axis is left to run along x", where="--x", hint="colour and panels take other axes")
     if runs is None:
         hint = "`tendon state` prints a single design"
@@ -117,24 +116,26 @@ def _along_x(product: Product, request: PlotRequest, long: list[Axis]) -> tuple[
 
 
 def _named(product: Product, name: str | None, where: str) -> Axis | None:
+    """The axis of a column or key; none where the study has one value of it."""
     if name is None:
         return None
-    column = find_column(product, name, where)
-    axis = product.axis(column)
-    if axis is None:
+    axis = next((axis for axis in product.axes if name in (axis.column, axis.key)), None)
+    if axis is None and not any(name in (key.path, key.column) for key in keys().values()) and name != CASE_AXIS:
+        column = find_column(product, name, where)
         names = ", ".join(axis.column for axis in product.axes)
         raise UsageError(f"{column} is not an axis of the study", where=where, hint=f"axes: {names}")
     return axis
 
 
-def _usual_colour(free: list[Axis], request: PlotRequest) -> Axis | None:
+def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
     """The load, or else the first axis that nothing was asked of."""
-    open_axes = [axis for axis in free if axis.column != DIRECTION and request.panels not in (axis.column, axis.key)]
+    open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
     return next((axis for axis in open_axes if axis.column == LOAD), open_axes[0] if open_axes else None)
 
 
-def _most_panels(quantities: tuple[str, ...], request: PlotRequest) -> int:
-    return MOST_PANELS if len(quantities) == 1 and request.panels else MOST_PANELS_UNASKED
+def _usual_panels(free: list[Axis]) -> Axis | None:
+    """The same of the axes that do not run along x or by dashes."""
+    return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
 
 
 def _thinned(
@@ -148,5 +149,6 @@ def _thinned(
         kept = evenly(len(at), most.get(axis, len(at)))
         positions[axis.column] = at[kept]
         if len(kept) < len(at):
-            notes.append(f"{len(kept)} of {len(at)} values of {words(axis)} drawn, evenly chosen.")
+            words = axis.column.replace("_", " ")
+            notes.append(f"{len(kept)} of {len(at)} values of {words} drawn, evenly chosen.")
     return positions, notes

@@ -1,0 +1,1 @@
+"""The geometry of a study: arm, spools, and the routes of its sheaths."""

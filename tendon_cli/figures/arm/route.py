@@ -1,0 +1,113 @@
+"""The route of a sheath in three views, and how its curvature adds up along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import InputError
+from tendon_cli.figures.engine import Axes, mpl
+from tendon_cli.figures.frame import Frame, Page
+from tendon_cli.figures.labels import number
+from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, house_style, sequential_map
+
+Floats = npt.NDArray[np.float64]
+
+_MOST_DRAWN = 20_000
+_VIEWS = ((0, 1, "seen along z"), (0, 2, "seen along y"), (1, 2, "seen along x"))
+_TURNED = "#d55e00"
+
+
+@dataclass(frozen=True)
+class RouteCurve:
+    """A route's points and the turns between its chords."""
+
+    points: Floats
+    """In mm."""
+    at: Floats
+    """Arc length at the inner points, mm."""
+    curvature: Floats
+    """Turn over the mean of the two chords beside it, 1/m."""
+    turned: Floats
+    """Sum of the turns up to there, deg."""
+    length: float
+    """mm."""
+
+
+def route_page(
+    measured: npt.ArrayLike, route: npt.ArrayLike, title: str, notes: tuple[str, ...] = (), study: str = ""
+) -> Page:
+    """Three views to one scale, coloured by curvature, and curvature and turn along the route.
+
+    `measured` are the way-points, `route` what the model takes for them: themselves, or smoothed; both of shape (n, 3)
+    in m. Raises InputError for fewer than two different points.
+    """
+    curve, marks = route_curve(route), 1e3 * np.asarray(measured, dtype=np.float64)
+    said = f"{len(marks)} way-points over {number(curve.length / 1e3)} m; the views are to one scale."
+    with house_style():
+        page = Frame(PAGE_WIDTH, title, notes=(said, *notes), study=study).page(118.0)
+        grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
+        shown = float(np.quantile(curve.curvature, 0.98)) if len(curve.curvature) else 0.0
+        colour = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, shown or 1.0), sequential_map())
+        views = [page.figure.add_subplot(grid[0, at]) for at in range(3)]
+        for axes, (across, up, name) in zip(views, _VIEWS, strict=True):
+            _draw_view(axes, curve, marks, (across, up), colour)
+            axes.set_title(name)
+        page.figure.colorbar(colour, ax=views, pad=0.02, aspect=20, extend="max").set_label("curvature κ (1/m)")
+        _draw_along(page.figure.add_subplot(grid[1, :]), curve)
+    return page
+
+
+def route_curve(points: npt.ArrayLike) -> RouteCurve:
+    """Arc length, curvature and turn along points in m; raises InputError for fewer than two different ones."""
+    route = np.asarray(points, dtype=np.float64)
+    if route.ndim != 2 or route.shape[1] != 3 or not np.isfinite(route).all():
+        raise InputError("a route is a list of finite points x, y, z")
+    steps = np.linalg.norm(np.diff(route, axis=0), axis=1)
+    route = route[np.append(True, steps > 0.0)]
+    steps = steps[steps > 0.0]
+    if not len(steps):
+        raise InputError("holds fewer than two different way-points")
+    chords = np.diff(route, axis=0)
+    across = np.linalg.norm(np.cross(chords[:-1], chords[1:]), axis=1)
+    turns = np.arctan2(across, np.sum(chords[:-1] * chords[1:], axis=1))
+    spans = (steps[:-1] + steps[1:]) / 2.0
+    at = np.cumsum(steps)[:-1]
+    return RouteCurve(1e3 * route, 1e3 * at, turns / spans, np.degrees(np.cumsum(turns)), 1e3 * float(steps.sum()))
+
+
+def _draw_view(axes: Axes, curve: RouteCurve, marks: Floats, plane: tuple[int, int], colour: Any) -> None:
+    """The route seen along one axis, with its way-points."""
+    every, some = (max(1, len(points) // _MOST_DRAWN) for points in (curve.points, marks))
+    axes.plot(*curve.points[::every, plane].T, color=FAINT, linewidth=0.8, zorder=1, gid="route")
+    axes.plot(*marks[::some, plane].T, color=FAINT, marker="+", markersize=3.0, markeredgewidth=0.5, linestyle="none",
+              zorder=1.5, gid="way-points")  # fmt: skip
+    inner = curve.points[1:-1:every]
+    axes.scatter(inner[:, plane[0]], inner[:, plane[1]], c=curve.curvature[::every], s=5.0, cmap=colour.cmap,
+                 norm=colour.norm, linewidths=0.0, zorder=2, rasterized=len(inner) > 2000)  # fmt: skip
+    for at, text in ((0, "first"), (-1, "last")):
+        end = tuple(curve.points[at, list(plane)])
+        axes.plot(*end, marker="o" if at == 0 else "s", markersize=4.5, color="white", markeredgecolor=INK, zorder=3)
+        axes.annotate(text, end, xytext=(4, 4), textcoords="offset points", size=6.5)
+    axes.set(xlabel=f"{'xyz'[plane[0]]} (mm)", ylabel=f"{'xyz'[plane[1]]} (mm)", aspect="equal")
+    low, high = curve.points.min(axis=0), curve.points.max(axis=0)
+    # All views take a stretch of the same length, so that they are to one scale.
+    reach = 0.6 * float((high - low).max())
+    limits = [(middle - reach, middle + reach) for middle in ((low + high) / 2.0)[list(plane)]]
+    axes.set(xlim=limits[0], ylim=limits[1])
+
+
+def _draw_along(axes: Axes, curve: RouteCurve) -> None:
+    """Curvature as columns, and the turn so far as a line, along the route."""
+    axes.plot(curve.at, curve.curvature, color=INK, linewidth=0.8, drawstyle="steps-mid", gid="curvature")
+    axes.fill_between(curve.at, curve.curvature, color="#e4e4e4", step="mid", linewidth=0.0)
+    axes.set(xlabel="distance along the route (mm)", ylabel="curvature κ (1/m)", xlim=(0.0, curve.length))
+    axes.set_ylim(0.0, 1.1 * curve.curvature.max(initial=0.0) or 1.0)
+    turn = axes.twinx()
+    turn.plot(curve.at, curve.turned, color=_TURNED, gid="turned")
+    turn.set_ylabel("turned so far, ∫κ ds (deg)", color=_TURNED)
+    turn.tick_params(colors=_TURNED)
+    turn.set_ylim(0.0, 1.1 * curve.turned.max(initial=0.0) or 1.0)

@@ -1,0 +1,1 @@
+"""Quantities of states and designs as lines."""

@@ -1,0 +1,181 @@
+"""What a figure of curves shows, read from a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import UsageError
+from tendon_cli.figures.captions import caption, value_texts
+from tendon_cli.figures.curves.plan import CurvePlan
+from tendon_cli.figures.labels import Shown
+from tendon_cli.figures.maps.data import MARGIN, margin_shown, meaning_of_margin
+from tendon_cli.figures.product import LOAD, Columns, Product
+from tendon_cli.figures.scales import Scale, scale_of
+from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
+from tendon_cli.quantities import Quantity
+from tendon_cli.study.figures import FigureSpec
+from tendon_cli.study.filters import Condition, Truth
+
+Floats = npt.NDArray[np.float64]
+
+_SLACK_OF = {"flexor": ("flexor slack", "both slack"), "extensor": ("extensor slack", "both slack")}
+_ANY_SLACK = ("flexor slack", "extensor slack", "both slack")
+_STIFFNESS = "elbow_stiffness"
+_OF_A_TENDON = ("_tension_distal", "_tension_proximal", "_elongation", "_extensor_tension", "_flexor_tension")
+
+
+@dataclass(frozen=True)
+class Curves:
+    """One quantity over panels, colours, dashes and x."""
+
+    quantity: Shown
+    values: Floats
+    """In the unit shown, NaN where there is none."""
+    slack: Truth
+    """Where a tendon that the quantity speaks of is slack."""
+    turned: Truth
+    """Where any tendon is slack: where this changes, the line has a kink."""
+    unstable: Truth
+    """Where the elbow stiffness is below its limit."""
+
+
+@dataclass(frozen=True)
+class CurveData:
+    """Everything that the pages of curves show."""
+
+    title: str
+    study: str
+    x: Scale | None
+    """None where x is not an axis but a column that changes along one."""
+    x_label: str
+    x_values: Floats
+    """Of the shape of the curves."""
+    curves: tuple[Curves, ...]
+    colours: tuple[tuple[str, Colour], ...]
+    """What each stands for, and how it looks; one at least."""
+    dashes: tuple[str, ...]
+    panels: tuple[str, ...]
+    has_kinks: bool
+    """Whether lines turn where a tendon goes slack; none does in a model in which tendons push."""
+    is_slack_below_zero: bool
+    notes: tuple[str, ...]
+
+
+def curve_data(product: Product, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
+    """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
+    masks = [each for each in asked if product.axis(each.column) is None]
+    told = [name for name in ("status", _STIFFNESS, "taut", "stable") if name in product.columns]
+    names = [*plan.quantities, *told, *(each.column for each in masks), plan.x_column, *product.defining]
+    texts = [axis.column for axis in product.axes if axis.is_text]
+    read = product.gather(plan.rows(product), [name for name in (*names, *texts) if name in product.columns])
+    kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
+    for each in masks:
+        kept &= each.holds(read[each.column])
+    curves = tuple(_curves(product, spec, read, name, kept) for name in plan.quantities)
+    if not any(np.isfinite(each.values).any() for each in curves):
+        _raise_empty(plan, asked)
+    scale, label, x_values = _along_x(product, plan, read, spec)
+    varied = [axis.column for axis in plan.parts if axis is not None]
+    said, _ = caption(product, spec, read, varied=varied)
+    meaning = [meaning_of_margin(product)] if MARGIN in plan.quantities else []
+    data = CurveData(
+        spec.title or product.title, product.source, scale, label, x_values, curves, _colours(product, plan, spec),
+        _texts(product, plan, 2, spec), _texts(product, plan, 0, spec), not product.pushes,
+        _is_slack_below_zero(product, plan), (*meaning, *said, *plan.notes),
+    )  # fmt: skip
+    return _each_panel_once(_overlaid(data) if spec.overlay else data)
+
+
+def _curves(product: Product, spec: FigureSpec, read: Columns, name: str, kept: Truth) -> Curves:
+    quantity = margin_shown(product, spec) if name == MARGIN else product.shown(name, spec.units)
+    values = np.where(kept, quantity.scaled(read[name]), np.nan)
+    nowhere = np.zeros(values.shape, dtype=np.bool_)
+    turned = slack = read["taut"] == 0.0 if "taut" in read and name != MARGIN else nowhere
+    if "status" in read:
+        side = next((side for side in _SLACK_OF if name.startswith(side)), "")
+        slack, turned = (np.isin(read["status"], words) for words in (_SLACK_OF.get(side, _ANY_SLACK), _ANY_SLACK))
+    unstable = read["stable"] == 0.0 if "stable" in read else nowhere
+    if _STIFFNESS in read:
+        stiffness, limit = read[_STIFFNESS], product.limit("min_elbow_stiffness")
+        unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
+    known = np.isfinite(values)
+    return Curves(quantity, values, slack & known, turned & known, unstable & known)
+
+
+def _is_slack_below_zero(product: Product, plan: CurvePlan) -> bool:
+    """A margin, and in a model in which tendons push their tensions and lengths."""
+    ends = (MARGIN, *_OF_A_TENDON) if product.pushes else (MARGIN,)
+    return all(name.endswith(ends) for name in plan.quantities)
+
+
+def _along_x(product: Product, plan: CurvePlan, read: Columns, spec: FigureSpec) -> tuple[Scale | None, str, Floats]:
+    shape = read[plan.x_column].shape
+    quantity = None if product.columns[plan.x_column] is None else product.shown(plan.x_column, spec.units)
+    if plan.x_column != plan.x.column and quantity is not None:
+        return None, quantity.label, quantity.scaled(read[plan.x_column])
+    scale = scale_of(plan.x.values[plan.positions[plan.x.column]], quantity, is_log=plan.x.is_log)
+    places = np.empty(len(scale.places))
+    places[scale.order] = scale.places
+    label = scale.label if quantity else plan.x.column
+    return scale, label, np.broadcast_to(places, shape)
+
+
+def _texts(product: Product, plan: CurvePlan, part: int, spec: FigureSpec) -> tuple[str, ...]:
+    """The values that panels, colours or dashes stand for."""
+    axis = plan.parts[part]
+    return () if axis is None else tuple(value_texts(product, axis, plan.positions[axis.column], spec.units))
+
+
+def _colours(product: Product, plan: CurvePlan, spec: FigureSpec) -> tuple[tuple[str, Colour], ...]:
+    if plan.colour is None:
+        return (("", sequence(1)[0]),)
+    texts = _texts(product, plan, 1, spec)
+    values = plan.colour.values[plan.positions[plan.colour.column]]
+    if plan.colour.is_text:
+        colours: Sequence[Colour] = [OKABE_ITO[at % len(OKABE_ITO)] for at in range(len(texts))]
+    else:
+        colours = load_colours(values) if plan.colour.column == LOAD else sequence(len(texts))
+    return tuple(zip(texts, colours, strict=True))
+
+
+def _overlaid(data: CurveData) -> CurveData:
+    """All quantities in each panel, a colour each."""
+    first = data.curves[0].quantity
+    same = Quantity(first.quantity.dimension, "", first.quantity.dimension, first.unit, first.unit, "")
+    parts = [np.concatenate([getattr(each, part) for each in data.curves], axis=1) for part in _PARTS]
+    names = [each.quantity.titled for each in data.curves]
+    return replace(
+        data,
+        curves=(Curves(Shown(same.name, same, first.unit, first.factor), *parts),),
+        x_values=np.concatenate([data.x_values] * len(data.curves), axis=1),
+        colours=tuple((name, OKABE_ITO[at % len(OKABE_ITO)]) for at, name in enumerate(names)),
+    )
+
+
+_PARTS = ("values", "slack", "turned", "unstable")
+
+
+def _each_panel_once(data: CurveData) -> CurveData:
+    """Panels that would all repeat the same picture are drawn once, and a note says so."""
+    parts = [data.x_values, *(getattr(each, part) for each in data.curves for part in _PARTS)]
+    if len(data.panels) < 2 or not all(
+        np.array_equal(one, one[:1].repeat(len(one), 0), equal_nan=True) for one in parts
+    ):
+        return data
+    first = [replace(each, **{part: getattr(each, part)[:1] for part in _PARTS}) for each in data.curves]
+    note = f"The same picture for {', '.join(data.panels)}."
+    return replace(data, curves=tuple(first), x_values=data.x_values[:1], panels=(), notes=(*data.notes, note))
+
+
+def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
+    names = ", ".join(plan.quantities)
+    if asked:
+        texts = " and ".join(f'"{each.text}"' for each in asked)
+        raise UsageError(f"nothing is left of {names} by {texts}", where="--where", hint="fewer or wider filters")
+    if plan.quantities == (MARGIN,):
+        raise UsageError("no design has a margin, each has elbow angles without equilibrium")
+    raise UsageError(f"{names}: all null in the rows drawn", hint="--where chooses other rows")

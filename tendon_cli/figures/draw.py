@@ -1,0 +1,217 @@
+"""Figures of a table or a run, by one specification for studies, the command line and Python.
+
+What draws is imported when something is drawn, so that the figures of a study are checked without matplotlib.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
+from tendon_cli.figures.curves.plan import CurvePlan, plan_curves
+from tendon_cli.figures.maps.plan import MapPlan, long_axes, plan_maps
+from tendon_cli.figures.product import Product, product_of, product_to_come
+from tendon_cli.figures.where import choose, conditions
+from tendon_cli.study.figures import FigureSpec, read_size
+from tendon_cli.study.filters import Condition
+from tendon_cli.study.study import Study
+from tendon_cli.tables.read import TableFiles, open_table
+
+if TYPE_CHECKING:
+    from tendon_cli.figures.engine import Figure
+    from tendon_cli.figures.frame import Page
+
+SLACK_MAP = "slack_map"
+
+Finish = Callable[[FigureSpec, "Figure"], None]
+"""Adds to a figure before it is written; matplotlib is in the house style then."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What was drawn of a run."""
+
+    files: tuple[Path, ...]
+    warnings: tuple[str, ...] = ()
+    """What could not be drawn, and why."""
+    no_map: str | None = None
+    """Why there is no slack map, where there is none."""
+
+
+def plot(source: Path | TableFiles, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
+    """Draw a table, or of a run folder the one that has what is asked for; returns the files, page by page.
+
+    `out` is a file (its ending gives the format), or a folder; by default the working directory. Further pages get
+    -2, -3 before the ending. Raises UsageError, InputError for a table of another kind, OutputError.
+    """
+    spec = spec or FigureSpec()
+    table = source if isinstance(source, TableFiles) else table_of(source, spec)
+    targets = _targets(table, spec, out)
+    return list(_written(pages_of(table, spec), targets))
+
+
+def pages_of(table: TableFiles, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
+    """The pages of a figure; raises UsageError where it does not fit the table, InputError for one of another kind.
+
+    Without a wish states are drawn as curves, and designs as slack maps where they have two axes for one.
+    """
+    from tendon_cli.figures.style import house_style
+
+    spec = spec or FigureSpec()
+    product = product_of(table)
+    with house_style():
+        pages = _pages(product, spec, *_planned(product, spec))
+        for page in pages:
+            if finish is not None:
+                finish(spec, page.figure)
+    return pages
+
+
+def check_figures_of(study: Study) -> None:
+    """Raise StudyError for every declared figure that is known beforehand to have nothing to draw.
+
+    Costs no matplotlib. What it lets pass may still come out empty, which `draw_run` then tells as a warning.
+    """
+    found: list[Fault] = []
+    for at, spec in enumerate(study.figure):
+        key = f"figure.{at}"
+        if spec.table not in study.output.tables:
+            hint = f'[output] tables needs "{spec.table}"'
+            found.append(Fault(f"{key}.quantity", f"{spec.quantity[0]} is of {spec.table}, which is not written", hint))
+            continue
+        try:
+            product = product_to_come(study, spec.table)
+            _planned(product, spec)
+            null = [name for name in spec.quantity if product.is_null(name)]
+            if len(null) == len(spec.quantity):
+                found.append(Fault(f"{key}.quantity", f"{', '.join(null)}: null in every row of this study"))
+        except UsageError as error:
+            found.append(Fault(f"{key}{(error.where or '').replace('--', '.')}", error.message, error.hint))
+    if found:
+        raise StudyError(found)
+
+
+def draw_run(study: Study, folder: Path) -> Drawn:
+    """Slack maps of a finished run, and the figures that its study declares, into its folder.
+
+    A figure that cannot be drawn is a warning: it never costs a run. Raises InputError only, for a table that is not
+    whole.
+    """
+    files: list[Path] = []
+    warnings: list[str] = []
+    no_map = None
+    if "designs" in study.output.tables:
+        try:
+            files += _slack_maps(open_table(folder / "designs.parquet"), folder)
+        except InputError:
+            raise
+        except UsageError as error:
+            no_map = error.message
+        except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
+            warnings.append(_warning("the slack map", error))
+    for spec in study.figure:
+        try:
+            files += draw_declared(spec, folder)
+        except InputError:
+            raise
+        except Exception as error:  # noqa: BLE001
+            warnings.append(_warning(f'figure "{spec.name}"', error))
+    return Drawn(tuple(files), tuple(warnings), no_map)
+
+
+def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None) -> list[Path]:
+    """Draw a declared figure of a run's tables, into its folder unless `out` says where.
+
+    Returns the files written. Raises UsageError where it does not fit the tables, InputError for a damaged or missing
+    one, OutputError.
+    """
+    pages = pages_of(open_table(run / f"{spec.table}.parquet"), spec, finish)
+    targets = [(out or run) / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
+    return list(_written(pages, targets))
+
+
+def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> TableFiles:
+    """The table that a path means: a table, or of a run folder the one that has what is asked for.
+
+    Raises InputError where there is none, UsageError for a study, or for a table that the run does not have.
+    """
+    if path.suffix.lower() in (".toml", ".yaml", ".yml"):
+        hint = f"`tendon sweep {path}` runs it, `tendon plot --arm {path}` draws its arm"
+        raise UsageError("is a study, expected a run folder or a table of one", where=str(path), hint=hint)
+    if not path.is_dir() or path.suffix == ".parquet":
+        return open_table(path)
+    found = {name: path / f"{name}.parquet" for name in ("states", "designs") if (path / f"{name}.parquet").exists()}
+    if not found:
+        raise InputError("holds neither designs.parquet nor states.parquet", where=str(path), hint="run `tendon sweep`")
+    if wanted is not None:
+        if wanted not in found:
+            raise UsageError(f'the run has no table "{wanted}"', where=str(path), hint=f"it has {', '.join(found)}")
+        return open_table(found[wanted])
+    tables = [open_table(file) for file in found.values()]
+    asked = {*spec.quantity, *filter(None, [spec.x])}
+    return next((table for table in tables if asked <= set(product_of(table).columns)), tables[0])
+
+
+def _planned(product: Product, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
+    """What a figure shows of a table; raises UsageError where it does not fit."""
+    asked = conditions(product, spec.filters)
+    chosen = choose(product, asked)
+    is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
+    on_axes = all(product.axis(each.column) for each in asked)
+    if product.kind == "designs" and is_plain and on_axes and len(long_axes(product, chosen)) > 1:
+        return plan_maps(product, chosen), asked
+    return plan_curves(product, chosen, spec), asked
+
+
+def _pages(product: Product, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]) -> list[Page]:
+    width, height = read_size(spec.size)
+    if isinstance(plan, MapPlan):
+        from tendon_cli.figures.maps.data import map_data
+        from tendon_cli.figures.maps.draw import draw_maps
+
+        return draw_maps(map_data(product, plan, spec), width, height)
+    from tendon_cli.figures.curves.data import curve_data
+    from tendon_cli.figures.curves.draw import draw_curves
+
+    return draw_curves(curve_data(product, plan, asked, spec), width, height)
+
+
+def _slack_maps(designs: TableFiles, folder: Path) -> list[Path]:
+    """slack_map.png, and slack_map-2.png and so on where the panels need more pages; of one axis as lines."""
+    product = product_of(designs)
+    long = long_axes(product, choose(product, []))
+    if not long:
+        raise UsageError("no axis other than the load has more than one value")
+    pages = pages_of(designs, FigureSpec(size="page" if len(long) > 1 else "120 mm"))
+    return list(_written(pages, [folder / f"{SLACK_MAP}.png"], must_fit=False))
+
+
+def _written(pages: list[Page], targets: list[Path], *, must_fit: bool = True) -> Iterator[Path]:
+    for number, page in enumerate(pages, 1):
+        for target in targets:
+            yield page.save(target if number == 1 else target.with_stem(f"{target.stem}-{number}"), must_fit=must_fit)
+
+
+def _targets(table: TableFiles, spec: FigureSpec, out: Path | None) -> list[Path]:
+    """The first file to write in each format."""
+    from tendon_cli.figures.style import FORMATS
+
+    if out is not None and not out.is_dir():
+        if out.suffix[1:].lower() not in FORMATS:
+            raise UsageError(f'"{out.name}" has no ending of a figure', where="--out", hint=".png, .svg or .pdf")
+        return [out]
+    product = product_of(table)
+    words = (re.sub(r"[^\w.-]+", "_", str(product.study.get("name", ""))), product.kind, *spec.quantity[:3])
+    return [(out or Path()) / f"{spec.name or '-'.join(filter(None, words))}.{kind}" for kind in spec.format]
+
+
+def _warning(name: str, error: Exception) -> str:
+    """Why a figure is missing."""
+    if not isinstance(error, TendonError):
+        return f"{name} is not drawn: {type(error).__name__}: {error}; this is a bug in tendon, the tables are whole"
+    place = f"{error.where}: " if isinstance(error, OutputError) else ""
+    return f"{name} is not drawn: {place}{error.message}{f' ({error.hint})' if error.hint else ''}"

@@ -1,0 +1,1 @@
+"""Maps over two axes of a study."""

@@ -1,0 +1,124 @@
+"""What a slack map shows, read from the table of designs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import UsageError
+from tendon_cli.figures.captions import caption, value_texts
+from tendon_cli.figures.labels import Shown
+from tendon_cli.figures.maps.plan import MapPlan
+from tendon_cli.figures.product import Axis, Product
+from tendon_cli.figures.scales import Scale, scale_of
+from tendon_cli.study.figures import FigureSpec
+
+Floats = npt.NDArray[np.float64]
+
+MARGIN, STIFFNESS = "margin", "min_elbow_stiffness"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What one panel shows, of shape (y, x) in the order of the scales."""
+
+    title: str
+    margin: Floats
+    """In the unit shown."""
+    stability: Floats
+    """What the least elbow stiffness has in hand above its limit; negative where the elbow is unstable."""
+
+    @property
+    def is_unstable(self) -> bool:
+        """Whether some design of it is."""
+        return bool((self.stability < 0.0).any())
+
+
+@dataclass(frozen=True)
+class MapData:
+    """Everything that the pages of a slack map show."""
+
+    title: str
+    study: str
+    x: Scale
+    y: Scale
+    margin: Shown
+    panels: tuple[Panel, ...]
+    in_row: int
+    """How many neighbouring panels differ in one axis only, the load if there is one."""
+    notes: tuple[str, ...]
+
+
+def map_data(product: Product, plan: MapPlan, spec: FigureSpec) -> MapData:
+    """Read what the panels show, and nothing else; raises UsageError where no design has a margin."""
+    rows = np.stack([plan.rows(product, panel) for panel in plan.panels])
+    read = product.gather(rows, [name for name in (MARGIN, STIFFNESS, *product.defining) if name in product.columns])
+    if not np.isfinite(read[MARGIN]).any():
+        raise UsageError("no design has a margin, each has elbow angles without equilibrium")
+    x, y = (_scale(product, axis, plan, spec) for axis in (plan.x, plan.y))
+    margin = margin_shown(product, spec)
+    above = read[STIFFNESS] - product.limit(STIFFNESS)
+    stability = np.where(np.abs(above) <= 1e-9 * np.nanmax(np.abs(read[STIFFNESS])), 0.0, above)
+    columns = [each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), stability)]
+    panels, same = _each_once([Panel(*each) for each in zip(_titles(product, plan, spec), *columns, strict=True)])
+    said, fixed = caption(product, spec, read, varied=[plan.x.column, plan.y.column])
+    if len(panels) == 1 and not panels[0].title:
+        panels = [replace(panels[0], title=next((text for text in fixed if text.endswith(" load")), ""))]
+    in_row = len({panel[plan.titled[0].column] for panel in plan.panels}) if plan.titled else 1
+    notes = (meaning_of_margin(product), *said, *plan.notes, *same)
+    return MapData(spec.title or product.title, product.source, x, y, margin, tuple(panels), in_row, notes)
+
+
+def margin_shown(product: Product, spec: FigureSpec) -> Shown:
+    """The margin by its name; of sides that differ in pretension it is the least that both have in hand."""
+    margin = product.shown(MARGIN, spec.units)
+    if not _differ(product):
+        return margin
+    return replace(margin, quantity=replace(margin.quantity, name="common margin of both pretensions", symbol="margin"))
+
+
+def meaning_of_margin(product: Product) -> str:
+    """What the margin is, in a sentence."""
+    if _differ(product):
+        return (
+            "Margin: by how much both pretensions can be lowered together, or if negative must be raised, for no slack."
+        )
+    return (
+        "Margin: pretension in hand above F₀*, the smallest that leaves no slack at any elbow angle of the study. "
+        "It is exact for each design; lines are drawn from design to design."
+    )
+
+
+def _differ(product: Product) -> bool:
+    return len(product.with_sides("pretension")) > 1
+
+
+def _each_once(panels: Sequence[Panel]) -> tuple[list[Panel], list[str]]:
+    """Panels that would repeat the same picture are one, with all titles; and a note of it."""
+    groups: dict[bytes, list[Panel]] = {}
+    for panel in panels:
+        groups.setdefault(panel.margin.tobytes() + panel.stability.tobytes(), []).append(panel)
+    notes = [f"The same picture for {', '.join(each.title for each in same)}." for same in groups.values() if same[1:]]
+    joined = [replace(same[0], title=_joined([panel.title for panel in same])) for same in groups.values()]
+    return joined, notes
+
+
+def _joined(titles: list[str]) -> str:
+    return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
+
+
+def _scale(product: Product, axis: Axis, plan: MapPlan, spec: FigureSpec) -> Scale:
+    shown = None if axis.is_text else product.shown(axis.column, spec.units)
+    return scale_of(axis.values[plan.positions[axis.column]], shown, is_log=axis.is_log)
+
+
+def _titles(product: Product, plan: MapPlan, spec: FigureSpec) -> list[str]:
+    """The values that each panel has on the axes in which the panels differ."""
+    texts: dict[str, dict[int, str]] = {}
+    for axis in plan.titled:
+        at = np.unique([panel[axis.column] for panel in plan.panels])
+        texts[axis.column] = dict(zip(at.tolist(), value_texts(product, axis, at, spec.units), strict=True))
+    return [", ".join(texts[axis.column][panel[axis.column]] for axis in plan.titled) for panel in plan.panels]
