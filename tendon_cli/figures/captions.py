@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from tendon_cli.figures.product import Axis, Columns, Ints, Product
+from tendon_cli.figures.axes import Axis, Ints
+from tendon_cli.figures.product import Columns, Product
 from tendon_cli.figures.style import plain
 from tendon_cli.study.figures import FigureSpec
 

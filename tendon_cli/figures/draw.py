@@ -114,6 +114,9 @@ def draw_run(study: Study, folder: Path) -> Drawn:
         except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
             warnings.append(_warning("the slack map", error))
     for spec in study.figure:
+        if spec.table not in study.output.tables:
+            warnings.append(f'figure "{spec.name}" is not drawn: {spec.table} is not written')
+            continue
         try:
             files += draw_declared(spec, folder)
         except InputError:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,45 +12,21 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.errors import InputError
+from tendon_cli.figures.axes import ANGLE, LOAD, Axis, Ints, axes_of
 from tendon_cli.figures.labels import Shown
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
-from tendon_cli.study.study import CASE_AXIS, SIDES, Study, keys
+from tendon_cli.study.study import SIDES, Study, keys
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.units import parse_measure
 
-Ints = npt.NDArray[np.int64]
 Columns = dict[str, npt.NDArray[Any]]
 
-LOAD, DIRECTION, ANGLE = "load_mass", "direction", "elbow_angle"
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
 """Columns that every table has, and that say what a design is."""
 _MOST = 1e150
 """More than any number of a study comes to, and few enough to be drawn."""
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One axis of a table's rows."""
-
-    key: str
-    column: str
-    values: npt.NDArray[Any] = field(compare=False)
-    """In SI, or names."""
-    stride: int
-    """Rows from one value to the next."""
-    is_log: bool
-
-    @property
-    def length(self) -> int:
-        """Number of values."""
-        return len(self.values)
-
-    @property
-    def is_text(self) -> bool:
-        """Whether its values are names."""
-        return self.values.dtype == object
 
 
 @dataclass(frozen=True)
@@ -161,7 +137,7 @@ def product_of(table: TableFiles) -> Product:
     try:
         kind, record = table.facts["table"], table.facts["study"]
         columns = _with_derived({field.name: _quantity(field) for field in table.schema})
-        axes = _axes(record, kind, columns, lambda key: _names_in(table, key))
+        axes = axes_of(record, kind, columns, lambda key: _names_in(table, key))
         is_one = kind in {"designs", "states"} and _is_ours(table.schema)
         if not is_one or table.rows != math.prod(axis.length for axis in axes):
             raise _foreign(table)
@@ -179,17 +155,8 @@ def product_to_come(study: Study, kind: str) -> Product:
     columns |= {name: QUANTITIES[name] for name in results if name not in DERIVED}
     linked = {axis.key: axis.names for axis in study.linked}
     record = study.record()
-    axes = _axes(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
+    axes = axes_of(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
     return Product(kind, axes, _with_derived(columns), record["study"], study.hash)
-
-
-def evenly(count: int, most: int) -> Ints:
-    """At most `most` of `count` positions, evenly chosen, both ends among them; of one, the middle."""
-    if count <= most:
-        return np.arange(count, dtype=np.int64)
-    if most == 1:
-        return np.array([count // 2], dtype=np.int64)
-    return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
 def _needs(name: str, columns: Mapping[str, object]) -> list[str]:
@@ -214,49 +181,9 @@ def _quantity(field: pa.Field) -> Quantity | None:
     return QUANTITIES.get(name, unknown)
 
 
-def _axes(
-    record: Mapping[str, Any], kind: str, columns: Mapping[str, object], linked: Callable[[str], Sequence[str]]
-) -> tuple[Axis, ...]:
-    """The axes that a recorded study spans, slowest first; `linked` gives the names of those that no number gives."""
-    study = record["study"]
-    names = [*record["axes"], *((DIRECTION, "motion.elbow_angle") if kind == "states" else ())]
-    values = [
-        _values(study, key)
-        if key in keys()
-        else (np.array(list(_names(study, key) or linked(key)), dtype=object), False)
-        for key in names
-    ]
-    found: list[Axis] = []
-    stride = 1
-    for key, (array, is_log) in reversed(list(zip(names, values, strict=True))):
-        known = keys()[key].column if key in keys() else key
-        column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)
-        found.append(Axis(key, column, array, stride, is_log))
-        stride *= len(array)
-    return tuple(reversed(found))
-
-
-def _names(study: Mapping[str, Any], key: str) -> list[str]:
-    """The names along an axis, where the study says them."""
-    if key == DIRECTION:
-        return [str(way) for way in study["motion"]["direction"]]
-    return [str(case["name"]) for case in study["cases"]] if key == CASE_AXIS else []
-
-
 def _names_in(table: TableFiles, key: str) -> list[str]:
     """The names along an axis, from the table's column."""
     return list(dict.fromkeys(table.read([key]).column(key).cast(pa.string()).to_pylist()))
-
-
-def _values(study: Mapping[str, Any], key: str) -> tuple[npt.NDArray[Any], bool]:
-    """The values of an axis in SI, and whether they are spaced by factors."""
-    said: Any = study
-    for name in key.split("."):
-        said = said[name]
-    values = keys()[key].number.read(said)
-    if values is None:
-        raise ValueError(key)
-    return values.array, isinstance(said, Mapping) and said.get("spacing") == "log"
 
 
 def _is_ours(schema: pa.Schema) -> bool:

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.product import Axis, Ints, Product
+from tendon_cli.figures.axes import Axis, Ints
+from tendon_cli.figures.product import Product
 from tendon_cli.study.filters import Condition, Filter
 from tendon_cli.units import shorten
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_cli.figures.product import evenly, product_of
+from tendon_cli.figures.axes import evenly
+from tendon_cli.figures.product import product_of
 from tendon_cli.sweep import plan
 from tests.figures.runs import LOADS, grid, states
 

@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
+from tendon_cli.figures.axes import LOAD
 from tendon_cli.figures.captions import caption, value_texts
 from tendon_cli.figures.curves.plan import CurvePlan
 from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.data import MARGIN, margin_shown, meaning_of_margin
-from tendon_cli.figures.product import LOAD, Columns, Product
+from tendon_cli.figures.product import Columns, Product
 from tendon_cli.figures.scales import Scale, scale_of
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.quantities import Quantity

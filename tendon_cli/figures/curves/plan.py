@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.product import ANGLE, DIRECTION, LOAD, Axis, Ints, Product, evenly
+from tendon_cli.figures.axes import ANGLE, DIRECTION, LOAD, Axis, Ints, evenly
+from tendon_cli.figures.product import Product
 from tendon_cli.figures.where import find_column, find_numbers
 from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.figures import MOST_QUANTITIES, OF_STATES, FigureSpec

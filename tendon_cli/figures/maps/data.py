@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
+from tendon_cli.figures.axes import Axis
 from tendon_cli.figures.captions import caption, value_texts
 from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.plan import MapPlan
-from tendon_cli.figures.product import Axis, Product
+from tendon_cli.figures.product import Product
 from tendon_cli.figures.scales import Scale, scale_of
 from tendon_cli.study.figures import FigureSpec
 

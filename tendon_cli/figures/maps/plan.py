@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.figures.product import LOAD, Axis, Ints, Product, evenly
+from tendon_cli.figures.axes import LOAD, Axis, Ints, evenly
+from tendon_cli.figures.product import Product
 
 CELLS_PER_AXIS = 400
 PANELS_PER_PAGE = 12
