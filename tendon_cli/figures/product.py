@@ -13,7 +13,7 @@ import pyarrow as pa
 
 from tendon_cli.errors import InputError
 from tendon_cli.figures.axes import ANGLE, LOAD, Axis, Ints, axes_of
-from tendon_cli.figures.labels import Shown
+from tendon_cli.figures.labels import Shown, quantity_in
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
@@ -136,7 +136,9 @@ def product_of(table: TableFiles) -> Product:
     """A table by what it knows of its study; raises InputError for a table of another kind."""
     try:
         kind, record = table.facts["table"], table.facts["study"]
-        columns = _with_derived({field.name: _quantity(field) for field in table.schema})
+        numbers = (pa.float64(), pa.int64())
+        held = {each.name: quantity_in(each) if each.type in numbers else None for each in table.schema}
+        columns = _with_derived(held)
         axes = axes_of(record, kind, columns, lambda key: _names_in(table, key))
         is_one = kind in {"designs", "states"} and _is_ours(table.schema)
         if not is_one or table.rows != math.prod(axis.length for axis in axes):
@@ -169,16 +171,6 @@ def _needs(name: str, columns: Mapping[str, object]) -> list[str]:
 def _with_derived(columns: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
     offered = {name: each.quantity for name, each in DERIVED.items() if set(_needs(name, columns)) <= set(columns)}
     return {**columns, **offered}
-
-
-def _quantity(field: pa.Field) -> Quantity | None:
-    """What a column of a table holds; of one that we do not know its name and unit."""
-    if field.type not in (pa.float64(), pa.int64()):
-        return None
-    metadata = field.metadata or {}
-    name, unit = (metadata.get(key, b"").decode() for key in (b"quantity", b"unit"))
-    unknown = Quantity(field.name, field.name.replace("_", " "), "number", unit, unit, field.name)
-    return QUANTITIES.get(name, unknown)
 
 
 def _names_in(table: TableFiles, key: str) -> list[str]:

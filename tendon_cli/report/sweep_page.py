@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
-from tendon_cli.figures.labels import shown
-from tendon_cli.figures.product import CASE, Product, product_of
+from tendon_cli.figures.product import Product, product_of
 from tendon_cli.report import html
 from tendon_cli.report.data import NO_DATA
 from tendon_cli.report.product import (
@@ -25,6 +23,7 @@ from tendon_cli.report.product import (
     thinned,
 )
 from tendon_cli.report.states import MOST_DESIGNS, arm_record, states_record
+from tendon_cli.study.study import CASE_AXIS as CASE
 from tendon_cli.summary import run_text
 from tendon_cli.sweep.results import Run
 from tendon_cli.tables.read import open_table
@@ -47,9 +46,9 @@ def sweep_page(folder: Path, run: Run) -> str:
     columns = product.gather(rows, [*names, "feasible", "stable", "taut", "slack_fraction", "min_elbow_stiffness"])
     nowhere = np.isnan(columns["min_elbow_stiffness"].astype(float)) & (columns["slack_fraction"] > 0)
     chosen = {OUTCOME: outcomes(columns, nowhere)} | {name: columns[name] for name in names}
-    labels = {name: shown(product.table.schema, name) for name in names}
+    labels = {name: product.shown(name) for name in names}
     maps, left_out = quantities(chosen, labels)
-    document = product.table.facts["study"]["study"]
+    document = dict(product.study)
     states, arm = _states(product, axes, document)
     data = NO_DATA | {
         "kind": "sweep", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
@@ -64,16 +63,16 @@ def _axes(product: Product) -> list[PageAxis]:
     kept = thinned([axis.length for axis in product.axes], MOST_CELLS)
     found = []
     for axis, positions in zip(product.axes, kept, strict=True):
-        values = product.values(axis)
+        values = axis.values
         names = tuple(str(value) for value in values) if axis.is_text else ()
-        label = shown(product.table.schema, axis.column)
+        label = product.shown(axis.column)
         found.append(PageAxis(label, None if axis.is_text else values, names, axis.is_log, positions))
     return found
 
 
 def _columns(product: Product) -> list[str]:
     """Numbers that are results, the most wanted first."""
-    known = [field.name for field in product.table.schema if pa.types.is_floating(field.type)]
+    known = [name for name, quantity in product.columns.items() if quantity is not None]
     keys = {axis.column for axis in product.axes}
     results = known[known.index("min_flexor_tension") :]
     return [*(name for name in WORTH if name in results), *(n for n in results if n not in WORTH and n not in keys)]

@@ -56,24 +56,22 @@ def try_parquet(file):
 
 def try_plot(file):
     """What `plot` reads and lays out of a table, for both kinds of figures; one file in 32 is drawn."""
-    from tendon_cli.figures.curve_data import curve_data
-    from tendon_cli.figures.curve_plan import plan_curves
-    from tendon_cli.figures.map_data import map_data
-    from tendon_cli.figures.map_plan import plan_maps
-    from tendon_cli.figures.plot import plot
-    from tendon_cli.figures.request import PlotRequest
-
+    from tendon_cli.figures.curves.data import curve_data
+    from tendon_cli.figures.curves.plan import plan_curves
+    from tendon_cli.figures.draw import plot
+    from tendon_cli.figures.maps.data import map_data
+    from tendon_cli.figures.maps.plan import long_axes, plan_maps
     from tendon_cli.figures.where import choose
+    from tendon_cli.study.figures import figure_spec
 
     product = try_parquet(file)
     chosen = choose(product, [])
-    if product.table.facts["table"] == "designs":
-        plan = plan_maps(product, chosen)
-        if not isinstance(plan, str):
-            map_data(product, plan, {})
+    spec = figure_spec()
+    if product.kind == "designs" and len(long_axes(product, chosen)) > 1:
+        map_data(product, plan_maps(product, chosen), spec)
     if hashlib.sha256(file.read_bytes()).digest()[0] < 8:
-        plot(product.table, PlotRequest(), file.with_name("figure.png"))
-    curve_data(product, plan_curves(product, chosen, PlotRequest()), [], {})
+        plot(product.files, spec, file.with_name("figure.png"))
+    curve_data(product, plan_curves(product, chosen, spec), [], spec)
 
 
 ATTEMPTS = {"toml": try_study, "yaml": try_study, "csv": try_every_fit, "parquet": try_plot}
