@@ -158,8 +158,8 @@ def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> 
     return estimated(Plan(study), jobs or available_cores(), figures=figures)
 
 
-def state(study: "Study", case: str | None = None) -> "StatePage":
-    """The first state of a study's first design, or of a case's, worked out line by line; raises UsageError.
+def state(study: "Study", case: str | None = None, person: str | None = None) -> "StatePage":
+    """The first state of a study's first design, or of a case's or a person's, line by line; raises UsageError.
 
     >>> import tendon_cli as tendon
     >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
@@ -168,7 +168,7 @@ def state(study: "Study", case: str | None = None) -> "StatePage":
     """
     from tendon_cli.state_page import state_page
 
-    return state_page(study, case)
+    return state_page(study, case, person)
 
 
 def fit_friction(

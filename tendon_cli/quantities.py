@@ -75,9 +75,9 @@ _OF_STUDIES = (
     _quantity("acromion_radiale_length", "l_ar", "length", "shoulder to elbow"),
     _quantity("radiale_stylion_length", "l_rs", "length", "elbow to wrist"),
     _quantity("forearm_grip_length", "l_fg", "length", "elbow to the centre of a held rod"),
-    _quantity("biceps_circumference", "c_b", "length", "circumference of the flexed upper arm"),
-    _quantity("forearm_circumference", "c_f", "length", "circumference of the flexed forearm"),
-    _quantity("wrist_circumference", "c_w", "length", "circumference of the wrist"),
+    _quantity("biceps_circumference", "C_bi", "length", "circumference of the flexed upper arm"),
+    _quantity("forearm_circumference", "C_fo", "length", "circumference of the flexed forearm"),
+    _quantity("wrist_circumference", "C_wr", "length", "circumference of the wrist"),
     # Motion.
     _quantity("speed", "θ̇", "angular speed", "speed of the elbow, the same throughout"),
     # Limits of a design that have no column yet, and what is asked of one.

@@ -11,6 +11,8 @@ import numpy.typing as npt
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import Design, State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.study.people.person import Step, Worn, worn_by
 from tendon_cli.study.study import CASE_AXIS, Study
 from tendon_cli.sweep.evaluate import evaluate, state_columns
 from tendon_cli.sweep.inputs import Inputs
@@ -69,23 +71,38 @@ class StatePage:
         }
 
 
-def state_page(study: Study, case: str | None = None) -> StatePage:
-    """The first state of a study's first design, or of a case's; axes are settled by their first values."""
-    plan = Plan(study)
+def state_page(study: Study, case: str | None = None, person: str | None = None) -> StatePage:
+    """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body."""
+    names = study.people.population.names if study.people is not None else ()
+    worn = worn_by(study, person or names[0]) if person is not None or names else None
+    plan = Plan(worn.study if worn is not None else study)
     inputs = Inputs(plan)
     block = _only_state(plan, case)
     evaluated = evaluate(inputs, block)
     state, design = evaluated.state, evaluated.design
     angle = float(np.degrees(plan.elbow_angles[0]))
     title = f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {_one(design.load_mass):.6g} kg"
-    sections = [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
+    sections = _from_body(worn) if worn is not None else []
+    sections += [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
     status = STATUS_NAMES[int(state.status.flat[0])]
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
         status += ": the flexor's moment arm J is not positive, so no tension balances the elbow"
     else:
         sections += [_balance(state, design), _results(state, design)]
     columns = {name: _null_if_nan(_one(values)) for name, values in state_columns(evaluated).items()}
-    return StatePage(title, tuple(_notes(plan, block)), status, tuple(sections), columns)
+    notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names else []
+    return StatePage(title, (*notes, *_notes(plan, block)), status, tuple(sections), columns)
+
+
+def _from_body(worn: Worn) -> list[Section]:
+    """What the tape and the scale say, and the arm that follows."""
+
+    def line(step: Step) -> Line:
+        quantity = QUANTITIES[step.quantity]
+        return Line(quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
+
+    parts = ((f"Body: {worn.name}", worn.body), ("From body to arm", worn.arm))
+    return [Section(title, tuple(map(line, steps))) for title, steps in parts]
 
 
 def _only_state(plan: Plan, case: str | None) -> Block:
@@ -103,11 +120,10 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
         if axis.names:
-            notes.append(f"case {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
+            notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
         elif len(axis) > 1:
-            notes.append(
-                f"{axis.key} is an axis of {len(axis)} values, this is the first; --set {axis.key}=... chooses"
-            )
+            chooses = f"--set {axis.key}=... chooses"
+            notes.append(f"{axis.key} is an axis of {len(axis)} values, this is the first; {chooses}")
     if plan.states_per_design > 1:
         notes.append(
             f"the first of {plan.states_per_design} states; --set 'motion.elbow_angle=75 deg' and "

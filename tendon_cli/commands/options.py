@@ -13,6 +13,7 @@ Settings = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="override a key, such as 'arm.b1=160 mm'; repeatable"),
 ]
 Case = Annotated[str | None, typer.Option(help="which of the study's cases")]
+Person = Annotated[str | None, typer.Option(help="which of the study's people, or mean-man, mean-woman")]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="parts computed at once; default all cores")]

@@ -11,7 +11,8 @@ import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array
 from tendon_cli.study.checks import case_numbers
-from tendon_cli.study.study import CASE_AXIS, Study, keys, split_side
+from tendon_cli.study.linked import Linked
+from tendon_cli.study.study import CASE_AXIS, PERSON_AXIS, Study, keys, split_side
 from tendon_cli.study.values import Grid
 
 Numbers = Mapping[str, Array]
@@ -23,9 +24,14 @@ REFERENCE = "model.reference"
 PRETENSION = "tendon.pretension"
 
 
+def scale_of(key: str) -> str:
+    """The key under which a row says by what a number is multiplied, such as an anchor on a larger arm."""
+    return f"scale of {key}"
+
+
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """One axis of the study: its dotted key (or `case`), its column, and what each value says of the numbers."""
+    """One axis of the study: its dotted key (`case`, `person`, `draw`), its column, what values say of the numbers."""
 
     key: str
     column: str
@@ -35,6 +41,8 @@ class Factor:
     is_range: bool = False
     """A grid, between whose points others may be chosen; a list is a catalogue."""
     is_log: bool = False
+    weighting: Array | None = None
+    """How much each value counts in a share; None where all count the same."""
 
     def __len__(self) -> int:
         return len(self.names) or len(self.values)
@@ -89,7 +97,16 @@ class Product:
 def factors_of(study: Study) -> list[Factor]:
     """Every axis of a study but pretension, slowest first."""
     axes = [key for key in study.axes if split_side(key)[0] != PRETENSION]
-    return [_cases(study) if key == CASE_AXIS else _number(study, key) for key in axes]
+    linked = {axis.key: _linked(study, axis) for axis in study.linked}
+    return [linked.get(key) or (_cases(study) if key == CASE_AXIS else _number(study, key)) for key in axes]
+
+
+def _linked(study: Study, axis: Linked) -> Factor:
+    """Persons or draws, and how much each counts."""
+    numbers = {key: values for key, values in axis.numbers.items() if split_side(key)[0] != PRETENSION}
+    scales = {scale_of(key): values for key, values in axis.scales.items()}
+    weighting = study.people.population.weighting if study.people is not None and axis.key == PERSON_AXIS else None
+    return Factor(axis.key, axis.key, numbers | scales, tuple(axis.names), weighting=weighting)
 
 
 def _number(study: Study, key: str) -> Factor:

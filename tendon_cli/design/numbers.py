@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.design.factors import REFERENCE, Numbers
+from tendon_cli.design.factors import REFERENCE, Numbers, scale_of
 from tendon_cli.model.actuator import Arm, Design, Side
 from tendon_cli.model.kinematics import Anchors, Real
 from tendon_cli.study.study import SIDES, Study
@@ -25,7 +25,7 @@ def model_design(study: Study, choices: Numbers, conditions: Numbers, pretension
     """Designs of shape (choices, conditions, 1, 1), or as much of it as each number varies over.
 
     A condition says more than a choice, a choice more than the study, and what is said of one side more than what is
-    said of both. `pretension` has the shape (choices,).
+    said of both; what conditions scale is multiplied last. `pretension` has the shape (choices,).
     """
 
     def number(key: str, side: str | None = None) -> Real:
@@ -61,7 +61,8 @@ def _number(study: Study, choices: Numbers, conditions: Numbers, key: str, side:
         for layer, choice in ((choices, True), (conditions, False)):
             if candidate in layer:
                 found = _over(found, _spread(layer[candidate], choice=choice))
-    return found
+    scale = conditions.get(scale_of(key))
+    return found if scale is None else found * _spread(scale, choice=False)
 
 
 def _spread(values: Real, *, choice: bool) -> Real:

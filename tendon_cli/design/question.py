@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 
-from tendon_cli.design.factors import PRETENSION, Product, factors_of
+import numpy as np
+
+from tendon_cli.design.factors import PRETENSION, Factor, Product, factors_of
 from tendon_cli.design.problem import Problem
 from tendon_cli.model.window import Bounds
 from tendon_cli.study.checks import case_numbers
-from tendon_cli.study.study import Study, split_side
+from tendon_cli.study.study import DRAW_AXIS, PERSON_AXIS, Study, split_side
 
 _BOUNDS = tuple(each.name for each in fields(Bounds))
 
@@ -20,12 +23,27 @@ def question(study: Study) -> Problem:
     return Problem(
         study=study,
         choices=Product(tuple(factor for factor in factors if factor.key not in conditions)),
-        conditions=Product(tuple(factor for factor in factors if factor.key in conditions)),
+        conditions=_conditions([factor for factor in factors if factor.key in conditions]),
         bounds=bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
         notes=tuple(_left_out(study)),
     )
+
+
+def _conditions(factors: list[Factor]) -> Product:
+    """Conditions in groups by persons, or by draws where there are no persons.
+
+    One of these is served by a pretension that all its other conditions allow, and counts as much as it is weighted.
+    """
+    whose = next((factor for key in (PERSON_AXIS, DRAW_AXIS) for factor in factors if factor.key == key), None)
+    if whose is None:
+        return Product(tuple(factors))
+    others = tuple(factor for factor in factors if factor is not whose)
+    each = math.prod(len(factor) for factor in others)
+    weighting = np.ones(len(whose)) if whose.weighting is None else whose.weighting
+    groups = np.repeat(np.arange(len(whose)), each)
+    return Product((whose, *others), weighting=np.repeat(weighting, each), groups=groups)
 
 
 def bounds_of(study: Study) -> Bounds:

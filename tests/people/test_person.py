@@ -1,0 +1,61 @@
+"""`tendon state --person`: how a body becomes an arm, and the state on that arm."""
+
+import pytest
+
+from tendon_cli.errors import UsageError
+from tendon_cli.model import actuator
+from tendon_cli.state_page import state_page
+from tendon_cli.study.load import study_from
+from tendon_cli.study.people.person import worn_by
+from tests.model import designs
+
+AT_75 = {"motion": {"elbow_angle": "75 deg", "direction": "flexion"}}
+
+
+def test_the_page_begins_with_the_body_and_its_arm_and_goes_on_with_its_state():
+    page = state_page(study_from(AT_75), person="mean-woman")
+    text = page.text()
+    assert text.index("Body: mean-woman") < text.index("From body to arm") < text.index("Geometry")
+    arm = {
+        "a1": 0.040 * 305.58 / 358.14, "b1": 0.150 * 311.20 / 335.24, "a2": 0.020 * 264.08 / 310.06,
+        "b2": 0.150 * 241.33 / 267.88, "elbow_radius": 0.045 * 264.08 / 310.06,
+        "forearm_mass": 0.022 * 67.76, "forearm_com": 0.682 * 0.24133, "load_distance": 0.31771,
+    }  # fmt: skip
+    state = actuator.evaluate(designs.design(designs.baseline(**arm)), 75 * 3.141592653589793 / 180, flexion=True)
+    assert page.columns["motor_torque"] == pytest.approx(float(state.motor_torque), rel=1e-9)
+    from_body = {line.symbol: line.values[0] for line in page.sections[1].lines}
+    assert list(from_body.values()) == pytest.approx(list(arm.values()), rel=1e-9)
+
+
+def test_the_mean_man_has_the_studys_own_anchors():
+    study = study_from({"arm": {"a1": "50 mm", "b1": ["140 mm", "160 mm"]}})
+    worn = worn_by(study, "mean-man").study
+    assert worn.numbers["arm.a1"].single == 0.05
+    assert worn.numbers["arm.b1"].array.tolist() == [0.14, 0.16]
+    assert worn.numbers["arm.b1"].is_axis
+
+
+def test_what_the_study_states_stays(tmp_path):
+    study = study_from(AT_75 | {"arm": {"forearm_mass": "1.2 kg"}})
+    page = state_page(study, person="mean-man")
+    line = next(line for line in page.sections[1].lines if line.symbol == "m_f")
+    assert (line.values, line.formula) == ((1.2,), "as the study states it")
+
+
+def test_a_study_of_people_shows_its_first_person_or_the_one_asked_for(tmp_path):
+    (tmp_path / "people.csv").write_text("name,weight (kg)\nAda,62\nBo,90\n", encoding="utf-8")
+    study = study_from({"people": {"file": "people.csv"}}, folder=tmp_path)
+    first, second = state_page(study), state_page(study, person="Bo")
+    assert "Body: Ada" in first.text()
+    masses = [page.sections[1].lines[5].values[0] for page in (first, second)]
+    assert masses == pytest.approx([0.022 * 62, 0.022 * 90])
+
+
+@pytest.mark.parametrize("people", [{}, {"people": {"count": 3}}])
+def test_nobody_of_that_name(people):
+    with pytest.raises(UsageError, match='no person "mean-mann"') as error:
+        state_page(study_from(people), person="mean-mann")
+    assert error.value.hint == 'did you mean "mean-man"?'
+    with pytest.raises(UsageError) as error:
+        state_page(study_from(people), person="x\x1b[2J")
+    assert "\x1b" not in error.value.message

@@ -1,0 +1,74 @@
+"""How many of a crowd one pretension serves: counted one by one, and as the survey's facts have it."""
+
+import numpy as np
+import pytest
+
+from tendon_cli.design.question import question
+from tendon_cli.design.solve import solve
+from tendon_cli.model import window
+from tendon_cli.study.load import study_from
+from tests.model import designs
+
+LOADS = {"load": {"mass": [0.0, 3.0, 5.0, 10.0]}}
+
+
+def solved(*contents, folder=None):
+    study = study_from({key: value for content in contents for key, value in content.items()}, folder=folder)
+    problem = question(study)
+    count = len(problem.choices)
+    return problem, solve(problem, problem.choices.numbers(np.arange(count)), count)
+
+
+def suit(stiffness, ratio):
+    return {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}}
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "ratio", "share"),
+    [(3e3, 1.0, 0.0), (1e3, 1.0, 0.0), (3e3, 0.7, 0.04), (5e3, 0.6, 0.70), (8e3, 0.6, 0.92), (5e3, 0.5, 0.975)],
+)
+def test_the_share_that_one_pretension_serves_of_men_and_women_for_0_to_10_kg(stiffness, ratio, share):
+    _, found = solved({"people": {"count": 1000}}, LOADS, suit(stiffness, ratio))
+    error = np.sqrt(max(share, 0.002) * (1.0 - share) / 1000)
+    assert found.served[0] == pytest.approx(share, abs=3.5 * error + 0.005)
+
+
+def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
+    rows = ["name,weight (kg),stature (cm),weighting"]
+    rows += [f"p{at},{55 + 2 * at},{155 + 1.5 * at},{at % 4}" for at in range(20)]
+    (tmp_path / "people.csv").write_text("\n".join(rows), encoding="utf-8")
+    problem, found = solved(
+        {"people": {"file": "people.csv"}, "design": {"serve": 0.9}}, LOADS, suit(5e3, [0.6, 0.65]), folder=tmp_path
+    )
+    people = problem.study.people.population
+    (scales, numbers) = (problem.study.linked[0].scales, problem.study.linked[0].numbers)
+    for choice, ratio in enumerate((0.6, 0.65)):
+        low, high = np.empty((20, 4)), np.empty((20, 4))
+        for person in range(20):
+            arm = {name.removeprefix("arm."): values[person] for name, values in numbers.items()}
+            arm |= {name: designs.BASELINE[name] * scales[f"arm.{name}"][person] for name in ("a1", "b1", "a2", "b2")}
+            arm["elbow_radius"] = 0.045 * scales["arm.elbow_radius"][person]
+            for load, mass in enumerate((0.0, 3.0, 5.0, 10.0)):
+                p = designs.baseline(**arm, load_mass=mass, ratio=ratio, spring_stiffness=5e3)
+                one = window.window(designs.design(p), problem.angles, problem.flexion, problem.bounds)
+                low[person, load], high[person, load] = one.low, one.high
+        most = low.max(axis=1)
+        least = high.min(axis=1)
+        shares = [people.weighting[(most <= at) & (at <= least)].sum() for at in [*most, *least]]
+        assert found.served[choice] == pytest.approx(max(shares) / people.weighting.sum(), abs=1e-12)
+
+
+def test_two_seeds_agree_within_their_standard_errors():
+    shares = [solved({"people": {"count": 600, "seed": seed}}, LOADS, suit(5e3, 0.6))[1].served[0] for seed in (1, 2)]
+    assert abs(shares[0] - shares[1]) < 3.0 * np.sqrt(2 * 0.7 * 0.3 / 600)
+
+
+def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
+    text = "name,biceps circumference (cm),acromion radiale length (cm)\nAda,30,32\nOdd,75,13\n"
+    (tmp_path / "people.csv").write_text(text, encoding="utf-8")
+    arm = {"arm": {"a1": 0.08}}  # far in front of a short arm, the flexor passes the joint's centre before 90 degrees
+    problem, found = solved({"people": {"file": "people.csv"}}, arm, suit(5e3, 0.6), folder=tmp_path)
+    windows = problem.windows(problem.choices.numbers(np.arange(1)), 1)
+    assert np.isnan(windows.low[0]).tolist() == [False, True]
+    assert window.LIMIT_NAMES[windows.low_by[0, 1]] == "no equilibrium"
+    assert found.served[0] == 0.5
