@@ -44,7 +44,7 @@ UNITS: dict[str, Unit] = (
     | _units("stiffness", {"N/m": 1, "kN/m": 1000, "N/mm": 1000, "N/cm": 100})
     | _units("pressure", {"Pa": 1, "kPa": 10**3, "MPa": 10**6, "GPa": 10**9})
     | _units("mass", {"kg": 1, "g": "0.001", "t": 1000, "lb": "0.45359237"})
-    | _units("angle", {"rad": 1, "mrad": "0.001", "deg": _PI / 180, "°": _PI / 180, "rev": 2 * _PI})
+    | _units("angle", {"deg": _PI / 180, "°": _PI / 180, "rad": 1, "mrad": "0.001", "rev": 2 * _PI})
     | _units("torque", {"N m": 1, "Nm": 1, "N·m": 1, "N*m": 1, "N mm": "0.001", "N·mm": "0.001", "kN m": 1000})
     | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
     | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
@@ -123,12 +123,12 @@ class Measure:
             return self.si
         said: list[str] = []
         for symbol in filter(None, (SI_UNIT[dimension], _UNIT_WITH_PI.get(dimension))):
-            digits = _terminating(self.exact / UNITS[symbol].factor)
+            digits = terminating(self.exact / UNITS[symbol].factor)
             said += [] if digits is None else [f"{digits} {symbol}".removesuffix(" 1")]
         return min(said, key=len) if said else f"{self.text} {self.unit.symbol}"
 
 
-def _terminating(value: Fraction) -> str | None:
+def terminating(value: Fraction) -> str | None:
     """A rational number in decimal digits, where these come to an end and can be read back."""
     with localcontext(prec=200) as context:
         context.clear_flags()
@@ -163,9 +163,14 @@ def parse_measure(text: str, dimension: str) -> Measure:
     if not symbol:
         if dimension == "number":
             return Measure(number, UNITS["1"])
-        hint = f'write "{number} {known_units(dimension)[0]}"'
-        raise UnitError(f'"{number}" has no unit, expected {expected}', hint)
+        raise UnitError(f'"{number}" has no unit, expected {expected}', f"write {with_unit(number, dimension)}")
     return Measure(number, _find_unit(symbol, dimension, expected))
+
+
+def with_unit(number: str, dimension: str) -> str:
+    """What a number without its unit may have been meant to be: angles come in degrees and in radians."""
+    symbols = ("deg", "rad") if dimension == "angle" else (SI_UNIT[dimension],)
+    return " or ".join(f'"{number} {symbol}"' for symbol in symbols)
 
 
 def _advice(text: str) -> str | None:

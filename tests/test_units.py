@@ -33,8 +33,10 @@ DEFINED = {
     "N m/rad": "1", "N·m/rad": "1",
     "s": "1", "ms": "1/1000", "min": "60", "h": "3600",
     "rad": "1", "mrad": "1/1000",
+    "rad/s": "1", "W": "1", "mW": "1/1000", "kW": "1000", "J": "1", "mJ": "1/1000", "kJ": "1000",
 }  # fmt: skip
-TURNS = {"deg": Fraction(1, 360), "°": Fraction(1, 360), "rev": Fraction(1)}
+TURNS = {"deg": Fraction(1, 360), "°": Fraction(1, 360), "rev": Fraction(1),
+         "deg/s": Fraction(1, 360), "°/s": Fraction(1, 360), "rpm": Fraction(1, 60), "rev/s": Fraction(1)}  # fmt: skip
 
 
 def test_every_unit_is_defined_here():

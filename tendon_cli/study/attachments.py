@@ -16,7 +16,7 @@ from tendon_cli.study.people.asked import People
 from tendon_cli.study.reading import MAX_BYTES, read_toml
 from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
 from tendon_cli.study.route import measure_route
-from tendon_cli.study.study import SIDES, Study
+from tendon_cli.study.study import SIDES, Study, keys
 from tendon_cli.study.values import Values
 from tendon_cli.units import shorten
 
@@ -68,7 +68,8 @@ class Attachments:
             bend_angle = self._bend_angle(sheath.path, smoothing, f"{key}.path")
             update |= {"bend_angle": bend_angle, "path": None, "path_smoothing": None}
         if sheath.friction_from is not None:
-            update |= {"friction": self._friction(sheath.friction_from, f"{key}.friction_from"), "friction_from": None}
+            friction = self._friction(sheath.friction_from, f"{key}.friction_from")
+            update |= {"friction": friction, "friction_from": None}
         return update
 
     def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
@@ -101,7 +102,7 @@ class Attachments:
             key, name, content, friction=coefficient, standard_error=error,
             fitted_from=shorten(source) if isinstance(source, str) else None,
         )  # fmt: skip
-        return Values.of(coefficient)
+        return _estimate("sheath.friction", coefficient, error, key)
 
     def _read(self, name: str, key: str, most: int) -> bytes | None:
         """A regular file next to the study; what cannot be read is a fault of the key that names it."""
@@ -118,6 +119,12 @@ class Attachments:
 
     def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:
         self.sources[key] = {"file": Path(name).name, "sha256": hashlib.sha256(content).hexdigest(), **facts}
+
+
+def _estimate(number: str, middle: float | str, error: float | str, key: str) -> Values | None:
+    """A number with its standard error; a case takes the number only."""
+    said = middle if key.startswith("cases.") else {"mean": middle, "std": error}
+    return keys()[number].number.read(said)
 
 
 def _number(value: object) -> float:

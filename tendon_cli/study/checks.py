@@ -158,7 +158,8 @@ def _largest(study: Study, case: dict[str, float], name: str, side: str) -> floa
         if key in case:
             return case[key]
         if key in study.numbers:
-            return study.numbers[key].extremes[1]
+            values = study.numbers[key]
+            return values.uncertain.reach[1] if values.uncertain else values.extremes[1]
     return 0.0
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from tendon_cli.study.fields import Number, fault
+from tendon_cli.study.fields import Single, fault
 from tendon_cli.study.parts import Part, Words, written
 from tendon_cli.study.values import Values
 from tendon_cli.units import described
@@ -41,33 +41,29 @@ CHOICE_RESULTS = (
 """Columns of choices.parquet that a goal may name, besides the axes of the choices."""
 
 
-def _limit(name: str, low: float, high: float) -> Number:
-    return Number(name, low, high, axis=False)
-
-
 class Limits(Part, Mapping[str, float]):
     """Limits of a design, each named as the column that it bounds: min_ from below, max_ and peak_ from above.
 
     As a mapping it has the limits that are given, and min_elbow_stiffness, with their values in SI.
     """
 
-    min_flexor_tension: Annotated[Values | None, _limit("min_flexor_tension", 0.0, 1e7)] = None
-    min_extensor_tension: Annotated[Values | None, _limit("min_extensor_tension", 0.0, 1e7)] = None
-    max_tension: Annotated[Values | None, _limit("max_tension", 0.0, 1e9)] = None
-    max_spring_extension: Annotated[Values | None, _limit("max_spring_extension", 0.0, 100.0)] = None
-    peak_motor_torque: Annotated[Values | None, _limit("peak_motor_torque", 0.0, 1e7)] = None
-    max_contact_pressure: Annotated[Values | None, _limit("max_contact_pressure", 0.0, 1e12)] = None
-    min_elbow_stiffness: Annotated[Values, _limit("min_elbow_stiffness", -1e6, 1e6)] = written("0 N m/rad")
-    max_pretension: Annotated[Values | None, _limit("max_pretension", 0.0, 1e7)] = None
-    min_spool_to_tendon: Annotated[Values | None, _limit("min_spool_to_tendon", 0.0, 1e6)] = None
-    max_spool_travel: Annotated[Values | None, _limit("max_spool_travel", 0.0, 1e6)] = None
-    max_backlash: Annotated[Values | None, _limit("max_backlash", 0.0, 1e6)] = None
-    max_torque_band: Annotated[Values | None, _limit("max_torque_band", 0.0, 1e7)] = None
-    peak_motor_speed: Annotated[Values | None, _limit("peak_motor_speed", 0.0, 1e6)] = None
-    peak_motor_power: Annotated[Values | None, _limit("peak_motor_power", 0.0, 1e9)] = None
-    max_motor_work_in: Annotated[Values | None, _limit("max_motor_work_in", 0.0, 1e9)] = None
-    max_friction_loss: Annotated[Values | None, _limit("max_friction_loss", 0.0, 1e9)] = None
-    min_efficiency: Annotated[Values | None, _limit("min_efficiency", -1e6, 1.0)] = None
+    min_flexor_tension: Annotated[Values | None, Single("min_flexor_tension", 0.0, 1e7)] = None
+    min_extensor_tension: Annotated[Values | None, Single("min_extensor_tension", 0.0, 1e7)] = None
+    max_tension: Annotated[Values | None, Single("max_tension", 0.0, 1e9)] = None
+    max_spring_extension: Annotated[Values | None, Single("max_spring_extension", 0.0, 100.0)] = None
+    peak_motor_torque: Annotated[Values | None, Single("peak_motor_torque", 0.0, 1e7)] = None
+    max_contact_pressure: Annotated[Values | None, Single("max_contact_pressure", 0.0, 1e12)] = None
+    min_elbow_stiffness: Annotated[Values, Single("min_elbow_stiffness", -1e6, 1e6)] = written("0 N m/rad")
+    max_pretension: Annotated[Values | None, Single("max_pretension", 0.0, 1e7)] = None
+    min_spool_to_tendon: Annotated[Values | None, Single("min_spool_to_tendon", 0.0, 1e6)] = None
+    max_spool_travel: Annotated[Values | None, Single("max_spool_travel", 0.0, 1e6)] = None
+    max_backlash: Annotated[Values | None, Single("max_backlash", 0.0, 1e6)] = None
+    max_torque_band: Annotated[Values | None, Single("max_torque_band", 0.0, 1e7)] = None
+    peak_motor_speed: Annotated[Values | None, Single("peak_motor_speed", 0.0, 1e6)] = None
+    peak_motor_power: Annotated[Values | None, Single("peak_motor_power", 0.0, 1e9)] = None
+    max_motor_work_in: Annotated[Values | None, Single("max_motor_work_in", 0.0, 1e9)] = None
+    max_friction_loss: Annotated[Values | None, Single("max_friction_loss", 0.0, 1e9)] = None
+    min_efficiency: Annotated[Values | None, Single("min_efficiency", -1e6, 1.0)] = None
 
     def __getitem__(self, name: str) -> float:
         """The value of a limit in SI; raises KeyError for one that is not given."""
@@ -90,7 +86,7 @@ class Goals(Part):
         default=None,
         description="axes that a design must survive; default load.*, arm.*, case, people and uncertain numbers",
     )
-    serve: Annotated[Values | None, Number("serve", 0.0, 1.0, axis=False)] = None
+    serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
     minimise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
     maximise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
     pretension: Literal["middle", "least"] = Field(

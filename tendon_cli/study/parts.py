@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
 
 from tendon_cli.quantities import OF_STATES
-from tendon_cli.study.fields import Number, fault, nearest
+from tendon_cli.study.fields import Single, fault, nearest
+from tendon_cli.study.number import Number
 from tendon_cli.study.values import Values
 from tendon_cli.units import shorten
 
@@ -25,7 +26,7 @@ FULL_TURNS = {"low": -6.283185307179587, "high": 6.283185307179587}
 
 Friction = Annotated[Values, Number("friction", 0.0, 10.0)]
 BendAngle = Annotated[Values, Number("bend_angle", 0.0, 100.0)]
-Smoothing = Annotated[Values, Number("path_smoothing", 0.0, 1.0, axis=False)]
+Smoothing = Annotated[Values, Single("path_smoothing", 0.0, 1.0)]
 TendonLength = Annotated[Values, Number("tendon_length", **POSITIVE_LENGTH)]
 TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
 YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
@@ -175,10 +176,10 @@ class Motion(Part):
     direction: Directions = Field(
         default=("flexion", "extension"), description="flexion, extension or both, in the order of the rows"
     )
-    elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS)] = written(
+    elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS, uncertain=False)] = written(
         {"from": "0 deg", "to": "90 deg", "num": 91}
     )
-    speed: Annotated[Values | None, Number("speed", 1e-9, 1e6, axis=False)] = None
+    speed: Annotated[Values | None, Single("speed", 1e-9, 1e6)] = None
 
 
 class Model(Part):

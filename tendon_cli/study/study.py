@@ -6,20 +6,21 @@ import hashlib
 import json
 from dataclasses import dataclass
 from functools import cache, cached_property
-from types import UnionType
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints, create_model
-from pydantic.fields import FieldInfo
+from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 
+from tendon_cli.study.cases import DESIGN_PARTS, case_tables, mark_of, part_of, printable
 from tendon_cli.study.design import Goals, Limits, Uncertainty
-from tendon_cli.study.fields import Later, Number, fault
+from tendon_cli.study.fields import Later, Single, fault
 from tendon_cli.study.figure_checks import check_figures
 from tendon_cli.study.figures import FigureSpec
 from tendon_cli.study.linked import Linked
+from tendon_cli.study.number import Number
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.people.arms import OF_THE_BODY, person_axis
 from tendon_cli.study.people.asked import People
+from tendon_cli.study.uncertain import Uncertain
 from tendon_cli.study.values import Values
 
 SIDES = ("flexor", "extensor")
@@ -34,62 +35,10 @@ def _not_dots(name: str) -> str:
     return name
 
 
-def _printable(text: str) -> str:
-    """Text that can stand in a table's metadata, a figure and a terminal."""
-    if not text.isprintable():
-        raise fault("holds characters that cannot be printed, expected plain text")
-    return text
-
-
 RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
-CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(_printable)]
-Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(_printable)]
+Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
 _SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
-
-
-def _mark_of(field: FieldInfo) -> Number | None:
-    """The Number that marks a field, alone or as one choice of a union with None."""
-    marks = [*field.metadata, *(mark for choice in get_args(field.annotation) for mark in get_args(choice))]
-    return next((mark for mark in marks if isinstance(mark, Number)), None)
-
-
-def _part_of(field: FieldInfo) -> type[Part] | None:
-    """The table that a field holds, alone or as one choice of a union with None."""
-    choices = (field.annotation, *get_args(field.annotation))
-    return next((choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)), None)
-
-
-def _single_valued(part: type[Part]) -> type[Part]:
-    """The same table where no key has a default and none may be an axis: what a case may override."""
-    fields: dict[str, Any] = {}
-    for name, field in part.model_fields.items():
-        number, nested = _mark_of(field), _part_of(field)
-        if number is not None:
-            kind: Any = Annotated[Values, number.single_valued()]
-        else:
-            kind = _single_valued(nested) if nested else field.annotation
-        optional = kind if isinstance(kind, UnionType) else kind | None
-        fields[name] = (optional, Field(default=None, description=field.description))
-    return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
-
-
-_DESIGN_PARTS: dict[str, type[Part]] = {
-    "arm": Arm,
-    "sheath": Sheath,
-    "tendon": Tendon,
-    "spring": Spring,
-    "spool": Spool,
-    "load": Load,
-    "model": Model,
-}
-
-
-def _cases() -> Any:
-    fields: dict[str, Any] = {"name": (CaseName, Field(description="name of the case, each once"))}
-    fields |= {name: (_single_valued(part) | None, None) for name, part in _DESIGN_PARTS.items()}
-    doc = "One entry of a linked axis, such as a person: a name, and the keys in which it differs."
-    return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]
 
 
 def _with_known_columns(figures: tuple[FigureSpec, ...]) -> tuple[FigureSpec, ...]:
@@ -112,7 +61,7 @@ class Study(Part):
     motion: Motion = Motion()
     model: Model = Model()
     output: Output = Output()
-    cases: Annotated[tuple[Part, ...], Later(_cases)] = Field(
+    cases: Annotated[tuple[Part, ...], Later(case_tables)] = Field(
         default=(), description="one axis of linked values, such as persons"
     )
 
@@ -144,7 +93,7 @@ class Study(Part):
     @cached_property
     def numbers(self) -> dict[str, Values]:
         """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
-        return {key: values for part in _DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
+        return {key: values for part in DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
 
     @property
     def of_the_body(self) -> tuple[str, ...]:
@@ -166,6 +115,11 @@ class Study(Part):
         ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
         linked = {CASE_AXIS: bool(self.cases), PERSON_AXIS: self.people is not None}
         return (*(key for key, is_axis in linked.items() if is_axis), *ordered)
+
+    @property
+    def uncertain(self) -> dict[str, Uncertain]:
+        """Numbers that are known up to a distribution, by dotted key."""
+        return {key: values.uncertain for key, values in self.numbers.items() if values.uncertain is not None}
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -231,8 +185,8 @@ def _document(part: Part) -> dict[str, Any]:
             continue
         if isinstance(value, Part):
             shown[name] = _document(value)
-        elif isinstance(value, Values):
-            shown[name] = value.document()
+        elif isinstance(value, Values) and (number := mark_of(field)):
+            shown[name] = value.document(number.quantity.dimension)
         elif isinstance(value, tuple):
             if value or field.default is None:
                 shown[name] = [_document(item) if isinstance(item, Part) else item for item in value]
@@ -267,19 +221,24 @@ def split_side(path: str) -> tuple[str, str | None]:
 @cache
 def keys() -> dict[str, Key]:
     """Every number that may be an axis, by its dotted key, in the order of the schema."""
-    parts = (*_DESIGN_PARTS, "motion")
-    return {path: Key(path, number) for part in parts for path, number in _keys_of(Study, part) if number.axis}
+    parts = (*DESIGN_PARTS, "motion")
+    return {
+        path: Key(path, number)
+        for part in parts
+        for path, number in _keys_of(Study, part)
+        if isinstance(number, Number)
+    }
 
 
-def _keys_of(owner: type[Part], name: str, prefix: str = "") -> list[tuple[str, Number]]:
-    part = _part_of(owner.model_fields[name])
+def _keys_of(owner: type[Part], name: str, prefix: str = "") -> list[tuple[str, Single]]:
+    part = part_of(owner.model_fields[name])
     if part is None:
         return []
-    found: list[tuple[str, Number]] = []
+    found: list[tuple[str, Single]] = []
     for inner, field in part.model_fields.items():
-        number = _mark_of(field)
+        number = mark_of(field)
         if number is not None:
             found.append((f"{prefix}{name}.{inner}", number))
-        elif _part_of(field):
+        elif part_of(field):
             found += _keys_of(part, inner, f"{prefix}{name}.")
     return found

@@ -9,7 +9,8 @@ from math import lcm
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.units import Measure
+from tendon_cli.study.uncertain import Uncertain
+from tendon_cli.units import SI_UNIT, Measure
 
 MAX_AXIS_LENGTH = 10**7
 
@@ -52,6 +53,8 @@ class Values:
 
     source: tuple[float, ...] | Grid
     is_axis: bool
+    uncertain: Uncertain | None = None
+    """How a single value is distributed around the one in `source`, where the study says so."""
 
     @classmethod
     def of(cls, value: float) -> Values:
@@ -81,10 +84,18 @@ class Values:
             raise ValueError("an axis has no single value")
         return self.source[0]
 
-    def document(self) -> object:
+    def document(self, dimension: str) -> object:
         """The same numbers as a study file would say them, in SI; grids stay as short as they were written."""
         if isinstance(self.source, Grid):
             grid = self.source
             spacing = {"spacing": "log"} if grid.log else {}
             return {"from": grid.start.document(), "to": grid.stop.document(), "num": grid.num, **spacing}
-        return list(self.source) if self.is_axis else self.source[0]
+        said = [_said(value, dimension) for value in self.source]
+        if self.uncertain is not None:
+            return self.uncertain.document(said[0])
+        return said if self.is_axis else said[0]
+
+
+def _said(value: float, dimension: str) -> float | str:
+    """A number in SI as a study may say it: only angles cannot stand without their unit."""
+    return f"{value!r} {SI_UNIT[dimension]}" if dimension == "angle" else value

@@ -57,9 +57,20 @@ def load(tmp_path):
     return write_and_load
 
 
+def written_in_si(key, value):
+    """A number in SI as a study says it: an angle needs its unit."""
+    if key.rpartition(".")[2] not in ("bend_angle", "upper_arm_angle", "elbow_angle"):
+        return value
+    if isinstance(value, list):
+        return [written_in_si(key, item) for item in value]
+    if isinstance(value, dict):
+        return {name: item if name in ("num", "spacing") else written_in_si(key, item) for name, item in value.items()}
+    return value if isinstance(value, str) else f"{value!r} rad"
+
+
 def one(key, value, name="study"):
     """A study that says one key."""
-    content = value
+    content = written_in_si(key, value)
     for part in reversed(key.split(".")):
         content = {part: content}
     return study_from({"name": name, **content})
@@ -446,7 +457,10 @@ def test_a_case_may_override_one_side(load):
 
 
 def test_each_side_has_its_own_friction_and_bend():
-    sheath = {"flexor": {"friction": 9, "bend_angle": 1}, "extensor": {"friction": 0.01, "bend_angle": 50}}
+    sheath = {
+        "flexor": {"friction": 9, "bend_angle": "1 rad"},
+        "extensor": {"friction": 0.01, "bend_angle": "50 rad"},
+    }
     assert study_from({"name": "a", "sheath": sheath}).axes == ()
 
 
@@ -481,7 +495,7 @@ def contents(draw):
         inner = content
         for table in tables:
             inner = inner.setdefault(table, {})
-        inner[name] = draw(numbers(f"{tables[0]}.{name}"))
+        inner[name] = written_in_si(path, draw(numbers(f"{tables[0]}.{name}")))
     free = [key for key in ("arm.b1", "load.mass", "spool.ratio") if key not in chosen]
     names = draw(st.lists(st.text(min_size=1, max_size=9).filter(_encodes), unique=True, max_size=3))
     content["cases"] = [
@@ -602,7 +616,7 @@ def test_a_route_stands_for_its_bend_angle_and_is_remembered(load):
     assert source["file"] == "r.csv"
     assert len(source["sha256"]) == 64
     assert source["warnings"] == []
-    assert study.hash == study_from({"name": "study", "sheath": {"bend_angle": bend_of(study)}}).hash
+    assert study.hash == one("sheath.bend_angle", bend_of(study)).hash
 
 
 def test_every_reader_of_the_study_sees_the_bend_of_the_route(load):
@@ -666,7 +680,7 @@ def test_a_fragment_gives_the_friction_and_is_remembered(load):
     assert "friction_from" not in study.document()["sheath"]
     (source,) = study.sources.values()
     assert (source["standard_error"], source["fitted_from"], source["file"]) == (0.002, "readings.csv", "f.toml")
-    assert study.hash == study_from({"name": "study", "sheath": {"friction": 0.073}}).hash
+    assert study.hash == one("sheath.friction", {"mean": 0.073, "std": 0.002}).hash
 
 
 def test_every_reader_of_the_study_sees_the_friction_of_the_fragment(load):

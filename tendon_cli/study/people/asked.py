@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from tendon_cli.errors import Fault
 from tendon_cli.study.design import Seed, whole
-from tendon_cli.study.fields import Number, fault
+from tendon_cli.study.fields import Single, fault
 from tendon_cli.study.parts import FileName, Part
 from tendon_cli.study.people.population import Population, draw
 from tendon_cli.study.people.reading import read_population
@@ -53,7 +53,7 @@ class People(Part):
     sex: Literal["male", "female", "both"] = Field(
         default="both", description="of those drawn; with a file, of those whose sex it does not say"
     )
-    women: Annotated[Values | None, Number("women", 0.0, 1.0, axis=False)] = Field(
+    women: Annotated[Values | None, Single("women", 0.0, 1.0)] = Field(
         default=None, description="share of women with both; default the survey's, 0.327"
     )
     count: Annotated[

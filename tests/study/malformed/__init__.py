@@ -2,7 +2,7 @@
 
 from .designs import DESIGNS
 from .files import ATTACHMENTS, FILES
-from .numbers_and_grids import GRIDS, NUMBERS
+from .numbers_and_grids import ANGLES, GRIDS, NUMBERS, UNCERTAIN
 from .row import Malformed
 from .settings import SETTINGS
 from .syntax import LIMITS, TOML_SYNTAX, YAML_SYNTAX
@@ -11,6 +11,8 @@ from .tables import CASES, TABLES, WORDS
 ROWS = (
     *NUMBERS,
     *GRIDS,
+    *ANGLES,
+    *UNCERTAIN,
     *TABLES,
     *WORDS,
     *CASES,

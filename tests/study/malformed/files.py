@@ -69,7 +69,7 @@ ATTACHMENTS = (
     ),
     toml(
         "a bend beside a route of one side",
-        '[sheath.flexor]\nbend_angle = 1\npath = "r.csv"\n',
+        '[sheath.flexor]\nbend_angle = "1 rad"\npath = "r.csv"\n',
         "sheath.flexor.bend_angle",
         line=2,
         files={"r.csv": ROUTE},
@@ -79,7 +79,7 @@ ATTACHMENTS = (
     ),
     toml(
         "a friction of a fragment beyond any sheath",
-        '[sheath]\nfriction_from = "f.toml"\nbend_angle = 100\n',
+        '[sheath]\nfriction_from = "f.toml"\nbend_angle = "100 rad"\n',
         "friction",
         "bend_angle",
         files={"f.toml": "[friction]\ncoefficient = 9\nstandard_error = 0.1\n"},

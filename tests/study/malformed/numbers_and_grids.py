@@ -121,10 +121,12 @@ NUMBERS = (
         "arm",
         "L_c = 0",
     ),
-    toml("a friction beyond any sheath", "sheath = { friction = 9, bend_angle = 90 }\n", "sheath.friction", "810"),
+    toml(
+        "a friction beyond any sheath", "sheath = { friction = 9, bend_angle = '90 rad' }\n", "sheath.friction", "810"
+    ),
     toml(
         "a friction beyond any sheath in a case",
-        'sheath.bend_angle = 90\n[[cases]]\nname = "a"\nsheath.friction = 9\n',
+        'sheath.bend_angle = "90 rad"\n[[cases]]\nname = "a"\nsheath.friction = 9\n',
         "friction",
         "810",
     ),
@@ -143,6 +145,60 @@ NUMBERS = (
     yaml("a list in a list", "load:\n  mass:\n    - - 1\n      - 2\n", "load.mass", "a list inside a list", line=2),
 )
 
+BOTH = ('"144 deg" or "144 rad"', "may be degrees or radians")
+ANGLES = (
+    value("a bare bend", "sheath.bend_angle", "144", *BOTH),
+    value("a bare bend in text", "sheath.bend_angle", '"144"', '"144 deg" or "144 rad"', "has no unit"),
+    value("a bare angle", "motion.elbow_angle", "1.5", '"1.5 deg" or "1.5 rad"'),
+    value("a bare angle in a list", "motion.elbow_angle", "[0, 144]", *BOTH),
+    value("a bare end of a grid", "motion.elbow_angle", "{ from = 0, to = 144, num = 2 }", "to: ", *BOTH),
+    value("a bare step", "motion.elbow_angle", "{ from = 0, to = '90 deg', step = 10 }", "step: 10 may be", '"10 deg"'),
+    value("a bare tolerance", "sheath.bend_angle", "{ value = '90 deg', tolerance = 5 }", "tolerance", "not a share"),
+    value("a bare deviation", "sheath.bend_angle", "{ mean = '90 deg', std = 5 }", "std: 5 may be", '"5 deg"'),
+    value("a bare inclination", "arm.upper_arm_angle", "-30", '"-30 deg" or "-30 rad"'),
+    toml("a bare limit", "limits.max_backlash = 5\nmotion.speed = 1\n", "limits.max_backlash", '"5 deg"', line=1),
+    toml("a bare bend of a case", "[[cases]]\nname = 'a'\nsheath.bend_angle = 144\n", "bend_angle", *BOTH, line=3),
+    value_yaml("a bare bend", "sheath.bend_angle", "144", *BOTH),
+)
+
+
+def mass(label, written, *says):
+    return value(label, "load.mass", written, *says)
+
+
+UNCERTAIN = (
+    mass("a value without its tolerance", "{ value = 1 }", '"tolerance" is missing', "mean and std"),
+    mass("a tolerance of nothing", "{ tolerance = '10 %' }", '"value" is missing'),
+    mass("a mean without its deviation", "{ mean = 1 }", '"std" is missing'),
+    mass("a mean and a tolerance", "{ mean = 1, tolerance = '10 %' }", 'unknown "mean"'),
+    mass("a value and a deviation", "{ value = 1, std = 1 }", 'unknown "std"'),
+    mass("an uncertain grid", "{ value = 1, tolerance = '1 %', num = 3 }", 'unknown "num"'),
+    mass("a tolerance of 200 %", "{ value = 1, tolerance = '200 %' }", "tolerance", "0 % to 100 %"),
+    mass("a tolerance below zero", "{ value = 1, tolerance = '-5 %' }", "tolerance", "0 % to 100 %"),
+    mass("a tolerance beyond the value", "{ value = '1 kg', tolerance = '2 kg' }", "it reaches -1 kg", "impossible"),
+    mass("a bare tolerance of a mass", "{ value = 1, tolerance = 0.1 }", "not a share of the value", '"10 %"'),
+    mass("a tolerance of a length", "{ value = 1, tolerance = '1 mm' }", 'tolerance: "mm" is a length'),
+    mass("a share of zero", "{ value = 0, tolerance = '10 %' }", '"10 %" of zero is nothing'),
+    mass("a value of a length", "{ value = '1 m', tolerance = '10 %' }", 'value: "m" is a length'),
+    mass("a value in a list", "{ value = [1], tolerance = '10 %' }", "value: a list is not a number"),
+    mass("a deviation below zero", "{ mean = 1, std = -1 }", "std: -1 is negative"),
+    mass("a deviation of true", "{ mean = 1, std = true }", "std: the truth value true"),
+    mass("a mean below zero", "{ mean = -1, std = 1 }", "mean: ", "negative"),
+    value("a tolerance of a ratio in figures", "spool.ratio", "{ value = 1, tolerance = 0.1 }", "not a share"),
+    value("a tolerance down to nothing", "spring.stiffness", "{ value = 1, tolerance = '100 %' }", "it reaches 0 N/m"),
+    value("an uncertain motion", "motion.elbow_angle", "{ mean = '9 deg', std = '1 deg' }", "cannot stand here"),
+    toml(
+        "an uncertain limit", "limits.max_tension = { mean = 1, std = 1 }\n", "limits.max_tension", "one value", line=1
+    ),
+    toml(
+        "an uncertain case",
+        "[[cases]]\nname = 'a'\nload.mass = { mean = 1, std = 1 }\n",
+        "load.mass",
+        "one value",
+        line=3,
+    ),
+)
+
 
 def grid(label, table, *says, **more):
     return value(label, "load.mass", table, *says, **more)
@@ -152,7 +208,17 @@ GRIDS = (
     grid("a grid without num", "{ from = 0, to = 1 }", '"num" is missing in a grid'),
     grid("a grid without from", "{ to = 1, num = 2 }", '"from" is missing'),
     grid("an empty grid", "{}", "is missing in a grid", "expected from, to, num"),
-    grid("a grid of steps", "{ from = 0, to = 1, step = 0.1 }", 'unknown "step"'),
+    grid("a step that misses the end", "{ from = 0, to = 1, step = 0.3 }", "3.33333 times", "num = 4"),
+    grid("a step longer than the range", "{ from = 0, to = 1, step = 3 }", "0.333333 times", "num = 2"),
+    grid("a step of nothing", "{ from = 0, to = 1, step = 0 }", "step", "above zero"),
+    grid("a step downwards", "{ from = 1, to = 0, step = -0.5 }", "step", "above zero"),
+    grid("a step of a length", '{ from = 0, to = 1, step = "1 m" }', 'step: "m" is a length'),
+    grid("a step in a list", "{ from = 0, to = 1, step = [1] }", "step: a list is not a number"),
+    grid("a step of nan", "{ from = 0, to = 1, step = nan }", "step: nan is not a finite number"),
+    grid("a step too small", "{ from = 0, to = 1, step = 1e-300 }", "is too many"),
+    grid("a step that is no divisor and too small", "{ from = 0, to = 1, step = 3e-12 }", "is too many"),
+    grid("a step and a num", "{ from = 0, to = 1, step = 1, num = 2 }", "both num and step"),
+    grid("a step of a factor", '{ from = 1, to = 10, step = 1, spacing = "log" }', "a step in a log grid"),
     grid("a grid of count", "{ from = 0, to = 1, num = 3, count = 3 }", 'unknown "count"'),
     grid("a grid of none", "{ from = 0, to = 1, num = 0 }", "num = 0 is not a count"),
     grid("a grid of minus two", "{ from = 0, to = 1, num = -2 }", "num = -2 is not a count"),
@@ -173,7 +239,7 @@ GRIDS = (
     value(
         "a log grid through zero",
         "arm.upper_arm_angle",
-        '{ from = -1, to = 1, num = 3, spacing = "log" }',
+        '{ from = "-1 rad", to = "1 rad", num = 3, spacing = "log" }',
         "above zero",
     ),
     grid("a spacing that is not", '{ from = 1, to = 2, num = 3, spacing = "logarithmic" }', '"linear" or "log"'),
@@ -192,7 +258,7 @@ GRIDS = (
         f"[load]\nmass = {{ from = 0, to = 1, num = {HEX} }}\n",
         "values",
     ),
-    yaml("a grid of steps", "load:\n  mass: {from: 0, to: 1, step: 1}\n", "load.mass", 'unknown "step"', line=2),
+    yaml("a grid of steps", "load:\n  mass: {from: 0, to: 1, stepp: 1}\n", "load.mass", 'unknown "stepp"', line=2),
     yaml(
         "a grid of 10^12",
         "load: {mass: {from: 0, to: 1, num: 1000000000000}}\n",

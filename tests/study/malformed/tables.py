@@ -13,7 +13,7 @@ TABLES = (
     toml("a side that is not", "[tendon.flexer]\nlength = 2\n", "tendon.flexer", 'did you mean "flexor"?', line=1),
     toml("a side of the arm", "[arm.flexor]\nb1 = 0.1\n", "arm.flexor", "unknown key", line=1),
     toml("an unknown key of the output", "[output]\nfolder = 'x'\n", "output.folder", "known here: tables", line=2),
-    toml("a key under a number", "[arm.b1]\nvalue = 1\n", "arm.b1", "in a grid", line=1),
+    toml("a key under a number", "[arm.b1]\nvalue = 1\n", "arm.b1", "in an uncertain number", line=1),
     toml(
         "a number for the units of keys",
         "arm.b1.mm = 150\n",

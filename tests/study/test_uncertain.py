@@ -1,0 +1,96 @@
+"""Uncertain numbers: what a study says of them, and that they stand at their middle."""
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tendon_cli.study.load import load_study, study_from
+
+
+def spring(said):
+    return study_from({"spring": {"stiffness": said}})
+
+
+@pytest.mark.parametrize(
+    ("said", "kind", "spread"),
+    [
+        ({"value": "3 kN/m", "tolerance": "10 %"}, "uniform", 300.0),
+        ({"value": "3 kN/m", "tolerance": "0.1 N/mm"}, "uniform", 100.0),
+        ({"value": 3000, "tolerance": "10%"}, "uniform", 300.0),
+        ({"mean": "3 kN/m", "std": 50}, "normal", 50.0),
+        ({"mean": "3 kN/m", "std": "50 N/m"}, "normal", 50.0),
+    ],
+)
+def test_an_uncertain_number_has_a_middle_and_a_spread(said, kind, spread):
+    study = spring(said)
+    (known,) = study.uncertain.values()
+    assert list(study.uncertain) == ["spring.stiffness"]
+    assert (known.kind, known.middle, known.spread) == (kind, 3000.0, spread)
+    assert study.spring.stiffness.single == 3000.0
+    assert study.axes == ()
+    assert study.hash != spring("3 kN/m").hash
+
+
+def test_an_angle_may_be_uncertain_in_its_own_unit():
+    study = study_from({"sheath": {"extensor": {"bend_angle": {"value": "180 deg", "tolerance": "18 deg"}}}})
+    assert study.uncertain["sheath.extensor.bend_angle"].spread == pytest.approx(0.1 * 3.141592653589793, rel=1e-15)
+
+
+@pytest.mark.parametrize("said", [{"value": 1.0, "tolerance": "0 %"}, {"mean": 1.0, "std": 0}])
+def test_a_number_of_no_width_is_one_like_any_other(said):
+    study = study_from({"spool": {"ratio": said}})
+    assert study.uncertain == {}
+    assert study.hash == study_from({}).hash
+
+
+@given(st.floats(1.0, 1e6), st.decimals(0, 99, places=3), st.booleans())
+def test_a_document_reads_back_as_the_same_distribution(middle, share, absolute):
+    tolerance = f"{middle * float(share) / 100!r} N/m" if absolute else f"{share} %"
+    study = spring({"value": middle, "tolerance": tolerance})
+    again = study_from(json.loads(json.dumps(study.document())))
+    assert (again.hash, again.uncertain) == (study.hash, study.uncertain)
+
+
+def test_a_fitted_friction_brings_its_standard_error_but_to_a_case(tmp_path):
+    (tmp_path / "f.toml").write_text("[friction]\ncoefficient = 0.073\nstandard_error = 0.002\n")
+    path = tmp_path / "study.toml"
+    path.write_text("[sheath.flexor]\nfriction_from = 'f.toml'\n")
+    (known,) = load_study(path).uncertain.values()
+    assert (known.kind, known.middle, known.spread, known.low) == ("normal", 0.073, 0.002, 0.0)
+    path.write_text("[[cases]]\nname = 'a'\nsheath.friction_from = 'f.toml'\n")
+    study = load_study(path)
+    assert study.uncertain == {}
+    assert study.cases[0].sheath.friction.single == 0.073
+
+
+def test_what_a_normal_number_loses_where_it_is_impossible():
+    wide = study_from({"load": {"mass": {"mean": "1 kg", "std": "1 kg"}}}).uncertain["load.mass"]
+    assert wide.cut_share == pytest.approx(0.158655, abs=1e-6)  # of a standard normal, below -1
+    assert wide.reach == (0.0, 5.0)
+    narrow = study_from({"load": {"mass": {"mean": "1 kg", "std": "10 g"}}}).uncertain["load.mass"]
+    assert narrow.cut_share < 1e-300
+    assert spring({"value": 100, "tolerance": "10 %"}).uncertain["spring.stiffness"].reach == (90.0, 110.0)
+
+
+def test_a_product_of_frictions_that_may_be_drawn_is_bounded_too():
+    with pytest.raises(Exception, match="friction x bend_angle reaches 110"):
+        study_from({"sheath": {"friction": {"value": 1, "tolerance": "10 %"}, "bend_angle": "100 rad"}})
+
+
+@pytest.mark.parametrize(
+    ("step", "num"),
+    [({"step": "1 deg"}, 91), ({"step": "0.1 deg"}, 901), ({"step": "90 deg"}, 2)],
+)
+@pytest.mark.parametrize(("first", "last"), [(0, "90 deg"), ("90 deg", "0 deg"), ("-45 deg", "45 deg")])
+def test_a_grid_of_steps_is_the_grid_of_that_many_values(step, num, first, last):
+    angles = [
+        study_from({"motion": {"elbow_angle": {"from": first, "to": last, **how}}}) for how in (step, {"num": num})
+    ]
+    assert angles[0].hash == angles[1].hash
+    assert len(angles[0].motion.elbow_angle) == num
+
+
+def test_a_step_over_no_range_is_one_value():
+    assert len(study_from({"load": {"mass": {"from": "1 kg", "to": "1000 g", "step": "1 kg"}}}).load.mass) == 1
