@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.study.load import load_study, study_from
 from tendon_cli.study.study import keys
+from tests.si import with_units
 
 PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] in ("sheath", "tendon", "spring")]
 PLAIN = [key for key in keys() if key.count(".") == 1 and key != "motion.elbow_angle"]
@@ -57,20 +58,9 @@ def load(tmp_path):
     return write_and_load
 
 
-def written_in_si(key, value):
-    """A number in SI as a study says it: an angle needs its unit."""
-    if key.rpartition(".")[2] not in ("bend_angle", "upper_arm_angle", "elbow_angle"):
-        return value
-    if isinstance(value, list):
-        return [written_in_si(key, item) for item in value]
-    if isinstance(value, dict):
-        return {name: item if name in ("num", "spacing") else written_in_si(key, item) for name, item in value.items()}
-    return value if isinstance(value, str) else f"{value!r} rad"
-
-
 def one(key, value, name="study"):
     """A study that says one key."""
-    content = written_in_si(key, value)
+    content = with_units(value, key.rpartition(".")[2])
     for part in reversed(key.split(".")):
         content = {part: content}
     return study_from({"name": name, **content})
@@ -495,7 +485,7 @@ def contents(draw):
         inner = content
         for table in tables:
             inner = inner.setdefault(table, {})
-        inner[name] = written_in_si(path, draw(numbers(f"{tables[0]}.{name}")))
+        inner[name] = with_units(draw(numbers(f"{tables[0]}.{name}")), name)
     free = [key for key in ("arm.b1", "load.mass", "spool.ratio") if key not in chosen]
     names = draw(st.lists(st.text(min_size=1, max_size=9).filter(_encodes), unique=True, max_size=3))
     content["cases"] = [

@@ -14,6 +14,7 @@ from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.rows import BlockRows
 from tendon_cli.tables.write import _DTYPES, copied
+from tests.si import with_units
 
 from .processors import each_processor
 
@@ -44,7 +45,7 @@ def nested(numbers):
 
 def inputs_of(numbers, order=(), unchecked=None, **options):
     """Inputs of a study given by dotted keys; `unchecked` are numbers of the arm that a study would be refused for."""
-    study = study_from({"name": "rows"} | nested(numbers), order=tuple(order))
+    study = study_from(with_units({"name": "rows"} | nested(numbers)), order=tuple(order))
     own = {name: Values.of(value) for name, value in (unchecked or {}).items()}
     return Inputs(Plan(study.replaced({"arm": study.arm.model_copy(update=own)}), **options))
 

@@ -13,6 +13,7 @@ from tendon_cli.sweep import compiled, lines
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.tile import Tile
+from tests.si import with_units
 
 from .processors import each_processor, needs_code
 from .studies import BASE, RANGES, design_of
@@ -54,7 +55,7 @@ def tile_of(changes, angles=(-0.2, 0.4, 1.0, 1.5), flexion=(True, False)):
 
 def tiles_of(study, blocks=16, **options):
     """All tiles of a study given as TOML's content."""
-    plan = Plan(study_from({"name": "tiles"} | study), **options)
+    plan = Plan(study_from(with_units({"name": "tiles"} | study)), **options)
     inputs = Inputs(plan)
     for rectangle in plan.rectangles(range(plan.designs)):
         for within in plan.tiles(rectangle, inputs.loops, blocks):

@@ -13,6 +13,7 @@ from tendon_cli.errors import SizeError, StudyError
 from tendon_cli.study.load import load_study, study_from
 from tendon_cli.sweep import plan as plan_module
 from tendon_cli.sweep.plan import Plan
+from tests.si import with_units
 
 AXES = (("tendon", "pretension"), ("spring", "stiffness"), ("spool", "ratio"), ("load", "mass"))
 SHAPES = st.lists(st.integers(1, 6), min_size=0, max_size=4)
@@ -33,7 +34,7 @@ def study_of(shape, angles=3, directions=("flexion", "extension"), **rest):
     for (table, key), length in zip(AXES, shape, strict=False):
         content.setdefault(table, {})[key] = [1.0 + index for index in range(length)]
     content["motion"] = {"direction": list(directions), "elbow_angle": [0.1 * (1 + index) for index in range(angles)]}
-    return study_from(content)
+    return study_from(with_units(content))
 
 
 def rows_of(plan, block):
@@ -123,7 +124,7 @@ def test_axes_vary_as_the_product_of_the_document_the_last_fastest(new_sweep, tm
     name = "a"
     [motion]
     direction = ["extension", "flexion"]
-    elbow_angle = [1.0, 0.2]
+    elbow_angle = ["1 rad", "0.2 rad"]
     """
     swept = new_sweep(text, tmp_path)
     product = list(itertools.product("ba", [0.0, 2.0], [1.0, 0.8, 0.9], [90.0, 120.0]))
@@ -190,6 +191,6 @@ def test_more_than_2_to_the_63_states_cannot_be_but_just_below_can():
     axes = {"tendon": {"pretension": grid}, "spring": {"stiffness": grid}}
     below = {"name": "a", **axes, "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_000}}}
     above = {"name": "a", **axes, "motion": {"elbow_angle": {"from": 0.0, "to": 1.0, "num": 46_200}}}
-    assert Plan(study_from(below)).states < 2**63
+    assert Plan(study_from(with_units(below))).states < 2**63
     with pytest.raises(SizeError):
-        Plan(study_from(above))
+        Plan(study_from(with_units(above)))

@@ -12,6 +12,7 @@ from tendon_cli.sweep.part import PartFailure, PartMaker, WrittenPart
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.threads import in_threads
 from tendon_cli.tables.digest import is_intact
+from tests.si import with_units
 
 PARTS = 12
 STUDY = {
@@ -25,7 +26,7 @@ STUDY = {
 def maker(small_parts, tmp_path):
     """Makes twelve parts of one design each."""
     small_parts(6)
-    plan = Plan(study_from(STUDY))
+    plan = Plan(study_from(with_units(STUDY)))
     assert plan.parts == PARTS
     for table in ("states", "designs"):
         (tmp_path / f"{table}.parquet").mkdir()
