@@ -78,8 +78,12 @@ class Problem:
     def of_condition(self, condition: int) -> Problem:
         """The same question under one condition alone."""
         numbers = {key: values[[condition]] for key, values in self.condition_numbers.items()}
-        alone = Product((Factor("", "", numbers, ("",)),))
-        return replace(self, conditions=alone)
+        return replace(self, conditions=Product((Factor("", "", numbers, ("",)),)))
+
+    def saying(self, numbers: Numbers) -> Problem:
+        """The same question where its conditions say something else, or more, of the study's numbers."""
+        rows = Factor("", "", self.condition_numbers | dict(numbers), ("",) * len(self.conditions))
+        return replace(self, conditions=replace(self.conditions, factors=(rows,)))
 
     def within(self, bounds: Bounds) -> Problem:
         """The same question within other limits."""

@@ -212,7 +212,9 @@ def _over_states(
     design: Design, bounds: Bounds, low: Array, high: Array, low_by: Codes, high_by: Codes, blocked: Codes
 ) -> Window:
     """The tightest ends over the last two axes, and what holds for the whole design."""
-    shape = np.broadcast_shapes(low.shape, high.shape, low_by.shape, high_by.shape, blocked.shape, (1, 1))
+    is_thin, ceiling = spool_to_tendon(design) < bounds.min_spool_to_tendon, np.asarray(bounds.max_pretension)
+    given = (low, high, low_by, high_by, blocked, is_thin, ceiling)
+    shape = np.broadcast_shapes(*(each.shape for each in given), (1, 1))
     low, high = (np.broadcast_to(end, shape).reshape(*shape[:-2], -1) for end in (low, high))
     limits = (np.broadcast_to(codes, shape).reshape(*shape[:-2], -1) for codes in (low_by, high_by, blocked))
     low_by, high_by, blocked = limits
@@ -220,9 +222,8 @@ def _over_states(
     at_high = np.argmin(np.where(np.isnan(high), np.inf, high), axis=-1)
     low, low_by, high, high_by = _at(low, at_low), _at(low_by, at_low), _at(high, at_high), _at(high_by, at_high)
     reason = _at(blocked, at_block := np.argmax(blocked != NOTHING, axis=-1))
-    thin = np.broadcast_to(_over_design(spool_to_tendon(design) < bounds.min_spool_to_tendon), low.shape)
-    reason, at_block = np.where(thin, SPOOL, reason), np.where(thin, -1, at_block)
-    ceiling = np.broadcast_to(_over_design(np.asarray(bounds.max_pretension)), high.shape)
+    is_thin, ceiling = _over_design(is_thin), _over_design(ceiling)
+    reason, at_block = np.where(is_thin, SPOOL, reason), np.where(is_thin, -1, at_block)
     by_ceiling, by_floor, shut = ceiling < high, ~(low > 0.0), reason != NOTHING
     low, high = np.maximum(low, 0.0), np.minimum(high, ceiling)
     low_by = np.where(by_floor, NOTHING, low_by)
