@@ -131,7 +131,15 @@ _OF_DESIGNS = (  # over all states of one
     _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
 )
 
-QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS)}
+_OF_WINDOWS = (
+    _quantity("pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit"),
+    _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit"),
+    _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
+    _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
+)
+
+_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_WINDOWS)
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
 OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
