@@ -7,7 +7,7 @@ raised as a `TendonError`, whose `exit` is the exit code of the commands. Import
 # No import but of tendon's own: `python -m tendon_cli` would take it from the working directory.
 from tendon_cli.version import __version__
 
-for _room in ("study", "sweep"):
+for _room in ("design", "study", "sweep"):
     __import__(f"tendon_cli.{_room}")  # now, or the first import of these rooms would replace the functions below
 
 TYPE_CHECKING = False
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from threading import Event
     from typing import Any
 
+    from tendon_cli.design.run import Answer
     from tendon_cli.friction.result import FrictionFit
     from tendon_cli.state_page import StatePage
     from tendon_cli.study.study import Study
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
     Name = str | PathLike[str]
 
-__all__ = ["__version__", "estimate", "fit_friction", "load_study", "open_run", "state", "study", "sweep"]
+__all__ = ["__version__", "design", "estimate", "fit_friction", "load_study", "open_run", "state", "study", "sweep"]
 
 
 def load_study(path: "Name", settings: "Iterable[str]" = ()) -> "Study":
@@ -122,6 +123,40 @@ def _draw_run(study: "Study", folder: "Path", record: "dict[str, Any]") -> "tupl
     drawn = draw_run(study, folder)
     no_map = None if study.figure or record["designs"] == 1 else drawn.no_map
     return [file.name for file in drawn.files], list(drawn.warnings), no_map
+
+
+def design(
+    study: "Study",
+    out: "Name | None" = None,
+    jobs: int | None = None,
+    figures: bool = False,
+    *,
+    overwrite: bool = False,
+    progress: "Callable[[int, int], None]" = lambda _done, _all: None,
+    stop: "Event | None" = None,
+) -> "Answer":
+    """Answer the design question of a study into the folder `out`, or without one in memory.
+
+    The folder appears whole or not at all. `overwrite` replaces the answer that stands there; the same question asked
+    again is not worked out again. Raises TendonError.
+
+    >>> import tendon_cli as tendon
+    >>> arm = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
+    >>> answer = tendon.design(tendon.study({**arm, "load": {"mass": ["0 kg", "10 kg"]}}))
+    >>> answer.choices[["pretension_from", "pretension_to", "from_by", "to_by"]].round(1)
+       pretension_from  pretension_to         from_by                to_by
+    0            122.1          173.9  extensor slack  min_elbow_stiffness
+    """
+    from pathlib import Path
+
+    from tendon_cli.design.run import design as answer
+    from tendon_cli.errors import UsageError
+
+    if out is None and figures:
+        raise UsageError("figures are drawn into a folder", hint="name one: design(study, out, figures=True)")
+    return answer(
+        study, None if out is None else Path(out), jobs=jobs, overwrite=overwrite, progress=progress, stop=stop
+    )
 
 
 def open_run(path: "Name") -> "Run":

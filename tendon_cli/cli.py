@@ -8,6 +8,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from tendon_cli.commands.design import design
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.init import init
 from tendon_cli.commands.paper import paper
@@ -55,7 +56,7 @@ def _options(
     """Options of every command."""
 
 
-for _command in (init, schema, state, sweep, plot, paper, report):
+for _command in (init, schema, state, sweep, design, plot, paper, report):
     app.command()(_command)
 app.command("fit-friction")(fit_friction)
 

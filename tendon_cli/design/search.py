@@ -16,8 +16,8 @@ from tendon_cli.design.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
 
 _PENALTY = 1e3
-_AT_ONCE_PER_RANGE = 12
-_GENERATIONS = 150
+_AT_ONCE_PER_RANGE = 10
+_GENERATIONS = 120
 _FEWEST_GENERATIONS = 20
 _STATES = 4e7
 """Most states of one search."""
@@ -118,7 +118,7 @@ def _evolved(cost: Callable[[Array], Array], ranges: Ranges, start: Array) -> Ar
     box = Bounds(np.zeros(len(start)), np.ones(len(start)))
     found = differential_evolution(
         vectorized, box, init=np.vstack([start, near, anywhere]), maxiter=ranges.generations,
-        tol=1e-10, atol=0.0, polish=False, updating="deferred", vectorized=True, rng=random,
+        tol=1e-9, atol=0.0, polish=False, updating="deferred", vectorized=True, rng=random,
     ).x  # fmt: skip
     at_edge = np.where(found < _NEAR_AN_EDGE, 0.0, np.where(found > 1.0 - _NEAR_AN_EDGE, 1.0, found))
     tried = np.vstack([found, at_edge])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator
 
@@ -22,6 +23,9 @@ WIDTH = 80
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
 _EDGE = 1e-9
+_JOINED = "\u00a0"
+_UNIT = re.compile(r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|%|rad|GPa|1)\b)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)")
+"""Blanks within a quantity, where no line ends."""
 
 
 def text_of(found: Findings) -> str:
@@ -52,7 +56,7 @@ def _first_sentence(found: Findings, chosen: Candidates) -> str:
     span = f"anything from {rounded(low, 4)}" + (f" to {rounded(high, 4)} N" if np.isfinite(high) else " N on")
     sentence = f"{start} of {rounded(solutions.pretension[0], 4)} N suits {_everyone(found, chosen)}; {span} does"
     if np.isfinite(high):
-        sentence += f", {rounded(100 * solutions.tolerance[0], 2)} % either way"
+        sentence += f", {_percent(solutions.tolerance[0])} % either way"
     return sentence + _as_what(found, chosen) + "."
 
 
@@ -186,7 +190,7 @@ def _table(found: Findings, rows: list[tuple[str, Candidates]]) -> Iterator[str]
         high = rounded(s.pretension_to[0]) if np.isfinite(s.pretension_to[0]) else "on"
         lines.append((
             name, ("~" if one.row[0] < 0 else "") + of_row(found.problem.choices, _row(one)),
-            f"{rounded(s.pretension_from[0])} to {high}", rounded(100 * s.tolerance[0], 2), rounded(s.pretension[0]),
+            f"{rounded(s.pretension_from[0])} to {high}", _percent(s.tolerance[0]), rounded(s.pretension[0]),
             _of("max_tension", s.max_tension[0]), _of("max_spring_extension", s.max_spring_extension[0]),
             _of("peak_motor_torque", s.peak_motor_torque[0]),
         ))  # fmt: skip
@@ -275,16 +279,22 @@ def _fix(fix: Fix) -> tuple[str, ...]:
     return (" and ".join(changes), rounded(fix.pretension), *(_of(name, costs[name]) for name in names))
 
 
+def _percent(share: float) -> str:
+    """A share in percent; what is hardly any is none."""
+    return rounded(100.0 * share, 2) if share > 1e-4 else "0"
+
+
 def _row(one: Candidates) -> dict[str, float]:
     return {name: values[0] for name, values in one.columns.items()}
 
 
 def _filled(text: str, indent: str = "") -> list[str]:
     """A sentence on as many lines as it takes."""
-    return textwrap.wrap(
-        text, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ", break_long_words=False,
-        break_on_hyphens=False,
+    lines = textwrap.wrap(
+        _UNIT.sub(_JOINED, text), WIDTH, initial_indent=indent, subsequent_indent=indent + "  ",
+        break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
+    return [line.replace(_JOINED, " ") for line in lines]
 
 
 def _paragraphs(start: str, texts: Iterable[str]) -> list[str]:

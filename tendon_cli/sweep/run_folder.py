@@ -100,7 +100,7 @@ class RunFolder:
         if found.get("results_version") != ours["results_version"]:
             differs = f"results version {found.get('results_version')}, this tendon gives {ours['results_version']}"
         elif found.get("study_hash") != ours["study_hash"]:
-            differs = "; ".join(_differences(found.get("study") or {}, ours["study"])[:4]) or "the order of the axes"
+            differs = "; ".join(differences(found.get("study") or {}, ours["study"])[:4]) or "the order of the axes"
         else:
             return
         hint = "--overwrite replaces it, --out writes elsewhere"
@@ -164,7 +164,7 @@ class RunFolder:
 
     def write_record(self, record: dict[str, Any]) -> None:
         """Declare the run finished: `run.json` last of all, then the journal goes."""
-        record["checksum"] = _checksum(record)
+        record["checksum"] = checksum(record)
         write_whole(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
         with contextlib.suppress(OSError):
             (self.path / JOURNAL).unlink(missing_ok=True)
@@ -184,7 +184,7 @@ def read_record(folder: Path) -> dict[str, Any] | None:
         return None
     except (ValueError, RecursionError, OSError):
         record = None
-    if isinstance(record, dict) and record.get("checksum") == _checksum(record):
+    if isinstance(record, dict) and record.get("checksum") == checksum(record):
         return record
     hint = "choose another folder with --out, or delete this one yourself"
     raise FolderError("holds a run.json that is not as tendon wrote it", where=str(folder), hint=hint)
@@ -204,20 +204,20 @@ def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
         return False
 
 
-def _checksum(record: dict[str, Any]) -> str:
+def checksum(record: dict[str, Any]) -> str:
     """SHA-256 of a record without its checksum: a record that was changed is no record."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
+def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
     """Keys in which two resolved studies differ, each with both values."""
     if isinstance(theirs, dict) and isinstance(ours, dict):
         names = dict.fromkeys((*theirs, *ours))
         return [
             line
             for name in names
-            for line in _differences(theirs.get(name), ours.get(name), f"{key}.{name}" if key else name)
+            for line in differences(theirs.get(name), ours.get(name), f"{key}.{name}" if key else name)
         ]
     if theirs == ours:
         return []

@@ -1,0 +1,102 @@
+"""The folder of an answer: made beside its place and put there whole, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.design.problem import Problem
+from tendon_cli.errors import FolderError
+from tendon_cli.files import output_errors, sync_folder, write_whole
+from tendon_cli.sweep.run_folder import checksum, differences, stands
+from tendon_cli.version import RESULTS_VERSION
+
+RECORD = "design.json"
+_OURS = re.compile(r"(choices|conditions)\.parquet(/part-\d+\.parquet)?|[\w-]+\.png")
+
+
+def standing(folder: Path, problem: Problem, *, overwrite: bool) -> dict[str, Any] | None:
+    """The record of this very answer where it stands, every file as it was written; nothing where the place is free.
+
+    Raises FolderError where something else is there, unless an answer is there that is to be replaced.
+    """
+    record = read_record(folder)
+    if record is None:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            hint = "choose another folder with --out"
+            raise FolderError("is not the folder of an answer", where=str(folder), hint=hint)
+        return None
+    if overwrite:
+        return None
+    hint = "--overwrite replaces it, --out writes elsewhere"
+    if record["results_version"] != RESULTS_VERSION:
+        differs = f"results version {record['results_version']}, this tendon gives {RESULTS_VERSION}"
+    elif record["study_hash"] != problem.study.hash:
+        differs = "; ".join(differences(record["study"], problem.study.document())[:4]) or "the order of the axes"
+    elif lost := [entry["path"] for entry in record["files"] if not stands(folder, entry)]:
+        raise FolderError(f"{lost[0]} is missing or damaged", where=str(folder), hint=hint)
+    else:
+        return record
+    raise FolderError(f"holds the answer to another study: {differs}", where=str(folder), hint=hint)
+
+
+def read_record(folder: Path) -> dict[str, Any] | None:
+    """The record of the answer in a folder, or nothing; raises FolderError for one that tendon did not write."""
+    try:
+        record = json.loads((folder / RECORD).read_bytes())
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (ValueError, RecursionError, OSError):
+        record = None
+    if isinstance(record, dict) and record.get("checksum") == checksum(record):
+        return record
+    hint = "choose another folder with --out, or delete this one yourself"
+    raise FolderError(f"holds a {RECORD} that is not as tendon wrote it", where=str(folder), hint=hint)
+
+
+@contextlib.contextmanager
+def made_whole(folder: Path) -> Iterator[Path]:
+    """A folder to write into, which becomes `folder` when all is well, and leaves nothing behind else.
+
+    Raises OutputError.
+    """
+    with output_errors(folder):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        making = folder.with_name(f".{folder.name}.{os.urandom(6).hex()}.tmp")  # nobody else's
+        making.mkdir()
+    try:
+        yield making
+        _put_in_place(making, folder)
+    finally:
+        shutil.rmtree(making, ignore_errors=True)
+
+
+def write_record(making: Path, record: dict[str, Any]) -> None:
+    """Write the record of an answer, last of its files."""
+    record["checksum"] = checksum(record)
+    write_whole(making / RECORD, (json.dumps(record, indent=2, ensure_ascii=False) + "\n").encode())
+
+
+def _put_in_place(making: Path, folder: Path) -> None:
+    """By its name where that is free; else the files of the answer that stands there go first, and nothing else."""
+    old = read_record(folder)
+    with output_errors(folder):
+        if old is None:
+            making.replace(folder)  # also over an empty folder, never over another
+        else:
+            (folder / RECORD).unlink()  # first: what is half deleted must not seem finished
+            for name in (*(entry["path"] for entry in old["files"]), *old["figures"]):
+                path = folder / name
+                if _OURS.fullmatch(name) and not path.parent.is_symlink():
+                    path.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                (folder / "choices.parquet").rmdir()
+            for item in sorted(making.iterdir(), key=lambda item: item.name == RECORD):
+                item.replace(folder / item.name)
+        sync_folder(folder.parent)

@@ -1,0 +1,228 @@
+"""Answers: best, refined, front, fixes, conflicts, sensitivities, and that they hold when applied."""
+
+import json
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.design import parts as parts_module
+from tendon_cli.design.answer import findings, gather
+from tendon_cli.design.candidates import of_columns, of_rows
+from tendon_cli.design.question import question
+from tendon_cli.design.rank import goals_of
+from tendon_cli.design.sensitivity import sensitivities
+from tendon_cli.errors import StudyError
+
+from .studies import CATALOGUE, LOADS, RANGES, asked
+
+PAPER = {"load": {"mass": ["0 kg", "3 kg", "5 kg", "10 kg"]}}
+SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}}
+SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
+
+
+def answered(text, folder):
+    problem = asked(text, folder)
+    return findings(problem, gather(of_rows(problem, np.arange(len(problem.choices))), goals_of(problem.study)))
+
+
+def without_window(content):
+    return tendon.design(tendon.study(content))
+
+
+def solved_alone(content):
+    """A study's one choice, solved."""
+    return of_columns(question(tendon.study(content)), {}, 1).solutions
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return without_window(PAPER)
+
+
+# --- The paper's arm -------------------------------------------------------------------------------------------------
+
+
+def test_no_pretension_suits_the_papers_arm(paper):
+    assert paper.feasible == 0
+    assert paper.best is None
+    (conflict,) = paper.conflicts
+    assert conflict["limits"] == ["extensor slack", "min_elbow_stiffness"]
+    assert conflict["gap"] == pytest.approx(220.32 - 122.8, abs=0.06)
+    assert paper.choices["served"].item() == 0.75
+
+
+def test_nor_its_softer_spring_but_a_stiffer_one_with_a_smaller_spool_does():
+    assert not solved_alone({**PAPER, "spring": {"stiffness": "1 kN/m"}}).feasible[0]
+    answer = tendon.design(tendon.study({**PAPER, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}))
+    row = answer.choices.iloc[0]
+    assert (round(row.pretension_from, 1), round(row.pretension_to, 1)) == (122.1, 173.9)
+    assert (row.from_by, row.to_by) == ("extensor slack", "min_elbow_stiffness")
+    said = " ".join(answer.text.split())
+    assert said.startswith("A pretension of 148 N suits all 4 conditions; anything from 122.1 to 173.9 N does, 18 %")
+
+
+def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
+    helps = [fix for fix in paper.fixes if fix["after"] is not None]
+    assert {fix["knobs"][0] for fix in helps if len(fix["knobs"]) == 1} >= {"spool.ratio", "arm.elbow_radius"}
+    assert any(len(fix["knobs"]) == 2 for fix in helps)
+    for fix in helps:
+        before, after = np.array(fix["before"]), np.array(fix["after"])
+        for share, feasible in ((1.0, True), (0.999, False)):
+            content = {**PAPER}
+            for key, value in zip(fix["knobs"], (before + share * (after - before)).tolist(), strict=True):
+                table, name = key.split(".")
+                content = {**content, table: {**content.get(table, {}), name: value}}
+            again = solved_alone(content)
+            assert again.feasible[0] == feasible, fix["knobs"]
+            if feasible:
+                assert again.pretension_to[0] - again.pretension_from[0] <= 1e-9 * again.pretension_to[0]
+                assert again.max_tension[0] == pytest.approx(fix["max_tension"], rel=1e-9)
+
+
+def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_path):
+    idle = [fix for fix in paper.fixes if fix["after"] is None]
+    assert {"spring.stiffness", "sheath.friction"} <= {fix["knobs"][0] for fix in idle}
+    problem = asked(LOADS, tmp_path)
+    for fix in idle:
+        (low, high), (key,) = fix["plausible"][0], fix["knobs"]
+        values = np.geomspace(low, high, 1500)
+        found = problem.windows({key: values}, len(values))
+        assert not (found.low.max(axis=1) <= found.high.min(axis=1)).any(), key
+
+
+def test_the_least_relaxation_opens_a_window_and_less_does_not(paper):
+    value = paper.conflicts[0]["relaxed"]["min_elbow_stiffness"]
+    assert solved_alone({**PAPER, "limits": {"min_elbow_stiffness": value}}).feasible[0]
+    assert not solved_alone({**PAPER, "limits": {"min_elbow_stiffness": 0.9999 * value}}).feasible[0]
+
+
+# --- Best ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("goal", "column"),
+    [
+        ("minimise", "pretension"),
+        ("minimise", "max_tension"),
+        ("minimise", "peak_motor_torque"),
+        ("maximise", "tolerance"),
+    ],
+)
+def test_no_grid_of_four_times_the_density_beats_the_refined_best(goal, column, tmp_path):
+    found = answered(f'[design]\n{goal} = "{column}"\n' + RANGES, tmp_path)
+    fine = asked(RANGES.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), tmp_path)
+    rivals = of_rows(fine, np.arange(len(fine.choices)))
+    rival = rivals.worth(found.goals).max()
+    assert found.chosen.worth(found.goals).item() >= rival - 1e-9 * abs(rival)
+
+
+def test_no_finer_grid_dominates_the_front(tmp_path):
+    found = answered('[design]\nminimise = ["max_tension"]\nmaximise = ["tolerance"]\n' + RANGES, tmp_path)
+    fine = asked(RANGES.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), tmp_path)
+    rivals = of_rows(fine, np.arange(len(fine.choices))).worth(found.goals)
+    own = found.front.worth(found.goals)
+    assert len(own) > 4
+    for row in own:
+        margin = 2e-3 * np.abs(row)
+        assert not ((rivals >= row).all(axis=1) & (rivals > row + margin).any(axis=1)).any()
+
+
+def test_the_order_of_axes_and_the_number_of_jobs_do_not_matter(monkeypatch):
+    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 5)
+    goal = {"design": {"minimise": ["max_tension"]}}
+    one = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS, **goal}), jobs=1)
+    two = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS, **goal}), jobs=3)
+    other = tendon.design(tendon.study({**SPOOLS, **SPRINGS, **PAPER, **goal}), jobs=2)
+    assert one.choices.equals(two.choices)
+    assert one.record == two.record | {name: one.record[name] for name in ("seconds", "checksum")}
+    for name in ("pretension", "max_tension", "peak_motor_torque", "spring_stiffness"):
+        assert other.best[name] == pytest.approx(one.best[name], rel=1e-5)
+
+
+def test_several_parts_are_the_same_as_one(monkeypatch):
+    content = {
+        **PAPER,
+        **SPRINGS,
+        "spool": {"ratio": [0.6, 0.7]},
+        "design": {"minimise": ["max_tension"], "maximise": ["tolerance"]},
+    }
+    whole = tendon.design(tendon.study(content))
+    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 5)
+    cut = tendon.design(tendon.study(content))
+    assert whole.choices.equals(cut.choices)
+    assert whole.front == cut.front
+    assert whole.text == cut.text
+    assert whole.choices["on_front"].sum() == len(whole.front) > 1
+
+
+def test_a_best_at_the_edge_of_its_range_is_said_to_be_there():
+    answer = tendon.design(tendon.study({**PAPER, **SPRINGS, "spool": {"ratio": 0.6}}))
+    assert "K is at its upper end, K 6 kN/m: widen the range" in answer.text
+
+
+def test_a_row_named_best_stands_in_the_table():
+    answer = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS}))
+    for row in answer.best.values():
+        found = answer.choices.iloc[row["choice"]]
+        assert found.spring_stiffness == row["spring_stiffness"]
+        assert found.refined == row["refined"]
+        assert found.pretension == row["pretension"]
+
+
+# --- Sensitivities ---------------------------------------------------------------------------------------------------
+
+
+def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
+    design = '[limits]\nmax_tension = "380 N"\n[spring]\nstiffness = "5 kN/m"\n[spool]\nratio = 0.6\n'
+    text = design + '[load]\nmass = ["1 kg", "8 kg"]\n'
+    problem = asked(text, tmp_path)
+    choice = of_columns(problem, {}, 1)
+    found = sensitivities(problem, choice)
+    assert {each.end for each in found} == {"from", "to"}
+    assert len(found) > 30
+    for each in found:
+        if each.key.startswith("limits.") or each.key == "load.mass" or not each.value:
+            continue
+
+        def end(factor, each=each):
+            moved = problem.saying({each.key: np.full(2, each.value * factor)})
+            solved = of_columns(moved, {}, 1).solutions
+            return getattr(solved, f"pretension_{each.end}")[0]
+
+        step = 1e-4
+        slope = (8 * (end(1 + step) - end(1 - step)) - end(1 + 2 * step) + end(1 - 2 * step)) / (12 * step)
+        assert each.per_percent * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), each.key
+
+
+# --- What cannot be asked, and what is told --------------------------------------------------------------------------
+
+
+def test_a_goal_that_does_not_exist_is_refused():
+    with pytest.raises(StudyError, match="max_tensoin"):
+        tendon.study({"design": {"minimise": ["max_tensoin"]}})
+
+
+def test_the_record_is_strict_json_and_says_the_same(tmp_path):
+    answer = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS}), tmp_path / "out")
+    record = json.loads((tmp_path / "out" / "design.json").read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    assert record == answer.record
+    assert record["feasible"] == int(answer.choices["feasible"][~answer.choices["refined"]].sum())
+    assert record["choices"] == 24
+    assert max(map(len, answer.text.splitlines())) <= 80
+
+
+def test_limits_no_pretension_can_keep_are_named():
+    answer = without_window({**PAPER, "limits": {"min_spool_to_tendon": 60}})
+    assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
+    assert "whatever the pretension, a spool is less than 60 tendons across" in answer.text
+    assert answer.choices["pretension_from"].isna().all()
+
+
+@pytest.mark.parametrize("text", [CATALOGUE, RANGES, LOADS])
+def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
+    from tendon_cli.design.text import text_of
+
+    lines = text_of(answered(text, tmp_path)).splitlines()
+    assert max(map(len, lines)) <= 80
+    assert len(lines) < 40
