@@ -84,7 +84,7 @@ def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"
     target = RunFolder(folder / out, plan)
     with target.locked():
         outcome = run(target, jobs=jobs, stop=threading.Event(), progress=lambda _done, _all: None)
-        target.write_record(outcome.record)
+        target.finish(outcome.record)
     return Swept(target.path, plan, outcome.record)
 
 

@@ -21,7 +21,9 @@ MotorCell = Annotated[str | None, typer.Option(metavar="1|2", help="which cell i
 FitsOffset = Annotated[bool, typer.Option("--offset", help="fit a zero offset of each cell, too")]
 IsRobust = Annotated[bool, typer.Option("--robust", help="let outliers weigh less")]
 FitFigure = Annotated[Path | None, typer.Option(metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")]
-Fragment = Annotated[Path | None, typer.Option(metavar="FILE", help="write a fragment for [sheath] friction_from")]
+Fragment = Annotated[
+    Path | None, typer.Option(parser=options.place, metavar="FILE", help="write a fragment for [sheath] friction_from")
+]
 
 
 def fit_friction(

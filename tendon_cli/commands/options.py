@@ -7,6 +7,16 @@ from typing import Annotated
 
 import typer
 
+from tendon_cli.errors import UsageError
+
+
+def place(text: str) -> Path:
+    """A file or folder to write to; raises UsageError for an empty name, which a path takes for the current folder."""
+    if not text.strip():
+        raise UsageError("--out is empty, expected the name of a file or folder", hint="--out . is the current folder")
+    return Path(text)
+
+
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML")]
 Settings = Annotated[
     list[str] | None,
@@ -17,4 +27,4 @@ Person = Annotated[str | None, typer.Option(help="which of the study's people, o
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="parts computed at once; default all cores")]
-OutFile = Annotated[Path | None, typer.Option(metavar="FILE", help="file or folder to write to")]
+OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help="file or folder to write to")]

@@ -10,7 +10,7 @@ from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED
 from tendon_cli.terminal import as_json_text, print_result, progress
 
-PaperFolder = Annotated[Path, typer.Option(metavar="DIR", help="where to")]
+PaperFolder = Annotated[Path, typer.Option(parser=options.place, metavar="DIR", help="where to")]
 
 
 def paper(

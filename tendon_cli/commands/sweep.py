@@ -15,7 +15,9 @@ from tendon_cli.terminal import as_json_text, print_result, progress
 if TYPE_CHECKING:
     from tendon_cli.study.study import Study
 
-RunFolderName = Annotated[Path | None, typer.Option(metavar="DIR", help="run folder; default results/<name>")]
+RunFolderName = Annotated[
+    Path | None, typer.Option(parser=options.place, metavar="DIR", help="run folder; default results/<name>")
+]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show size and cost, write nothing")]
 Resume = Annotated[bool, typer.Option("--resume", help="finish an interrupted run")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the run that stands in the folder")]

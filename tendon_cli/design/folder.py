@@ -14,7 +14,7 @@ from typing import Any
 from tendon_cli.design.problem import Problem
 from tendon_cli.errors import FolderError
 from tendon_cli.files import output_errors, sync_folder, write_whole
-from tendon_cli.sweep.run_folder import checksum, differences, stands
+from tendon_cli.sweep.record import checksum, differences, stands
 from tendon_cli.version import RESULTS_VERSION
 
 RECORD = "design.json"

@@ -95,8 +95,8 @@ def check_figures_of(study: Study) -> None:
         raise StudyError(found)
 
 
-def draw_run(study: Study, folder: Path) -> Drawn:
-    """Slack maps of a finished run, and the figures that its study declares, into its folder.
+def draw_run(study: Study, folder: Path, out: Path | None = None) -> Drawn:
+    """Slack maps of a finished run, and the figures that its study declares, into its folder unless `out` says where.
 
     A figure that cannot be drawn is a warning: it never costs a run. Raises InputError only, for a table that is not
     whole.
@@ -106,7 +106,7 @@ def draw_run(study: Study, folder: Path) -> Drawn:
     no_map = None
     if "designs" in study.output.tables:
         try:
-            files += _slack_maps(open_table(folder / "designs.parquet"), folder)
+            files += _slack_maps(open_table(folder / "designs.parquet"), out or folder)
         except InputError:
             raise
         except UsageError as error:
@@ -118,7 +118,7 @@ def draw_run(study: Study, folder: Path) -> Drawn:
             warnings.append(f'figure "{spec.name}" is not drawn: {spec.table} is not written')
             continue
         try:
-            files += draw_declared(spec, folder)
+            files += draw_declared(spec, folder, out)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001

@@ -14,12 +14,16 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import FolderError
-from tendon_cli.files import output_errors, write_whole
+from tendon_cli.files import output_errors, read_file, write_whole
 from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.part import PartResult
+from tendon_cli.sweep.record import FIGURE_FILE, is_count
 from tendon_cli.tables.write import WrittenFile
 
 NAME = "journal.jsonl"
+_MOST_BYTES = 2**30
+_MOST_PARTS = 10**8
+"""Of half a million states each: no disk holds more."""
 
 
 @dataclass
@@ -29,6 +33,8 @@ class Journal:
     path: Path
     header: dict[str, Any] = field(default_factory=dict)
     parts: dict[int, PartResult] = field(default_factory=dict)
+    figures: tuple[str, ...] = ()
+    """Names that are about to appear in the folder."""
 
     @classmethod
     def read(cls, path: Path) -> Journal:
@@ -39,9 +45,15 @@ class Journal:
                 result = _part(entry)
                 if result is not None:
                     journal.parts[result.index] = result
+            elif isinstance(names := entry.get("figures"), list):
+                journal.figures += tuple(name for name in names if FIGURE_FILE.fullmatch(str(name)))
             elif _is_header(entry):
                 journal.header = entry
         return journal
+
+    def is_beginning_of(self, header: dict[str, Any]) -> bool:
+        """Whether the file holds nothing but the beginning of the line of this header; raises FolderError."""
+        return _line(header).startswith(_content(self.path))
 
     def start(self, header: dict[str, Any]) -> None:
         """Write the journal anew with its header and the parts that count; raises OutputError."""
@@ -51,8 +63,16 @@ class Journal:
     def add(self, result: PartResult) -> None:
         """Record a finished part, on the disk before this returns; raises OutputError."""
         self.parts[result.index] = result
+        self._append(_entry(result))
+
+    def announce(self, figures: list[str]) -> None:
+        """Record the names of figures before they appear in the folder; raises OutputError."""
+        self.figures += tuple(figures)
+        self._append({"figures": figures})
+
+    def _append(self, entry: dict[str, Any]) -> None:
         with output_errors(self.path), self.path.open("ab") as file:
-            file.write(_line(_entry(result)))
+            file.write(_line(entry))
             file.flush()
             os.fsync(file.fileno())
 
@@ -62,14 +82,18 @@ def _line(entry: dict[str, Any]) -> bytes:
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
-def _entries(path: Path) -> list[dict[str, Any]]:
+def _content(path: Path) -> bytes:
     try:
-        lines = path.read_bytes().split(b"\n")[:-1]
+        return read_file(path, _MOST_BYTES)
     except FileNotFoundError:
-        return []
+        return b""
     except OSError as error:  # what it lists is not known, so nothing in the folder may be trusted or deleted
         hint = "make it a file that can be read, or choose another folder with --out"
         raise FolderError(f"cannot be read: {error.strerror}", where=str(path), hint=hint) from error
+
+
+def _entries(path: Path) -> list[dict[str, Any]]:
+    lines = _content(path).split(b"\n")[:-1]
     found = []
     for line in lines:
         checksum, _, text = line.partition(b" ")
@@ -82,7 +106,14 @@ def _entries(path: Path) -> list[dict[str, Any]]:
 def _is_header(entry: dict[str, Any]) -> bool:
     """Whether an entry says of what run the journal is."""
     tables, parts = entry.get("tables"), entry.get("parts")
-    return isinstance(tables, list) and all(isinstance(table, str) for table in tables) and type(parts) is int
+    return (
+        isinstance(tables, list)
+        and bool(tables)
+        and all(table in ("designs", "states") for table in tables)
+        and is_count(parts)
+        and 0 < entry["parts"] <= _MOST_PARTS
+        and isinstance(entry.get("study_hash"), str)
+    )
 
 
 def _entry(result: PartResult) -> dict[str, Any]:
@@ -98,5 +129,4 @@ def _part(entry: dict[str, Any]) -> PartResult | None:
     except (KeyError, TypeError, AttributeError):
         return None
     counts = [entry["part"], *asdict(totals).values(), *(file.size for file in files.values())]
-    is_sound = all(type(count) is int and count >= 0 for count in counts)
-    return PartResult(entry["part"], totals, files) if is_sound else None
+    return PartResult(entry["part"], totals, files) if all(map(is_count, counts)) else None

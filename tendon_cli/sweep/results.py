@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.errors import FolderError, InputError, UsageError
-from tendon_cli.sweep.run_folder import RECORD, is_begun, read_record, stands
+from tendon_cli.sweep.record import RECORD, read_record, stands
+from tendon_cli.sweep.run_folder import is_begun
 
 if TYPE_CHECKING:
     import pandas as pd

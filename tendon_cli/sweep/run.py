@@ -15,8 +15,10 @@ from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
+from tendon_cli.sweep.ownership import check_folder
 from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, part_index
-from tendon_cli.sweep.run_folder import RunFolder, stands
+from tendon_cli.sweep.record import read_record, stands
+from tendon_cli.sweep.run_folder import RunFolder
 from tendon_cli.sweep.threads import in_threads
 
 Progress = Callable[[int, int], None]
@@ -53,12 +55,12 @@ def run(
     Raises FolderError where something else stands there, SizeError, OutputError, WorkersLostError for parts that
     failed, Stopped where `stop` was set; whatever was finished until then is kept and can be resumed.
     """
+    check_folder(folder, resume=resume, overwrite=overwrite)
     replaces = overwrite and folder.clear()
     started = time.monotonic()
-    record = folder.finished()
+    record = read_record(folder.path)
     journal = Journal(folder.path / JOURNAL) if replaces else Journal.read(folder.path / JOURNAL)
     if record is not None:
-        folder.check_same(record)
         damaged = [entry["path"] for entry in record["files"] if not stands(folder.path, entry)]
         if not damaged:
             return Outcome(record, up_to_date=True)
@@ -69,12 +71,13 @@ def run(
                 hint="--resume computes just these anew",
             )
         return _repaired(folder, record, damaged, runner or in_threads(jobs), stop)
-    if not (replaces or (folder.path / JOURNAL).exists()):
-        folder.check_empty()
-    done = {} if replaces else _recorded(folder, journal, resume=resume)
+    done = {} if replaces else folder.intact(journal.parts)
     journal.parts = done
     plan = folder.plan
-    journal.start({**folder.identity(), "tables": list(plan.study.output.tables), "parts": plan.parts})
+    figures = list(journal.figures)
+    journal.start(folder.header())
+    if figures:
+        journal.announce(figures)
     resumed = len(done)
 
     def take(result: PartResult) -> None:
@@ -101,19 +104,6 @@ def _repaired(
 
     compute(_maker(folder, stop), runner, sorted({part_index(path) for path in damaged}), take)
     return Outcome({**record, "repaired": damaged}, up_to_date=False)
-
-
-def _recorded(folder: RunFolder, journal: Journal, *, resume: bool) -> dict[int, PartResult]:
-    """The parts of an unfinished run that need not be computed again."""
-    if not journal.path.exists():
-        return {}
-    if journal.header:
-        folder.check_same(journal.header)
-    if not resume:
-        done = f"{len(journal.parts)} of {folder.plan.parts} parts are done"
-        hint = "--resume finishes it, --overwrite starts anew"
-        raise FolderError(f"holds an unfinished run of this study, {done}", where=str(folder.path), hint=hint)
-    return folder.intact(journal.parts) if journal.header else {}
 
 
 def _maker(folder: RunFolder, stop: threading.Event) -> PartMaker:
@@ -196,4 +186,7 @@ def record_of(folder: RunFolder, parts: list[PartResult], resumed: int, seconds:
         "seconds": round(seconds, 3),
         "versions": versions(),
         "study": plan.study.document(),
+        "figures": [],
+        "figure_seconds": 0.0,
+        "warnings": [],
     }

@@ -1,35 +1,36 @@
-"""The folder of a run: who may write to it, what it holds, and what of that can be trusted."""
+"""The folder of a run: who may write to it, what it holds, and what of that may be replaced."""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import fcntl
-import hashlib
-import json
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.errors import FolderError, OutputError, SizeError
-from tendon_cli.files import output_errors, temporary_of, write_whole
+from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
+from tendon_cli.files import output_errors
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.part import PartResult, file_name
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.tables.digest import file_sha256
+from tendon_cli.sweep.record import RECORD, read_record, stands, write_record
 from tendon_cli.version import RESULTS_VERSION
 
-RECORD = "run.json"
 LOCK = ".lock"
-_OURS = (RECORD, JOURNAL, LOCK, f".{RECORD}.tmp", f".{JOURNAL}.tmp")
+FIGURES = ".tendon-figures"
+"""Where figures lie until all are drawn."""
+OURS = (RECORD, JOURNAL, LOCK, FIGURES, f".{RECORD}.tmp", f".{JOURNAL}.tmp")
+TABLES = ("designs", "states")
+_PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
+TEMPORARY = re.compile(r"\.(part-\d{5,}|designs|states)\.parquet(\.[0-9a-f]+\.own)?(\.tmp)?", re.ASCII)
 _LEAST_BYTES_PER_STATE = 20
 _LEAST_BYTES_PER_DESIGN = 10
-_RUN_FILE = re.compile(r"(designs|states)\.parquet(/part-\d+\.parquet)?|[\w.-]+\.(png|svg|pdf)")
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ class RunFolder:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
         except FileExistsError:
             raise FolderError("is a file, expected a folder for the run", where=str(self.path)) from None
         except OSError as error:
@@ -90,28 +91,9 @@ class RunFolder:
         study = self.plan.study
         return {"study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record()}
 
-    def finished(self) -> dict[str, Any] | None:
-        """The record of a finished run, or nothing; raises FolderError for one that is not as tendon wrote it."""
-        return read_record(self.path)
-
-    def check_same(self, found: dict[str, Any]) -> None:
-        """Raises FolderError, naming what differs, where the folder holds another study or other results."""
-        ours = self.identity()
-        if found.get("results_version") != ours["results_version"]:
-            differs = f"results version {found.get('results_version')}, this tendon gives {ours['results_version']}"
-        elif found.get("study_hash") != ours["study_hash"]:
-            differs = "; ".join(differences(found.get("study") or {}, ours["study"])[:4]) or "the order of the axes"
-        else:
-            return
-        hint = "--overwrite replaces it, --out writes elsewhere"
-        raise FolderError(f"holds a run of another study: {differs}", where=str(self.path), hint=hint)
-
-    def check_empty(self) -> None:
-        """Raises FolderError where the folder holds anything that is not a run's."""
-        foreign = sorted(item.name for item in self.path.iterdir() if item.name not in _OURS)
-        if foreign:
-            hint = "choose another folder with --out"
-            raise FolderError(f"is not a run folder, it holds {foreign[0]}", where=str(self.path), hint=hint)
+    def header(self) -> dict[str, Any]:
+        """What the journal of this run begins with."""
+        return {**self.identity(), "tables": list(self.plan.study.output.tables), "parts": self.plan.parts}
 
     def intact(self, parts: dict[int, PartResult]) -> dict[int, PartResult]:
         """Of recorded parts those whose files stand as they were written."""
@@ -137,89 +119,88 @@ class RunFolder:
 
     def clear(self) -> bool:
         """Delete the files of the run that stands here, finished or not, and nothing else; whether there was one."""
-        record, journal = self.finished(), Journal.read(self.path / JOURNAL)
+        record, journal = read_record(self.path), Journal.read(self.path / JOURNAL)
+        figures = [*(record["figures"] if record else ()), *journal.figures]
         if record is not None:  # until the new run has its journal, this one says whose files these are
             tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
             kept = ("study_hash", "results_version", "study", "axes", "parts")
             journal.start({**{key: record[key] for key in kept}, "tables": tables})
-        names = [*(entry["path"] for entry in record["files"]), *record["figures"]] if record else []
-        for table in journal.header.get("tables", ()):
-            parts = journal.header["parts"]
-            names += [file_name(table, index, parts) for index in range(parts)]
+            if figures:
+                journal.announce(figures)
         with output_errors(self.path):
-            (self.path / RECORD).unlink(missing_ok=True)  # first: what is half deleted must not look finished
-            for name in dict.fromkeys(names):
+            self._delete(RECORD)  # first: what is half deleted must not look finished
+            for name in figures:
                 self._delete(name)
-            for table in ("designs", "states"):
-                with contextlib.suppress(OSError):
-                    (self.path / f"{table}.parquet").rmdir()
+            for table in journal.header.get("tables", ()):
+                self._delete_table(f"{table}.parquet")
         return journal.path.exists()
 
-    def _delete(self, name: str) -> None:
-        """Delete a file that a run writes, and its temporary twin; names that no run of ours has are left alone."""
+    def _delete_table(self, name: str) -> None:
+        """Delete a table of the run: its file, or all parts; what others put among these stays."""
         path = self.path / name
-        if _RUN_FILE.fullmatch(name) and not path.parent.is_symlink():
-            path.unlink(missing_ok=True)
-            temporary_of(path).unlink(missing_ok=True)
+        if path.is_dir() and not path.is_symlink():
+            for item in path.iterdir():
+                if is_part(item.name):
+                    self._delete(f"{name}/{item.name}")
+            with contextlib.suppress(OSError):
+                path.rmdir()
+        else:
+            self._delete(name)
+        for item in self.path.glob(f".{name}*"):
+            if TEMPORARY.fullmatch(item.name):
+                self._delete(item.name)
 
-    def write_record(self, record: dict[str, Any]) -> None:
-        """Declare the run finished: `run.json` last of all, then the journal goes."""
-        record["checksum"] = checksum(record)
-        write_whole(self.path / RECORD, (json.dumps(record, indent=2) + "\n").encode())
+    def _delete(self, name: str) -> None:
+        (self.path / name).unlink(missing_ok=True)
+
+    def place_figures(self, names: list[str], before: list[str], journal: Journal | None) -> list[str]:
+        """Put drawn figures in place of those `before`; returns what is wrong with those that are left out."""
+        faults = []
+        for name in list(names):
+            if name not in before and os.path.lexists(self.path / name):
+                names.remove(name)
+                faults.append(f"{name} is not drawn: a file of that name stands there, which no run wrote")
+        if journal is not None and names:
+            journal.announce(names)
+        with output_errors(self.path):
+            for name in before:
+                if name not in names:
+                    self._delete(name)
+            for name in names:
+                (self.path / FIGURES / name).replace(self.path / name)
+        return faults
+
+    def finish(self, record: dict[str, Any]) -> None:
+        """Declare the run finished: `run.json` last of all, then the journal goes.
+
+        A lost worker of an older run may have written late: parts that this run has not are deleted; raises
+        WorkersLostError where one of its own was replaced.
+        """
+        sizes = {entry["path"]: entry["size"] for entry in record["files"]}
+        for table in self.plan.study.output.tables if self.plan.parts > 1 else ():
+            for item in (self.path / f"{table}.parquet").iterdir():
+                if is_part(item.name) and f"{table}.parquet/{item.name}" not in sizes:
+                    self._delete(f"{table}.parquet/{item.name}")
+        for name, size in sizes.items():
+            if (self.path / name).lstat().st_size != size:
+                hint = "--resume computes it anew"
+                raise WorkersLostError("was changed while the run went on", where=str(self.path / name), hint=hint)
+        write_record(self.path, record)
         with contextlib.suppress(OSError):
-            (self.path / JOURNAL).unlink(missing_ok=True)
+            self._delete(JOURNAL)
+
+
+def is_part(name: str) -> bool:
+    """Whether a run gives such names to files in a folder of parts."""
+    return bool(_PART.fullmatch(name) or TEMPORARY.fullmatch(name))
+
+
+def is_begun(folder: Path) -> bool:
+    """Whether an unfinished run stands in a folder; raises FolderError for a journal that cannot be read."""
+    return bool(Journal.read(folder / JOURNAL).header)
 
 
 def free_bytes(folder: Path) -> int:
     """What is free on the disk that holds a folder, or would hold it."""
     path = folder.absolute()
     return shutil.disk_usage(next(place for place in (path, *path.parents) if place.exists())).free
-
-
-def read_record(folder: Path) -> dict[str, Any] | None:
-    """The record of the finished run in a folder, or nothing; raises FolderError for one that tendon did not write."""
-    try:
-        record = json.loads((folder / RECORD).read_bytes())
-    except FileNotFoundError:
-        return None
-    except (ValueError, RecursionError, OSError):
-        record = None
-    if isinstance(record, dict) and record.get("checksum") == checksum(record):
-        return record
-    hint = "choose another folder with --out, or delete this one yourself"
-    raise FolderError("holds a run.json that is not as tendon wrote it", where=str(folder), hint=hint)
-
-
-def is_begun(folder: Path) -> bool:
-    """Whether an unfinished run stands in a folder."""
-    return (folder / JOURNAL).is_file()
-
-
-def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
-    """Whether a file of a run has the bytes that were recorded."""
-    path = folder / entry["path"]
-    try:
-        return not path.is_symlink() and path.stat().st_size == entry["size"] and file_sha256(path) == entry["sha256"]
-    except OSError:
-        return False
-
-
-def checksum(record: dict[str, Any]) -> str:
-    """SHA-256 of a record without its checksum: a record that was changed is no record."""
-    content = {key: value for key, value in record.items() if key != "checksum"}
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
-    """Keys in which two resolved studies differ, each with both values."""
-    if isinstance(theirs, dict) and isinstance(ours, dict):
-        names = dict.fromkeys((*theirs, *ours))
-        return [
-            line
-            for name in names
-            for line in differences(theirs.get(name), ours.get(name), f"{key}.{name}" if key else name)
-        ]
-    if theirs == ours:
-        return []
-    shown = [json.dumps(value)[:60] for value in (theirs, ours)]
-    return [f"{key} was {shown[0]}, now {shown[1]}"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import shutil
 import signal
 import threading
 import time
@@ -11,18 +12,22 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from tendon_cli.errors import Stopped, UsageError
+from tendon_cli.errors import OutputError, Stopped, UsageError
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.in_memory import MemoryMaker
+from tendon_cli.sweep.journal import NAME as JOURNAL
+from tendon_cli.sweep.journal import Journal
+from tendon_cli.sweep.ownership import check_folder
 from tendon_cli.sweep.part import PartResult, Runner
 from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.record import write_record
 from tendon_cli.sweep.results import Run
 from tendon_cli.sweep.run import Progress, available_cores, compute, record_of, run
-from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.sweep.run_folder import FIGURES, RunFolder
 from tendon_cli.sweep.threads import in_threads
 
-Draw = Callable[[Study, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
-"""Draws figures into a run folder whose tables stand: their names, what could not be drawn, why there is no map."""
+Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
+"""Draws figures of a run folder into another: their names, what could not be drawn, why there is no map."""
 
 
 def sweep(
@@ -50,6 +55,7 @@ def sweep(
                 raise UsageError("a cluster writes into a run folder", hint="name one")
             return _in_memory(plan, jobs or available_cores(), ended, progress)
         folder = RunFolder(out, plan)
+        check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
         folder.check_space()
         with _runner(scheduler, jobs) as runner, folder.locked(use_lock=lock):
             outcome = run(
@@ -64,10 +70,37 @@ def sweep(
             record = outcome.record
             if outcome.up_to_date and not (draw is not None and _wants_figures(study, out, record)):
                 return Run(record, out, up_to_date=True)
-            record["figures"], faults, note = draw(study, out, record) if draw is not None else ([], [], None)
-            record["warnings"] = [*warnings_of(study, record), *faults]
-            folder.write_record(record)
+            note = _with_figures(folder, record, draw, up_to_date=outcome.up_to_date)
+            folder.finish(record)
     return Run(record, out, up_to_date=outcome.up_to_date, note=note)
+
+
+def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
+    """Draw beside the folder's files, then put the figures in place, their names first; returns why there is no map.
+
+    So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
+    """
+    journal = Journal.read(folder.path / JOURNAL)
+    before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
+    started, study, faults, note = time.monotonic(), folder.plan.study, list[str](), None
+    names = list(record.get("figures", ()))
+    place = folder.path / FIGURES
+    shutil.rmtree(place, ignore_errors=True)
+    try:
+        if draw is not None:
+            place.mkdir()
+            names, faults, note = draw(study, folder.path, place, record)
+        if up_to_date:
+            write_record(folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))})
+        if draw is not None or not record.get("figures"):
+            faults += folder.place_figures(names, before, None if up_to_date else journal)
+    except (OSError, OutputError) as error:
+        names, faults = [], [*faults, f"the figures cannot be drawn: {error}"]
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+    record["figures"], record["warnings"] = names, [*warnings_of(study, record), *faults]
+    record["figure_seconds"] = round(time.monotonic() - started, 3) if draw is not None else 0.0
+    return note
 
 
 def _wants_figures(study: Study, out: Path, record: dict[str, Any]) -> bool:
@@ -88,8 +121,7 @@ def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress)
 
     compute(maker, in_threads(min(jobs, plan.parts)), range(plan.parts), take)
     record = record_of(RunFolder(Path(), plan), parts, 0, time.monotonic() - started)
-    record |= {"figures": [], "files": []}
-    record["warnings"] = warnings_of(plan.study, record)
+    record |= {"files": [], "warnings": warnings_of(plan.study, record)}
     return Run(record, None, tables=maker.tables_read())
 
 

@@ -72,6 +72,14 @@ def open_table(path: Path) -> TableFiles:
     return table
 
 
+def study_hash_of(file: Path) -> str | None:
+    """The study that a file is a table of; None where it is no table of ours, or damaged."""
+    try:
+        return _facts(pq.read_schema(file)).get("study_hash")
+    except (pa.ArrowException, OSError, ValueError):
+        return None
+
+
 def _check_whole(path: Path, files: tuple[Path, ...], facts: list[dict[str, Any]]) -> None:
     """All parts are there, in their order, of one table of one study; raises InputError."""
     first = facts[0]

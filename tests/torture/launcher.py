@@ -15,7 +15,7 @@ from pathlib import Path
 POINTS = {
     "rows": ("tendon_cli.sweep.part", "state_rows"),
     "figures": ("tendon_cli.figures.draw", "pages_of"),
-    "record": ("tendon_cli.sweep.run_folder.RunFolder", "write_record"),
+    "record": ("tendon_cli.sweep.run_folder.RunFolder", "finish"),
     "journal": ("tendon_cli.sweep.journal.Journal", "add"),
     "delete": ("tendon_cli.sweep.run_folder.RunFolder", "_delete"),
     "rename": ("pathlib.Path", "replace"),

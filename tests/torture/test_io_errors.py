@@ -92,7 +92,7 @@ def finish(folder):  # noqa: F811
     with folder.locked():
         outcome = run(folder, jobs=1, stop=threading.Event(), progress=lambda _done, _all: None, resume=True)
         if not outcome.up_to_date:
-            folder.write_record(outcome.record)
+            folder.finish(outcome.record)
 
 
 def operations(folder, faults):  # noqa: F811

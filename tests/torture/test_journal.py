@@ -46,7 +46,7 @@ def advance(folder, stop_after=None):
     with folder.locked():
         outcome = run(folder, jobs=1, stop=stop, progress=progress, resume=True)
         if not outcome.up_to_date:
-            folder.write_record(outcome.record)
+            folder.finish(outcome.record)
     return outcome
 
 

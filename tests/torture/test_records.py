@@ -5,11 +5,11 @@ import errno
 import json
 import os
 import random
-from pathlib import Path
 
 import pytest
 
 from tendon_cli.errors import TendonError
+from tendon_cli.sweep import journal as journal_module
 from tendon_cli.sweep.journal import _line
 
 from .test_journal import PARTS, advance, folder, stopped, whole  # noqa: F401 - fixtures
@@ -92,20 +92,20 @@ def a_folder(journal, _patch):
     """Where the journal should be."""
     journal.unlink()
     journal.mkdir()
-    return errno.EISDIR
+    return "it is a folder, expected a file"
 
 
 def forbidden(journal, patch):
     """The superuser may read everything, so it is injected."""
-    read = Path.read_bytes
+    read = journal_module.read_file
 
-    def call(path):
+    def call(path, most):
         if path.name == journal.name:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
-        return read(path)
+        return read(path, most)
 
-    patch.setattr(Path, "read_bytes", call)
-    return errno.EACCES
+    patch.setattr(journal_module, "read_file", call)
+    return os.strerror(errno.EACCES)
 
 
 @pytest.mark.parametrize("words", [(), ("--resume",), ("--overwrite",)], ids=" ".join)
@@ -122,7 +122,7 @@ def test_a_journal_that_cannot_be_read_is_named_and_nothing_is_touched(
     if state == "unfinished":
         (run / "run.json").unlink()
     before = hashes_in(run), sorted(run.iterdir())
-    reason = os.strerror(harm(journal, monkeypatch))
+    reason = harm(journal, monkeypatch)
     ran = tendon(*sweep, "--json")
     error = ran.json["error"]
     assert (ran.exit, ran.err, error["exit"], error["kind"], error["where"]) == (

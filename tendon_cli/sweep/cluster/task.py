@@ -26,7 +26,7 @@ from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.part import PartMaker, PartResult, file_name
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run_folder import RECORD
+from tendon_cli.sweep.record import RECORD
 from tendon_cli.tables.write import TableFile
 from tendon_cli.version import RESULTS_VERSION
 
