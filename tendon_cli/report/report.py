@@ -10,7 +10,7 @@ from tendon_cli.report.html import MARK
 from tendon_cli.report.paper_page import LEDGER, paper_page
 from tendon_cli.report.sweep_page import sweep_page
 from tendon_cli.sweep.results import open_run
-from tendon_cli.sweep.run_folder import RECORD
+from tendon_cli.sweep.record import RECORD
 
 NAME = "report.html"
 
