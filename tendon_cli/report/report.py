@@ -9,8 +9,8 @@ from tendon_cli.files import open_file, output_errors, write_shared
 from tendon_cli.report.html import MARK
 from tendon_cli.report.paper_page import LEDGER, paper_page
 from tendon_cli.report.sweep_page import sweep_page
-from tendon_cli.sweep.results import open_run
 from tendon_cli.sweep.record import RECORD
+from tendon_cli.sweep.results import open_run
 
 NAME = "report.html"
 
