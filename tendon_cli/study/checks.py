@@ -31,7 +31,15 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_limit_faults(study, at_fault),
         *_goal_faults(study, at_fault),
         *_people_faults(study),
+        *_draw_faults(study),
     ]
+
+
+def _draw_faults(study: Study) -> Iterator[Fault]:
+    """A number that is drawn and that a case gives, too."""
+    for at, case in enumerate(study.cases if study.uncertainty is not None else ()):
+        for key in set(case_numbers(case)).intersection(study.uncertain):
+            yield Fault(f"cases.{at}.{key}", "is uncertain in this study and drawn, so a case cannot set it")
 
 
 def _people_faults(study: Study) -> Iterator[Fault]:

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 
 from tendon_cli.study.cases import DESIGN_PARTS, case_tables, mark_of, part_of, printable
 from tendon_cli.study.design import Goals, Limits, Uncertainty
+from tendon_cli.study.draws import draw_axis, drawn
 from tendon_cli.study.fields import Later, Single, fault
 from tendon_cli.study.figure_checks import check_figures
 from tendon_cli.study.figures import FigureSpec
@@ -103,17 +104,30 @@ class Study(Part):
 
     @cached_property
     def linked(self) -> tuple[Linked, ...]:
-        """The linked axes but cases: persons."""
-        if self.people is None:
-            return ()
-        return (person_axis(PERSON_AXIS, self.people.population, self.of_the_body),)
+        """The linked axes but cases: persons and draws; where each person gets a draw of its own, persons alone."""
+        asked, axes = self.uncertainty if self.uncertain else None, []
+        if self.people is not None:
+            people = self.people.population
+            own = drawn(self.uncertain, len(people), asked.seed) if asked is not None and not asked.cross else {}
+            axes.append(person_axis(PERSON_AXIS, people, self.of_the_body, own))
+        if asked is not None and self.draws:
+            axes.append(draw_axis(DRAW_AXIS, self.uncertain, self.draws, asked.seed))
+        return tuple(axes)
+
+    @property
+    def draws(self) -> int:
+        """How many draws of the uncertain numbers are an axis; none where each person gets one of its own."""
+        asked = self.uncertainty
+        if asked is None or not self.uncertain or (self.people is not None and not asked.cross):
+            return 0
+        return asked.draws
 
     @property
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for the linked ones."""
         found = tuple(key for key, values in self.numbers.items() if values.is_axis)
         ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
-        linked = {CASE_AXIS: bool(self.cases), PERSON_AXIS: self.people is not None}
+        linked = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
         return (*(key for key, is_axis in linked.items() if is_axis), *ordered)
 
     @property

@@ -1,0 +1,45 @@
+"""Draws of the numbers that a study knows up to a distribution: scrambled Sobol points, each number independent."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from tendon_cli.model.kinematics import Array
+from tendon_cli.study.linked import Linked
+from tendon_cli.study.uncertain import Uncertain
+
+
+def quantile(known: Uncertain, share: Array) -> Array:
+    """The value below which a share of a distribution lies, SI; what a normal one has beyond its ends is cut off."""
+    if known.kind == "uniform":
+        return np.asarray(known.middle + known.spread * (2.0 * share - 1.0))
+    from scipy.special import ndtr, ndtri  # only uncertain numbers pay for its import
+
+    first, last = (ndtr((end - known.middle) / known.spread) for end in (known.low, known.high))
+    value = known.middle + known.spread * ndtri(first + (last - first) * share)
+    return np.asarray(np.clip(value, known.low, known.high))
+
+
+def drawn(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str, Array]:
+    """`count` values of each number, by its key; the first so many of 2^m Sobol points."""
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(len(uncertain), scramble=True, rng=np.random.default_rng([seed, len(uncertain)]))
+    shares = points.random_base2(max(0, count - 1).bit_length())[:count]
+    return {key: quantile(known, shares[:, at]) for at, (key, known) in enumerate(uncertain.items())}
+
+
+def draw_axis(key: str, uncertain: Mapping[str, Uncertain], count: int, seed: int) -> Linked:
+    """The axis of draws."""
+    return Linked(key, tuple(f"draw {at + 1}" for at in range(count)), drawn(uncertain, count, seed))
+
+
+def truncations(uncertain: Mapping[str, Uncertain]) -> list[str]:
+    """What is said of normal distributions that reach where their number is impossible."""
+    return [
+        f"{key}: {known.cut_share:.2g} of its normal distribution is impossible and cut off"
+        for key, known in uncertain.items()
+        if known.cut_share > 1e-6
+    ]

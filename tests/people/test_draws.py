@@ -1,0 +1,100 @@
+"""Draws of uncertain numbers: their distributions, their pairing with people, and a sweep over them."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from tendon_cli.errors import StudyError
+from tendon_cli.model import actuator
+from tendon_cli.study.draws import drawn, quantile
+from tendon_cli.study.load import study_from
+from tendon_cli.sweep.evaluate import evaluate
+from tendon_cli.sweep.inputs import Inputs
+from tendon_cli.sweep.plan import Plan
+from tests.model import designs
+
+STIFF = {"spring": {"stiffness": {"value": "3 kN/m", "tolerance": "10 %"}}}
+ROUGH = {"sheath": {"friction": {"mean": 0.074, "std": 0.02}}}
+WIDE = {"sheath": {"friction": {"mean": 0.05, "std": 0.1}}}
+
+
+def test_draws_have_the_distribution_that_the_study_says():
+    study = study_from(STIFF | ROUGH | {"uncertainty": {"draws": 4096}})
+    (axis,) = study.linked
+    assert study.axes == ("draw",)
+    stiffness, friction = axis.numbers["spring.stiffness"], axis.numbers["sheath.friction"]
+    assert stats.kstest(stiffness, stats.uniform(2700.0, 600.0).cdf).statistic < 0.002
+    assert stats.kstest(friction, stats.truncnorm(-3.7, np.inf, 0.074, 0.02).cdf).statistic < 0.002
+    assert abs(np.corrcoef(stiffness, friction)[0, 1]) < 0.005
+
+
+def test_what_cannot_be_negative_is_cut_off_and_not_moved():
+    known = study_from(WIDE | {"uncertainty": {}}).uncertain["sheath.friction"]
+    values = quantile(known, (np.arange(10_000) + 0.5) / 10_000)
+    assert values.min() > 0.0
+    true = stats.truncnorm((0.0 - 0.05) / 0.1, (10.0 - 0.05) / 0.1, 0.05, 0.1)
+    assert values.mean() == pytest.approx(true.mean(), rel=1e-3)
+    assert np.median(values) == pytest.approx(true.median(), rel=1e-3)
+
+
+def test_a_seed_gives_the_same_draws_and_another_others():
+    uncertain = study_from(STIFF | ROUGH).uncertain
+    first, again, other = (drawn(uncertain, 64, seed)["spring.stiffness"] for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert not np.any(first == other)
+    np.testing.assert_array_equal(drawn(uncertain, 50, 1)["spring.stiffness"], first[:50])
+
+
+def test_without_uncertainty_numbers_stand_at_their_middle():
+    study = study_from(STIFF)
+    assert (study.axes, study.linked) == ((), ())
+    plan = Plan(study)
+    assert Inputs(plan).source("spring.stiffness", "flexor").values == 3000.0
+
+
+def test_each_person_gets_one_draw_unless_they_are_crossed():
+    people = {"people": {"count": 6}}
+    paired = study_from(STIFF | people | {"uncertainty": {"draws": 256}})
+    assert paired.axes == ("person",)
+    assert len(set(paired.linked[0].numbers["spring.stiffness"])) == 6
+    crossed = study_from(STIFF | people | {"uncertainty": {"draws": 4, "cross": True}})
+    assert crossed.axes == ("person", "draw")
+    assert Plan(crossed).designs == 24
+    for study in (paired, crossed):
+        assert study_from(study.document()).hash == study.hash
+
+
+def test_a_sweep_over_draws_is_the_model_of_each():
+    arm = {"arm": {"b1": {"value": "150 mm", "tolerance": "5 mm"}}}
+    study = study_from(STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}})
+    plan = Plan(study)
+    (block,) = plan.blocks(range(plan.designs))
+    found = evaluate(Inputs(plan), block).state
+    people, draws = study.linked
+    for person in range(3):
+        for draw in range(4):
+            p = {name.removeprefix("arm."): values[person] for name, values in people.numbers.items()}
+            for name in ("a1", "a2", "b2", "elbow_radius"):
+                p[name] = designs.BASELINE[name] * people.scales[f"arm.{name}"][person]
+            p["b1"] = draws.numbers["arm.b1"][draw] * people.scales["arm.b1"][person]
+            p["spring_stiffness"] = draws.numbers["spring.stiffness"][draw]
+            state = actuator.evaluate(
+                designs.design(designs.baseline(**p)), plan.elbow_angles[np.newaxis], np.array([[True], [False]])
+            )  # fmt: skip
+            np.testing.assert_allclose(found.balance.flexor[person, draw], state.balance.flexor, rtol=1e-12)
+
+
+def test_one_side_of_an_uncertain_number_is_its_own():
+    study = study_from(
+        {"sheath": {"friction": {"mean": 0.07, "std": 0.01}, "extensor": {"friction": 0.1}}, "uncertainty": {}}
+    )
+    inputs = Inputs(Plan(study))
+    assert inputs.source("sheath.friction", "extensor").values == 0.1
+    assert inputs.source("sheath.friction", "flexor").values.shape == (256,)
+
+
+def test_a_case_cannot_set_what_is_drawn():
+    case = {"name": "a", "spring": {"stiffness": "2 kN/m"}}
+    with pytest.raises(StudyError, match=r"cases\.0\.spring\.stiffness: is uncertain"):
+        study_from(STIFF | {"cases": [case], "uncertainty": {}})
+    assert study_from(STIFF | {"cases": [case]}).axes == ("case",)
