@@ -23,7 +23,7 @@ def question(study: Study) -> Problem:
     return Problem(
         study=study,
         choices=Product(tuple(factor for factor in factors if factor.key not in conditions)),
-        conditions=_conditions([factor for factor in factors if factor.key in conditions]),
+        conditions=conditions_of([factor for factor in factors if factor.key in conditions]),
         bounds=bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
@@ -31,7 +31,7 @@ def question(study: Study) -> Problem:
     )
 
 
-def _conditions(factors: list[Factor]) -> Product:
+def conditions_of(factors: list[Factor]) -> Product:
     """Conditions in groups by persons, or by draws where there are no persons.
 
     One of these is served by a pretension that all its other conditions allow, and counts as much as it is weighted.

@@ -1,0 +1,88 @@
+"""Sobol indices: of results whose indices are known, and of windows against a plain estimate of ten times the size."""
+
+import numpy as np
+import pytest
+
+from tendon_cli.design import doubt
+from tendon_cli.design.doubt import BODY, indices, sobol
+from tendon_cli.design.question import question
+from tendon_cli.study.load import study_from
+
+
+def test_a_linear_result_has_the_shares_of_its_variance():
+    slopes = np.array([3.0, 1.0, 0.5])
+
+    def ends(points):
+        return np.stack([points @ slopes, 7.0 - points @ slopes[::-1]])
+
+    first, second = sobol(ends, ("a", "b", "c"), ("low", "high"), 1024, seed=1)
+    shares = slopes**2 / np.sum(slopes**2)
+    for found, true in ((first, shares), (second, shares[::-1])):
+        for index, error in ((found.first, found.first_error), (found.total, found.total_error)):
+            np.testing.assert_allclose(index, true, atol=0.03)
+            assert np.all(np.abs(index - true) < 5.0 * error + 0.003)
+    assert first.deviation == pytest.approx(np.sqrt(np.sum(slopes**2) / 12.0), rel=0.01)
+
+
+def test_a_product_has_an_interaction_that_the_total_tells():
+    (found,) = sobol(lambda points: (points[:, :1] * points[:, 1:]).T, ("a", "b"), ("low",), 2048, seed=2)
+    alone, both = 3.0 / 7.0, 1.0 / 7.0  # of two uniform factors
+    np.testing.assert_allclose(found.first, alone, atol=0.03)
+    np.testing.assert_allclose(found.total, alone + both, atol=0.03)
+
+
+def test_what_never_changes_or_is_not_finite_has_no_indices():
+    def ends(points):
+        return np.stack([np.full(len(points), 3.0), np.where(points[:, 0] > 0.9, np.inf, 1.0), points[:, 0]])
+
+    (found,) = sobol(ends, ("a", "b"), ("constant", "infinite", "fine"), 256, seed=3)
+    assert found.end == "fine"
+
+
+UNCERTAIN = {
+    "spring": {"stiffness": {"value": "5 kN/m", "tolerance": "10 %"}},
+    "sheath": {"friction": {"mean": 0.07, "std": 0.02}},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": [0.0, 5.0]},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    "uncertainty": {"draws": 64},
+}
+
+
+def saltelli(values_a, values_b, mixed):
+    """First-order and total indices as plain averages (Saltelli 2010, Jansen 1999)."""
+    both = np.concatenate([values_a, values_b])
+    variance = np.var(both)
+    first = [np.mean((values_b - both.mean()) * (each - values_a)) / variance for each in mixed]
+    total = [np.mean((values_a - each) ** 2) / (2.0 * variance) for each in mixed]
+    return np.array(first), np.array(total)
+
+
+@pytest.mark.parametrize("people", [{}, {"people": {"count": 300}}])
+def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(people, monkeypatch):
+    problem = question(study_from(UNCERTAIN | people))
+    numbers = problem.choices.numbers(np.arange(1))
+    taken = {}
+
+    def spied(ends, inputs, names, count, seed):
+        taken.update(ends=ends, inputs=inputs)
+        return sobol(ends, inputs, names, count, seed)
+
+    monkeypatch.setattr(doubt, "sobol", spied)
+    monkeypatch.setattr(doubt, "_STATES", 1024 * 5 * 28)
+    found = indices(problem, numbers)
+    assert taken["inputs"] == ("sheath.friction", "spring.stiffness", *([BODY] if people else []))
+    random = np.random.default_rng(4)
+    a, b = random.random((2, 8192, len(taken["inputs"])))
+    values = [taken["ends"](points) for points in (a, b)]
+    mixed = []
+    for at in range(a.shape[1]):
+        points = a.copy()
+        points[:, at] = b[:, at]
+        mixed.append(taken["ends"](points))
+    assert [each.end for each in found] == ["pretension_from", "pretension_to"]
+    for at, each in enumerate(found):
+        first, total = saltelli(values[0][at], values[1][at], [one[at] for one in mixed])
+        np.testing.assert_allclose(each.first, first, atol=0.08)
+        np.testing.assert_allclose(each.total, total, atol=0.08)
+        assert 0.9 < each.first.sum() < 1.1
