@@ -157,8 +157,20 @@ def design(
     if out is None and figures:
         raise UsageError("figures are drawn into a folder", hint="name one: design(study, out, figures=True)")
     return answer(
-        study, None if out is None else Path(out), jobs=jobs, overwrite=overwrite, progress=progress, stop=stop
+        study,
+        None if out is None else Path(out),
+        jobs=jobs,
+        overwrite=overwrite,
+        draw=_draw_answer if figures else None,
+        progress=progress,
+        stop=stop,
     )
+
+
+def _draw_answer(folder: "Path", record: "dict[str, Any]") -> "tuple[list[str], list[str]]":
+    from tendon_cli.figures.answer.draw import draw_answer  # only who draws pays for its import
+
+    return draw_answer(folder, record)
 
 
 def open_run(path: "Name") -> "Run":

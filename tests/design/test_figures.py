@@ -1,0 +1,65 @@
+"""The figures of an answer: what they show is what the table says, and nothing makes them fail."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.figures.answer.data import ChoiceTable
+from tendon_cli.figures.answer.draw import draw_answer
+from tendon_cli.tables.read import open_table
+
+LOADS = {"load": {"mass": ["0 kg", "10 kg"]}}
+SPRINGS = {"spring": {"stiffness": ["8 kN/m", "3 kN/m", "5 kN/m"]}}
+SPOOLS = {"spool": {"ratio": [0.6, 1.0]}}
+NO_STIFFNESS = {"limits": {"min_elbow_stiffness": -1e6}}
+THIN = {"limits": {"min_spool_to_tendon": 30, "max_tension": "300 N"}}
+CASES = {"cases": [{"name": "short", "arm": {"b1": "120 mm"}}, {"name": "lo$ng", "arm": {"b1": "180 mm"}}]}
+AS_CHOICE = {"design": {"conditions": ["load.mass"]}}
+GOALS = {"design": {"minimise": ["max_tension"], "maximise": ["tolerance"]}}
+
+
+def drawn(content, folder):
+    answer = tendon.design(tendon.study({**LOADS, **content}), folder / "out", figures=True)
+    assert not [note for note in answer.record["notes"] if "cannot be drawn" in note], answer.record["notes"]
+    return answer, {name.removesuffix(".png") for name in answer.record["figures"]}
+
+
+@pytest.mark.parametrize(
+    ("content", "figures"),
+    [
+        ({}, set()),
+        (SPRINGS, {"window"}),
+        ({**SPRINGS, **SPOOLS}, {"window", "tolerance_map"}),
+        ({**SPRINGS, **SPOOLS, **GOALS}, {"window", "tolerance_map", "front"}),
+        ({**SPRINGS, **SPOOLS, **NO_STIFFNESS}, {"window", "tolerance_map"}),
+        ({**SPRINGS, **SPOOLS, **THIN}, {"window", "tolerance_map"}),
+        ({**SPRINGS, **CASES, **AS_CHOICE}, {"window", "tolerance_map"}),
+    ],
+)
+def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_path):
+    answer, found = drawn(content, tmp_path)
+    assert found == figures
+    for name in found:
+        assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+    assert {file.stem for file in (tmp_path / "out").glob("*.png")} == figures
+    again = tmp_path / "again"
+    again.mkdir()
+    (again / "choices.parquet").write_bytes((tmp_path / "out" / "choices.parquet").read_bytes())
+    draw_answer(again, answer.record)
+    for name in found:
+        assert (again / f"{name}.png").read_bytes() == (tmp_path / "out" / f"{name}.png").read_bytes()
+
+
+def test_a_slice_has_every_choice_at_its_place(tmp_path):
+    answer, _ = drawn({**SPRINGS, **SPOOLS}, tmp_path)
+    found = ChoiceTable(open_table(tmp_path / "out" / "choices.parquet")).slice(
+        ["spring_stiffness", "spool_ratio"], answer.choices.iloc[0].to_dict()
+    )
+    np.testing.assert_array_equal(found.scales[0].places, [3.0, 5.0, 8.0])
+    np.testing.assert_array_equal(found.scales[1].places, [0.6, 1.0])
+    for row in answer.choices.itertuples():
+        column = int(np.flatnonzero(found.scales[0].places == row.spring_stiffness / 1e3)[0])
+        line = int(np.flatnonzero(found.scales[1].places == row.spool_ratio)[0])
+        assert found.low[line, column] == row.pretension_from
+        assert (found.pairs[line, column] == "") == row.feasible
+    assert set(np.unique(found.pairs)) == {"", "extensor slack against min_elbow_stiffness"}
