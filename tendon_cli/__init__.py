@@ -207,17 +207,28 @@ def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> 
     return estimated(Plan(study), jobs or available_cores(), figures=figures)
 
 
-def state(study: "Study", case: str | None = None, person: str | None = None) -> "StatePage":
+def state(
+    study: "Study",
+    case: str | None = None,
+    person: str | None = None,
+    *,
+    reversal: bool = False,
+    plot: "Name | None" = None,
+) -> "StatePage":
     """The first state of a study's first design, or of a case's or a person's, line by line; raises UsageError.
+
+    With `reversal` also what happens where the motion turns back there; `plot` draws the motor, and the turn.
 
     >>> import tendon_cli as tendon
     >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
     >>> page.status, round(page.columns["motor_torque"], 4)
     ('taut', 0.3892)
     """
+    from pathlib import Path
+
     from tendon_cli.state_page import state_page
 
-    return state_page(study, case, person)
+    return state_page(study, case, person, reversal=reversal, plot=None if plot is None else Path(plot))
 
 
 def fit_friction(

@@ -85,10 +85,6 @@ _OF_STUDIES = (
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
     _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon"),
     _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
-    _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
-    _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
-    _quantity("peak_motor_speed", "peak α̇", "angular speed", "motor speed of largest magnitude"),
-    _quantity("peak_motor_power", "peak P_m", "power", "largest power of the motor"),
     _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
     _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
     _quantity("min_efficiency", "min ε", "number", "smallest share of the motor's work that friction leaves"),
@@ -138,9 +134,23 @@ _OF_WINDOWS = (
     _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
 )
 
-_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_WINDOWS)
+_OF_CYCLES = (  # both strokes of a design at a speed of the elbow
+    _quantity("peak_motor_speed", "peak α̇", "angular speed", "motor speed of largest magnitude"),
+    _quantity("peak_motor_power", "peak P_m", "power", "largest power of the motor"),
+    _quantity("peak_braking_power", "peak P_b", "power", "largest power that the motor takes up"),
+    _quantity("motor_work_in", "W_m", "energy", "work of the motor over both strokes, where it drives"),
+    _quantity("friction_loss", "W_μ", "energy", "what friction in the sheaths takes over both strokes"),
+    _quantity("efficiency", "ε", "number", "share of the motor's work that friction leaves"),
+    _quantity("spool_travel", "Δα", "angle", "rotation of the spool over the motion"),
+    _quantity("max_backlash", "max δα", "angle", "largest difference of spool angle between the directions"),
+    _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
+)
+
+_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_WINDOWS, *_OF_CYCLES)
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
 OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
 """Results that each design has, over all its states."""
+OF_CYCLES = tuple(quantity.name for quantity in _OF_CYCLES)
+"""Results that each design has besides where the study has a speed."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import Design, State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
+from tendon_cli.motor_page import cycle_results, cycle_section, motor_section, reversal_section
+from tendon_cli.page import PageLine, PageSection, null_if_nan, one
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.people.person import Step, Worn, worn_by
 from tendon_cli.study.study import CASE_AXIS, Study
@@ -20,46 +22,27 @@ from tendon_cli.sweep.plan import Block, Plan
 
 
 @dataclass(frozen=True)
-class Line:
-    """A line of the page: a symbol, how it comes about, its values (one, or flexor and extensor), unit and source."""
-
-    symbol: str
-    formula: str
-    values: tuple[float, ...]
-    unit: str
-    source: str = ""
-
-
-@dataclass(frozen=True)
-class Section:
-    """Lines under a heading."""
-
-    title: str
-    lines: tuple[Line, ...]
-
-
-@dataclass(frozen=True)
 class StatePage:
     """The whole page, and the same numbers by the names of the table columns."""
 
     title: str
     notes: tuple[str, ...]
     status: str
-    sections: tuple[Section, ...]
+    sections: tuple[PageSection, ...]
     columns: dict[str, float | None]
 
     def text(self) -> str:
         """The page for a terminal."""
         parts = [self.title, *(f"  ({note})" for note in self.notes)]
         for section in self.sections:
-            parts += ["", section.title, *(_line_text(line) for line in section.lines)]
+            parts += ["", section.title, *(line.text for line in section.lines)]
         return "\n".join([*parts, "", f"Status: {self.status}"])
 
     def record(self) -> dict[str, Any]:
         """The page for a program."""
         lines = [
-            {"section": section.title, "symbol": line.symbol, "formula": line.formula, "values": list(line.values),
-             "unit": line.unit, "source": line.source}
+            {"section": section.title, "symbol": line.symbol, "formula": line.formula,
+             "values": [*map(null_if_nan, line.values)], "unit": line.unit, "source": line.source}
             for section in self.sections for line in section.lines
         ]  # fmt: skip
         return {
@@ -71,8 +54,19 @@ class StatePage:
         }
 
 
-def state_page(study: Study, case: str | None = None, person: str | None = None) -> StatePage:
-    """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body."""
+def state_page(
+    study: Study,
+    case: str | None = None,
+    person: str | None = None,
+    *,
+    reversal: bool = False,
+    plot: Path | None = None,
+) -> StatePage:
+    """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body.
+
+    With a speed in the study the motor's part is added, with `reversal` what happens where the motion turns back; both
+    are drawn into `plot`.
+    """
     names = study.people.population.names if study.people is not None else ()
     worn = worn_by(study, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else study)
@@ -81,7 +75,7 @@ def state_page(study: Study, case: str | None = None, person: str | None = None)
     evaluated = evaluate(inputs, block)
     state, design = evaluated.state, evaluated.design
     angle = float(np.degrees(plan.elbow_angles[0]))
-    title = f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {_one(design.load_mass):.6g} kg"
+    title = f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {one(design.load_mass):.6g} kg"
     sections = _from_body(worn) if worn is not None else []
     sections += [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
     status = STATUS_NAMES[int(state.status.flat[0])]
@@ -89,20 +83,40 @@ def state_page(study: Study, case: str | None = None, person: str | None = None)
         status += ": the flexor's moment arm J is not positive, so no tension balances the elbow"
     else:
         sections += [_balance(state, design), _results(state, design)]
-    columns = {name: _null_if_nan(_one(values)) for name, values in state_columns(evaluated).items()}
+        of_motor, cycled = _of_the_motor(plan, state, design, reversal=reversal)
+        sections += of_motor
+        if plot is not None:
+            from tendon_cli.motor_plot import draw_motor  # only who draws pays for its import
+
+            draw_motor(plot, design, state, plan, loss=cycled.get("friction_loss"), turns=reversal)
+    columns = {name: null_if_nan(one(values)) for name, values in state_columns(evaluated).items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names else []
     return StatePage(title, (*notes, *_notes(plan, block)), status, tuple(sections), columns)
 
 
-def _from_body(worn: Worn) -> list[Section]:
+def _of_the_motor(
+    plan: Plan, state: State, design: Design, *, reversal: bool
+) -> tuple[list[PageSection], dict[str, float | None]]:
+    """Its sections, and the columns of designs that a speed adds."""
+    flexion, sections, results = plan.directions[0] == "flexion", [], {}
+    speed = plan.study.motion.speed
+    if speed is not None:
+        results = cycle_results(design, plan, speed.single)
+        sections += [motor_section(design, state, speed.single, flexion=flexion), cycle_section(results, speed.single)]
+    if reversal:
+        sections.append(reversal_section(design, state, flexion=flexion))
+    return sections, results
+
+
+def _from_body(worn: Worn) -> list[PageSection]:
     """What the tape and the scale say, and the arm that follows."""
 
-    def line(step: Step) -> Line:
+    def line(step: Step) -> PageLine:
         quantity = QUANTITIES[step.quantity]
-        return Line(quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
+        return PageLine(quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
 
     parts = ((f"Body: {worn.name}", worn.body), ("From body to arm", worn.arm))
-    return [Section(title, tuple(map(line, steps))) for title, steps in parts]
+    return [PageSection(title, tuple(map(line, steps))) for title, steps in parts]
 
 
 def _only_state(plan: Plan, case: str | None) -> Block:
@@ -132,119 +146,106 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     return notes
 
 
-def _geometry(state: State, design: Design, angle: float) -> Section:
+def _geometry(state: State, design: Design, angle: float) -> PageSection:
     motion, anchors = state.motion, design.arm.anchors
     theta = float(np.radians(angle))
     reference = "L_c(0) - L_c" if np.any(design.from_initial) else "(b1 + b2) - L_c"
-    return Section(
+    return PageSection(
         "Geometry",
         (
-            Line("a1, b1", "proximal anchor of the flexor", (_one(anchors.a1), _one(anchors.b1)), "m", "Fig. 2"),
-            Line("a2, b2", "distal anchor of the flexor", (_one(anchors.a2), _one(anchors.b2)), "m", "Fig. 2"),
-            Line("θ", f"elbow angle, {angle:.6g} deg", (theta,), "rad"),
-            Line("L_c", "distance between the anchors", (_one(motion.flexor_path),), "m", "Eq. 1"),
-            Line("H_f", reference, (_one(motion.flexor_travel),), "m", "Eq. 2"),
-            Line("H_e", "R_elb θ", (_one(motion.extensor_travel),), "m", "Eq. 2"),
-            Line("J", "-dL_c/dθ", (_one(motion.flexor_moment_arm),), "m", "Eq. 5"),
-            Line("R_elb", "moment arm of the extensor", (_one(anchors.elbow_radius),), "m", "Fig. 2"),
+            PageLine("a1, b1", "proximal anchor of the flexor", (one(anchors.a1), one(anchors.b1)), "m", "Fig. 2"),
+            PageLine("a2, b2", "distal anchor of the flexor", (one(anchors.a2), one(anchors.b2)), "m", "Fig. 2"),
+            PageLine("θ", f"elbow angle, {angle:.6g} deg", (theta,), "rad"),
+            PageLine("L_c", "distance between the anchors", (one(motion.flexor_path),), "m", "Eq. 1"),
+            PageLine("H_f", reference, (one(motion.flexor_travel),), "m", "Eq. 2"),
+            PageLine("H_e", "R_elb θ", (one(motion.extensor_travel),), "m", "Eq. 2"),
+            PageLine("J", "-dL_c/dθ", (one(motion.flexor_moment_arm),), "m", "Eq. 5"),
+            PageLine("R_elb", "moment arm of the extensor", (one(anchors.elbow_radius),), "m", "Fig. 2"),
         ),
     )
 
 
-def _sheath(state: State, design: Design) -> Section:
+def _sheath(state: State, design: Design) -> PageSection:
     sides = (design.flexor, design.extensor)
     transmissions = (state.flexor, state.extensor)
-    exponents = tuple(_one(side.friction) * _one(side.bend_angle) for side in sides)
-    return Section(
+    exponents = tuple(one(side.friction) * one(side.bend_angle) for side in sides)
+    return PageSection(
         "Sheath, tendon and spring (flexor, extensor)",
         (
-            Line("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
-            Line(
+            PageLine("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
+            PageLine(
                 "e^(σμφ)",
                 "distal / proximal tension",
-                tuple(_one(t.capstan) for t in transmissions),
+                tuple(one(t.capstan) for t in transmissions),
                 "1",
                 "Eq. 6, A.17",
             ),
-            Line("c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tuple(_one(t.tendon) for t in transmissions), "m/N", "Eq. 13"),
-            Line("1/K_SE", "series spring", tuple(_one(t.spring) for t in transmissions), "m/N", "Eq. 14"),
-            Line("c_f, c_e", "c_Ten + 1/K_SE", tuple(_one(t.compliance) for t in transmissions), "m/N", "Eq. 16"),
-            Line("F0", "pretension", tuple(_one(side.pretension) for side in sides), "N", "Eq. 13"),
+            PageLine(
+                "c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tuple(one(t.tendon) for t in transmissions), "m/N", "Eq. 13"
+            ),
+            PageLine("1/K_SE", "series spring", tuple(one(t.spring) for t in transmissions), "m/N", "Eq. 14"),
+            PageLine("c_f, c_e", "c_Ten + 1/K_SE", tuple(one(t.compliance) for t in transmissions), "m/N", "Eq. 16"),
+            PageLine("F0", "pretension", tuple(one(side.pretension) for side in sides), "N", "Eq. 13"),
         ),
     )
 
 
-def _load(state: State, design: Design, angle: float) -> Section:
+def _load(state: State, design: Design, angle: float) -> PageSection:
     arm = design.arm
-    mass_moment = _one(arm.forearm_mass) * _one(arm.forearm_com) + _one(design.load_mass) * _one(arm.load_distance)
-    inclination = np.radians(angle) + _one(arm.upper_arm_angle)
-    return Section(
+    mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
+    inclination = np.radians(angle) + one(arm.upper_arm_angle)
+    return PageSection(
         "Load",
         (
-            Line("M", "m_f d_com + m d_load", (mass_moment,), "kg m"),
-            Line("θ + ψ", "inclination of the forearm", (float(inclination),), "rad"),
-            Line("τ_a", "M g sin(θ + ψ), g = 9.81", (_one(state.coupling.elbow_torque),), "N m", "Eq. 5"),
+            PageLine("M", "m_f d_com + m d_load", (mass_moment,), "kg m"),
+            PageLine("θ + ψ", "inclination of the forearm", (float(inclination),), "rad"),
+            PageLine("τ_a", "M g sin(θ + ψ), g = 9.81", (one(state.coupling.elbow_torque),), "N m", "Eq. 5"),
         ),
     )
 
 
-def _balance(state: State, design: Design) -> Section:
-    tied, ratio = state.coupling, _one(design.ratio)
-    c_f, c_e, moment_arm = _one(tied.flexor_compliance), _one(tied.extensor_compliance), _one(tied.moment_arm)
-    radius, torque = _one(tied.elbow_radius), _one(tied.elbow_torque)
-    preload = (
-        _one(tied.mismatch) + ratio * c_f * _one(design.flexor.pretension) + c_e * _one(design.extensor.pretension)
-    )
+def _balance(state: State, design: Design) -> PageSection:
+    tied, ratio = state.coupling, one(design.ratio)
+    c_f, c_e, moment_arm = one(tied.flexor_compliance), one(tied.extensor_compliance), one(tied.moment_arm)
+    radius, torque = one(tied.elbow_radius), one(tied.elbow_torque)
+    preload = one(tied.mismatch) + ratio * c_f * one(design.flexor.pretension) + c_e * one(design.extensor.pretension)
     determinant = ratio * c_f * radius + moment_arm * c_e
     x_both = (c_e * torque + radius * preload) / determinant
     y_both = (moment_arm * preload - ratio * c_f * torque) / determinant
-    x, y = _one(state.balance.flexor), _one(state.balance.extensor)
+    x, y = one(state.balance.flexor), one(state.balance.extensor)
     rule = "max(y_b, 0, -τ_a/R_elb)" if np.all(design.unilateral) else "y_b (bilateral: may be negative)"
-    return Section(
+    return PageSection(
         "Balance of elbow and spool",
         (
-            Line("η", "R_e / R_f", (ratio,), "1", "Eq. 12"),
-            Line("h", "H_e - η H_f", (_one(tied.mismatch),), "m", "Eq. 12"),
-            Line("D", "h + η c_f F0_f + c_e F0_e", (preload,), "m", "Eq. 16"),
-            Line("Δ", "η c_f R_elb + J c_e", (determinant,), "m²/N"),
-            Line("x_b", "(c_e τ_a + R_elb D) / Δ", (x_both,), "N", "Eqs. 5, 16"),
-            Line("y_b", "(J D - η c_f τ_a) / Δ", (y_both,), "N", "Eqs. 5, 16"),
-            Line("y", rule, (y,), "N"),
-            Line("x", "(τ_a + R_elb y) / J", (x,), "N", "Eq. 5"),
-            Line("σ", "η c_f x + c_e y - D, path that is loose", (_one(state.balance.loose),), "m"),
+            PageLine("η", "R_e / R_f", (ratio,), "1", "Eq. 12"),
+            PageLine("h", "H_e - η H_f", (one(tied.mismatch),), "m", "Eq. 12"),
+            PageLine("D", "h + η c_f F0_f + c_e F0_e", (preload,), "m", "Eq. 16"),
+            PageLine("Δ", "η c_f R_elb + J c_e", (determinant,), "m²/N"),
+            PageLine("x_b", "(c_e τ_a + R_elb D) / Δ", (x_both,), "N", "Eqs. 5, 16"),
+            PageLine("y_b", "(J D - η c_f τ_a) / Δ", (y_both,), "N", "Eqs. 5, 16"),
+            PageLine("y", rule, (y,), "N"),
+            PageLine("x", "(τ_a + R_elb y) / J", (x,), "N", "Eq. 5"),
+            PageLine("σ", "η c_f x + c_e y - D, path that is loose", (one(state.balance.loose),), "m"),
         ),
     )  # fmt: skip
 
 
-def _results(state: State, design: Design) -> Section:
+def _results(state: State, design: Design) -> PageSection:
     balance = state.balance
-    distal = (_one(balance.flexor), _one(balance.extensor))
-    proximal = (_one(state.flexor_tension_proximal), _one(state.extensor_tension_proximal))
-    changes = (distal[0] - _one(design.flexor.pretension), distal[1] - _one(design.extensor.pretension))
+    distal = (one(balance.flexor), one(balance.extensor))
+    proximal = (one(state.flexor_tension_proximal), one(state.extensor_tension_proximal))
+    changes = (distal[0] - one(design.flexor.pretension), distal[1] - one(design.extensor.pretension))
     paired = list(zip((state.flexor, state.extensor), changes, strict=True))
-    tendon_stretch = tuple(_one(side.tendon) * change for side, change in paired)
-    spring_stretch = tuple(_one(side.spring) * change for side, change in paired)
+    tendon_stretch = tuple(one(side.tendon) * change for side, change in paired)
+    spring_stretch = tuple(one(side.spring) * change for side, change in paired)
     lines = [
-        Line("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
-        Line("F_I", "F_o / e^(σμφ), at the motor", proximal, "N", "Eq. 6"),
-        Line("ΔL_Ten", "c_Ten (F_o - F0)", tendon_stretch, "m", "Eq. 13"),
-        Line("ΔL_SE", "(F_o - F0) / K_SE", spring_stretch, "m", "Eq. 14"),
-        Line("τ_m", "(F_I^f - η F_I^e) R_f", (_one(state.motor_torque),), "N m", "Eq. 17"),
-        Line("α", "spool angle", (_one(state.spool_angle),), "rad", "Eq. 2"),
-        Line("s", "slack of flexor and extensor", (_one(state.flexor_slack), _one(state.extensor_slack)), "m"),
-        Line("k", "elbow stiffness, motor held", (_one(state.elbow_stiffness),), "N m/rad"),
+        PageLine("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
+        PageLine("F_I", "F_o / e^(σμφ), at the motor", proximal, "N", "Eq. 6"),
+        PageLine("ΔL_Ten", "c_Ten (F_o - F0)", tendon_stretch, "m", "Eq. 13"),
+        PageLine("ΔL_SE", "(F_o - F0) / K_SE", spring_stretch, "m", "Eq. 14"),
+        PageLine("τ_m", "(F_I^f - η F_I^e) R_f", (one(state.motor_torque),), "N m", "Eq. 17"),
+        PageLine("α", "spool angle", (one(state.spool_angle),), "rad", "Eq. 2"),
+        PageLine("s", "slack of flexor and extensor", (one(state.flexor_slack), one(state.extensor_slack)), "m"),
+        PageLine("k", "elbow stiffness, motor held", (one(state.elbow_stiffness),), "N m/rad"),
     ]  # fmt: skip
-    return Section("Results", tuple(line for line in lines if not all(np.isnan(line.values))))
-
-
-def _line_text(line: Line) -> str:
-    values = "  ".join(f"{value:>13.7g}" if not np.isnan(value) else f"{'-':>13}" for value in line.values)
-    return f"  {line.symbol:<9}{line.formula:<42}{values:<29}{line.unit:<9}{line.source}".rstrip()
-
-
-def _one(values: npt.ArrayLike) -> float:
-    return float(np.asarray(values).reshape(-1)[0])
-
-
-def _null_if_nan(value: float) -> float | None:
-    return None if np.isnan(value) else value
+    return PageSection("Results", tuple(line for line in lines if not all(np.isnan(line.values))))

@@ -1,5 +1,10 @@
 """`tendon state`: one state, for a check by hand."""
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
 import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.terminal import as_json_text, print_result
@@ -10,8 +15,14 @@ def state(
     settings: options.Settings = None,
     case: options.Case = None,
     person: options.Person = None,
+    reversal: Annotated[
+        bool, typer.Option("--reversal", help="add what happens where the motion turns back there")
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="draw the motor over the cycle, and the turn with --reversal")
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Work one state out, with the equations' numbers, for a check by hand."""
-    page = tendon.state(tendon.load_study(study, settings or ()), case, person)
+    page = tendon.state(tendon.load_study(study, settings or ()), case, person, reversal=reversal, plot=plot)
     print_result(as_json_text(page.record()) if as_json else page.text())

@@ -30,6 +30,8 @@ class SideReversal:
     """At the motor as the motion stops, N."""
     ratio: Array
     """e^(σμφ) of the motion that stops: the tension at the motor ends at its square times `tension_before`."""
+    stretch: Array
+    """What the spool winds in or lets out until the far end follows, m."""
     turn: Array
     """Rotation of the spool after which the far end follows, rad."""
     loss: Array
@@ -87,6 +89,7 @@ def _side(before: Transmission, after: Transmission, tension: Array, radius: Arr
     return SideReversal(
         tension_before=near,
         ratio=before.capstan,
+        stretch=np.abs(let_out),
         turn=np.abs(let_out) / radius,
         loss=released - near * let_out * (1.0 + 4.0 / 3.0 * change + 0.5 * np.square(change)),
     )
