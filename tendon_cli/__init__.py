@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from tendon_cli.design.run import Answer
     from tendon_cli.friction.result import FrictionFit
-    from tendon_cli.state_page import StatePage
+    from tendon_cli.state_page.page import StatePage
     from tendon_cli.study.study import Study
     from tendon_cli.sweep.estimate import Estimate
     from tendon_cli.sweep.results import Run
@@ -226,7 +226,7 @@ def state(
     """
     from pathlib import Path
 
-    from tendon_cli.state_page import state_page
+    from tendon_cli.state_page.page import state_page
 
     return state_page(study, case, person, reversal=reversal, plot=None if plot is None else Path(plot))
 

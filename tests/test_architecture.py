@@ -34,7 +34,7 @@ MAY_IMPORT = {
     "design": {"sweep", *BELOW_THE_ROOMS},
     "report": {"design", "summary", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"design", *ROOMS, *BELOW_THE_ROOMS},
-    "state_page": {"sweep", *BELOW_THE_ROOMS},
+    "state_page": {"figures", "sweep", *BELOW_THE_ROOMS},
     "summary": {"sweep", *BELOW_THE_ROOMS},
 }
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}

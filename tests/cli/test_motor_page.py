@@ -5,7 +5,7 @@ import pytest
 
 import tendon_cli as tendon_library
 from tendon_cli.figures import motor as motor_figure
-from tendon_cli.motor_plot import draw_motor
+from tendon_cli.state_page.plot import draw_motor
 
 TEXT = """
 [tendon]
@@ -110,7 +110,7 @@ def drawn(monkeypatch, tmp_path):
 
     def given(loads=3, turns=True, angles=ALL):
         seen = []
-        monkeypatch.setattr("tendon_cli.motor_plot.draw", lambda what, path: seen.append(what) or path)
+        monkeypatch.setattr("tendon_cli.state_page.plot.draw", lambda what, path: seen.append(what) or path)
         study = tmp_path / "study.toml"
         both = 'flexion", "extension'
         study.write_text(TEXT.format(load=loads, direction=both, angles=angles))

@@ -7,7 +7,7 @@ import json
 
 def try_study(file):
     """What a command does with a study before it computes anything, and one state."""
-    from tendon_cli.state_page import state_page
+    from tendon_cli.state_page.page import state_page
     from tendon_cli.study.load import load_study
     from tendon_cli.sweep.plan import Plan
 

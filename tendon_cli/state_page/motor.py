@@ -8,8 +8,8 @@ from tendon_cli.model.actuator import Design, State
 from tendon_cli.model.cycle import cycle
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.reversal import SideReversal, reversal
-from tendon_cli.page import PageLine, PageSection, null_if_nan, one
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES
+from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one
 from tendon_cli.sweep.plan import Plan
 
 

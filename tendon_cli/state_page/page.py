@@ -11,9 +11,9 @@ import numpy as np
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import Design, State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
-from tendon_cli.motor_page import cycle_results, cycle_section, motor_section, reversal_section
-from tendon_cli.page import PageLine, PageSection, null_if_nan, one
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one
+from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.study.people.person import Step, Worn, worn_by
 from tendon_cli.study.study import CASE_AXIS, Study
 from tendon_cli.sweep.evaluate import evaluate, state_columns
@@ -86,7 +86,7 @@ def state_page(
         of_motor, cycled = _of_the_motor(plan, state, design, reversal=reversal)
         sections += of_motor
         if plot is not None:
-            from tendon_cli.motor_plot import draw_motor  # only who draws pays for its import
+            from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
 
             draw_motor(plot, design, state, plan, loss=cycled.get("friction_loss"), turns=reversal)
     columns = {name: null_if_nan(one(values)) for name, values in state_columns(evaluated).items()}

@@ -12,7 +12,7 @@ from tendon_cli.figures.motor import MotorFigure, Stroke, Turn, draw
 from tendon_cli.model.actuator import Design, State, evaluate
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.reversal import reversal
-from tendon_cli.page import one
+from tendon_cli.state_page.lines import one
 from tendon_cli.sweep.plan import Plan
 
 _POINTS = 721

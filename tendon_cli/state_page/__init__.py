@@ -1,0 +1,1 @@
+"""`tendon state`: one state worked out line by line, and the motor drawn."""
