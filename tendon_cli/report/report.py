@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tendon_cli.design.folder import read_record
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import open_file, output_errors, write_shared
+from tendon_cli.report.design_page import design_page
 from tendon_cli.report.html import MARK
 from tendon_cli.report.paper_page import LEDGER, paper_page
 from tendon_cli.report.sweep_page import sweep_page
@@ -30,6 +32,9 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
 def _page_of(folder: Path) -> str:
     if (folder / LEDGER).exists():
         return paper_page(folder)
+    answer = read_record(folder)
+    if answer is not None:
+        return design_page(folder, answer)
     if (folder / RECORD).exists():
         return sweep_page(folder, open_run(folder))
     raise InputError("is no run of tendon", where=str(folder), hint="`tendon sweep`, `design` or `paper` writes one")

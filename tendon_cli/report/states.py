@@ -11,6 +11,7 @@ import numpy as np
 from tendon_cli.figures.labels import shown
 from tendon_cli.report.packed import packed
 from tendon_cli.study.load import study_from
+from tendon_cli.study.study import keys
 from tendon_cli.sweep.sweep import sweep
 
 MOST_ANGLES = 61
@@ -39,7 +40,7 @@ def with_designs(document: Mapping[str, Any], designs: Sequence[Numbers]) -> dic
     for numbers in designs:
         for key, value in numbers.items():
             _put(study, key, value)  # an axis becomes one value; which, each case says
-    study["motion"]["elbow_angle"] = [float(angle) for angle in angles[chosen]]
+    study["motion"]["elbow_angle"] = [f"{float(angle)!r} rad" for angle in angles[chosen]]
     study["cases"] = [_case(at, numbers) for at, numbers in enumerate(designs)]
     study["output"] = {"tables": ["states"]}
     for name in ("people", "uncertainty", "design"):
@@ -97,4 +98,11 @@ def _put(into: dict[str, Any], key: str, value: Any) -> None:
     *tables, name = key.split(".")
     for table in tables:
         into = into.setdefault(table, {})
-    into[name] = value
+    is_number = key in keys() and isinstance(value, int | float)
+    into[name] = _with_unit(key, float(value)) if is_number else value
+
+
+def _with_unit(key: str, value: float) -> str | float:
+    """A number as a study takes it: a bare angle would be refused."""
+    unit = keys()[key].number.quantity.unit
+    return value if unit == "1" else f"{value!r} {unit}"

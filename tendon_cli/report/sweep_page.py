@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -131,12 +131,19 @@ def _sections(title: str, run: Run, document: dict[str, Any], thinning: str, sta
     return [
         *parts,
         html.section("list", "All designs of this page", html.TABLE),
-        html.section("study", "The study", html.folded("Every number, in SI units", json.dumps(document, indent=1))),
-        html.section("record", "What was computed, by what", record_table(record)),
+        *ending(record, document),
     ]
 
 
-def record_table(record: dict[str, Any]) -> str:
+def ending(record: dict[str, Any], document: Mapping[str, Any]) -> list[str]:
+    """What every run's page ends with: its study, and what was computed by what."""
+    return [
+        html.section("study", "The study", html.folded("Every number, in SI units", json.dumps(document, indent=1))),
+        html.section("record", "What was computed, by what", _record_table(record)),
+    ]
+
+
+def _record_table(record: dict[str, Any]) -> str:
     """Versions, counts and the checksum of every file."""
     rows = [("study, SHA-256", record["study_hash"])]
     rows += [(f"version of {name}", version) for name, version in record["versions"].items()]

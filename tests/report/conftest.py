@@ -64,3 +64,25 @@ def opened(browser):
         page.close()
 
     return opening
+
+
+@pytest.fixture(scope="session")
+def answered(tmp_path_factory):
+    """The answer to a question of 4 x 3 choices under two loads, with a front."""
+    folder = tmp_path_factory.mktemp("answer") / "suit-design"
+    study = tendon.study(
+        {
+            "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 4}},
+            "spool": {"ratio": [0.5, 0.6, 1.0]},
+            "load": {"mass": ["0 kg", "5 kg"]},
+            "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+            "design": {"minimise": ["max_tension"], "maximise": ["tolerance"]},
+        }
+    )
+    tendon.design(study, folder)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def answer_page(answered):
+    return write_report(answered)

@@ -74,6 +74,43 @@ def test_every_figure_has_its_table(opened, page_file):
             page.wait_for_selector(f"#{name}-table td")
 
 
+def test_a_brush_on_the_front_marks_the_map_and_the_table(opened, answer_page):
+    with opened(answer_page) as page:
+        page.locator("#brush-y-low").fill("0.3")
+        page.locator("#brush-y-low").press("Enter")
+        page.wait_for_function("view.brushed !== null && view.brushed.length > 0")
+        marked = page.evaluate("view.brushed.length")
+        assert f"{marked} of them on the map" in page.locator("#brush-says").inner_text()
+        page.wait_for_function("document.getElementById('map').data.some((trace) => trace.name === 'brushed')")
+        page.locator("#brushed-only").check()
+        assert page.evaluate("rowsOfTable().length") == marked
+
+
+def test_a_box_drawn_on_the_front_marks_choices(opened, answer_page):
+    with opened(answer_page) as page:
+        page.locator("#front").scroll_into_view_if_needed()
+        box = page.locator("#front .nsewdrag").first.bounding_box()
+        page.mouse.move(box["x"] + 20, box["y"] + 20)
+        page.mouse.down()
+        page.mouse.move(box["x"] + box["width"] - 20, box["y"] + box["height"] - 20, steps=8)
+        page.mouse.up()
+        page.wait_for_function("view.brushed !== null && view.brushed.length > 0")
+
+
+def test_windows_follow_the_map(opened, answer_page):
+    with opened(answer_page) as page:
+        lines = page.evaluate("document.getElementById('windows').data.map((trace) => trace.y.length)")
+        assert lines == [4, 4]
+        page.locator("#choosers select").nth(1).select_option("1")
+        page.wait_for_function("document.getElementById('windows').data[0].y.length === 3")
+
+
+@pytest.mark.parametrize(("width", "scheme"), SIZES)
+def test_an_answer_opens_at_any_width_and_colour(opened, answer_page, width, scheme):
+    with opened(answer_page, width, scheme) as page:
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
 CONTRAST = """() => {
   const linear = (v) => (v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
   const level = (text) => {

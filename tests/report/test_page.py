@@ -10,6 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 import tendon_cli as tendon
@@ -121,3 +122,38 @@ def test_the_library_of_figures_is_the_one_that_was_published():
     """The file of that name in version 4.1.1 of the npm package plotly.js-cartesian-dist-min, MIT."""
     content = (files("tendon_cli.report") / "plotly" / "plotly-cartesian-4.1.1.min.js").read_bytes()
     assert hashlib.sha256(content).hexdigest() == "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
+
+
+def test_the_choices_of_an_answer_are_those_of_its_table(answered, answer_page):
+    choices = pq.read_table(answered / "choices.parquet").to_pandas()
+    data = data_of(answer_page)
+    assert [len(axis["values"]) for axis in data["axes"]] == [4, 3]
+    low = unpacked(data["design"]["columns"]["pretension_from"]["array"])
+    assert low == pytest.approx(choices["pretension_from"].to_numpy(), rel=1e-6, nan_ok=True)
+    conflict = next(quantity for quantity in data["quantities"] if quantity["name"] == "conflict")
+    assert ((unpacked(conflict["array"]) == 0) == choices["feasible"].to_numpy()[:12]).all()
+    assert max(data["design"]["cells"]) == 11
+
+
+def test_the_states_of_a_choice_are_those_of_a_sweep_at_its_pretension(answered, answer_page):
+    choice = pq.read_table(answered / "choices.parquet").to_pylist()[10]
+    study = {
+        "spring": {"stiffness": choice["spring_stiffness"]},
+        "spool": {"ratio": choice["spool_ratio"]},
+        "tendon": {"pretension": choice["pretension"]},
+        "load": {"mass": 5.0},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+    }
+    states = tendon.sweep(tendon.study(study)).states
+    group = next(
+        group for group in data_of(answer_page)["states"]["groups"] if group["label"] == "torque, load mass 5 kg"
+    )
+    motor = unpacked(group["lines"][1]["array"]).reshape(12, 2, 19)[10]
+    assert motor == pytest.approx(states["motor_torque"].to_numpy().reshape(2, 19), rel=1e-6)
+
+
+def test_a_changed_answer_is_refused(answered, tmp_path):
+    folder = shutil.copytree(answered, tmp_path / "answer")
+    (folder / "choices.parquet").write_bytes(b"PAR1")
+    with pytest.raises(InputError, match="not as it was written"):
+        write_report(folder)

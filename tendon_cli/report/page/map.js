@@ -206,6 +206,7 @@ function redraw() {
 async function startMap() {
   if (!hasMap()) return;
   view.at = page.start || view.at;
+  [cursor.i, cursor.j] = [view.at[view.x], view.y < page.axes.length ? view.at[view.y] : 0];
   choosers();
   sliders();
   await drawMap();

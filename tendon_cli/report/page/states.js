@@ -96,7 +96,7 @@ async function valuesNow() {
   const { angles, directions, groups } = page.states;
   const start = keptCell(shown.cell) * directions.length * angles.length + shown.angle;
   const items = [];
-  for (const group of groups) {
+  for (const group of groups.filter((other) => other.condition === groups[shown.group].condition)) {
     for (const line of group.lines) {
       const values = await unpack(line.array);
       const each = directions.map((direction, d) => `${withUnit(values[start + d * angles.length], group.unit)} (${direction})`);
@@ -127,7 +127,7 @@ async function showDesign(cell) {
 function startStates() {
   if (!page.states) return;
   const names = page.states.groups.map((group) => group.label);
-  place("groups").append(select("Show ", names, 0, (at) => { shown.group = at; drawStates(); }));
+  place("groups").append(select("Show ", names, 0, async (at) => { shown.group = at; await drawStates(); drawAngle(); }));
   const slide = place("angle");
   slide.max = page.states.angles.length - 1;
   shown.angle = Math.floor((page.states.angles.length - 1) * 0.6);

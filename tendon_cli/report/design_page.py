@@ -1,0 +1,270 @@
+"""The page of an answer: the answer, maps of the choices, their windows and front, and the states behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from tendon_cli.design.factors import Factor
+from tendon_cli.design.problem import Problem
+from tendon_cli.design.question import question
+from tendon_cli.errors import InputError
+from tendon_cli.figures.axes import evenly
+from tendon_cli.figures.labels import Shown
+from tendon_cli.model import actuator
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.report import html
+from tendon_cli.report.data import NO_DATA
+from tendon_cli.report.packed import packed, packed_classes
+from tendon_cli.report.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning, thinned
+from tendon_cli.report.states import MOST_ANGLES, MOST_DESIGNS, arm_record
+from tendon_cli.report.sweep_page import ending
+from tendon_cli.study.load import study_from
+from tendon_cli.study.study import keys
+from tendon_cli.sweep.record import stands
+from tendon_cli.tables.read import TableFiles, open_table
+
+RESULTS = (
+    "tolerance", "served", "pretension", "pretension_from", "pretension_to", "max_tension", "max_spring_extension",
+    "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
+)  # fmt: skip
+GOALS = ("tolerance", "served", "pretension", "max_tension", "max_spring_extension", "peak_motor_torque")
+MOST_CONDITIONS = 4
+"""Whose states the page keeps, evenly chosen."""
+
+_COLOURS = ("slack", "unstable", "beyond", "nowhere")
+_STATES = {
+    "tension at the elbow": ("flexor_tension_distal", "extensor_tension_distal"),
+    "torque": ("elbow_torque", "motor_torque"),
+    "elbow stiffness": ("elbow_stiffness",),
+}
+
+
+def design_page(folder: Path, record: dict[str, Any]) -> str:
+    """The page of an answer's folder; raises InputError for a file that is not as it was written."""
+    lost = [entry["path"] for entry in record["files"] if not stands(folder, entry)]
+    if lost:
+        raise InputError("is missing, or not as it was written", where=str(folder / lost[0]), hint="`tendon design`")
+    table = open_table(folder / "choices.parquet")
+    problem = _problem(table)
+    axes = [_axis(factor, kept) for factor, kept in _kept(problem)]
+    rows = _rows(problem, table, axes)
+    choices = table.read().take(pa.array(rows))
+    columns = {name: _numbers(choices, name) for name in RESULTS if name in choices.schema.names}
+    columns = {name: values for name, values in columns.items() if np.isfinite(values).any()}
+    labels = {name: Shown.of(name, QUANTITIES[name]) for name in columns}
+    cells = int(np.prod([len(axis.kept) for axis in axes]))
+    maps, left_out = quantities({name: values[:cells] for name, values in columns.items()}, labels)
+    maps.insert(1, _conflicts(choices.slice(0, cells)))
+    states, arm = _states(problem, axes, columns["pretension"][:cells])
+    data = NO_DATA | {
+        "kind": "design", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
+        "design": _answers(choices, columns, labels, cells), "table": _table(problem, axes, choices, columns, labels),
+        "start": _start(record, axes),
+    }  # fmt: skip
+    thinning = said_of_thinning(axes, left_out)
+    title = record["title"] or record["name"]
+    return html.html_page(title, _sections(title, record, thinning, has_map=bool(axes)), data)
+
+
+def _problem(table: TableFiles) -> Problem:
+    facts = table.facts["study"]
+    order = tuple(facts["axes"])
+    return question(study_from(facts["study"], order=order).ordered(order, facts["sources"]))
+
+
+def _kept(problem: Problem) -> list[tuple[Factor, npt.NDArray[np.int64]]]:
+    factors = problem.choices.factors
+    return list(zip(factors, thinned(problem.choices.shape, MOST_CELLS), strict=True))
+
+
+def _axis(factor: Factor, kept: npt.NDArray[np.int64]) -> PageAxis:
+    words = Quantity(factor.column, factor.column, "number", "1", "1", factor.column)
+    quantity = words if factor.names else keys()[factor.key].number.quantity
+    shown = Shown.of(factor.column, quantity)
+    return PageAxis(shown, None if factor.names else factor.values, factor.names, factor.is_log, kept)
+
+
+def _rows(problem: Problem, table: TableFiles, axes: Sequence[PageAxis]) -> npt.NDArray[np.int64]:
+    """Rows of the choices on the page's axes, then those between the points of the grid."""
+    grid = np.zeros(1, dtype=np.int64)
+    if axes:
+        grid = np.ravel_multi_index(np.meshgrid(*(axis.kept for axis in axes), indexing="ij"), problem.choices.shape)
+    return np.concatenate([grid.ravel(), np.arange(len(problem.choices), table.rows)])
+
+
+def _numbers(table: pa.Table, column: str) -> npt.NDArray[np.float64]:
+    return np.asarray(table.column(column).to_numpy(zero_copy_only=False), dtype=np.float64)
+
+
+def _answers(table: pa.Table, columns: Any, labels: Any, cells: int) -> dict[str, Any]:
+    """Windows and front, a number a choice."""
+    found = {name: number_record(labels[name], values) for name, values in columns.items()}
+    found["on_front"] = {"label": "on the front", "unit": "", "array": packed(_numbers(table, "on_front"))}
+    goals = [name for name in GOALS if name in found]
+    shown = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
+    return {
+        "columns": found,
+        "texts": {name: table.column(name).to_pylist() for name in ("from_by", "to_by")},
+        "rows": list(range(cells)),
+        "cells": [row if row < cells else -1 for row in range(table.num_rows)],
+        "goals": goals,
+        "shown": [*shown, 0, min(1, len(goals) - 1)][:2],
+    }
+
+
+def _conflicts(table: pa.Table) -> dict[str, Any]:
+    """Which limits leave a choice without a window, as a map of classes."""
+    pairs = [
+        None if feasible else " against ".join(dict.fromkeys(limit for limit in (low, high) if limit))
+        for feasible, low, high in zip(
+            *(table.column(n).to_pylist() for n in ("feasible", "from_by", "to_by")), strict=True
+        )
+    ]
+    names = list(dict.fromkeys(pair for pair in pairs if pair is not None))
+    classes = [{"label": "has a window", "letter": "W", "colour": "feasible"}]
+    classes += [
+        {"label": name, "letter": "ABCDEFGHIJ"[at % 10], "colour": _COLOURS[at % len(_COLOURS)]}
+        for at, name in enumerate(names)
+    ]
+    values = [0 if pair is None else 1 + names.index(pair) for pair in pairs]
+    return {
+        "name": "conflict",
+        "label": "what conflicts",
+        "unit": "",
+        "classes": classes,
+        "array": packed_classes(values),
+    }
+
+
+def _table(problem: Problem, axes: Sequence[PageAxis], table: pa.Table, columns: Any, labels: Any) -> dict[str, Any]:
+    shown: list[dict[str, Any]] = []
+    for factor, axis in zip(problem.choices.factors, axes, strict=True):
+        if factor.names:
+            shown.append({"label": axis.shown.name, "unit": "", "texts": table.column(factor.column).to_pylist()})
+        else:
+            shown.append(number_record(axis.shown, _numbers(table, factor.column)))
+    shown += [number_record(labels[name], values) for name, values in columns.items()]
+    shown += [
+        {"label": label, "unit": "", "texts": [text or "none" for text in table.column(name).to_pylist()]}
+        for name, label in (("from_by", "bound below by"), ("to_by", "bound above by"))
+    ]
+    cells = int(np.prod([len(axis.kept) for axis in axes]))
+    where = [row if row < cells else -1 for row in range(table.num_rows)]
+    return {"rows": table.num_rows, "columns": shown, "cells": where}
+
+
+def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:
+    """Where the map opens: at the best choice, or the nearest that the page keeps."""
+    best = record.get("best") or {}
+    row = next((each for each in (best, *best.values()) if isinstance(each, dict) and "choice" in each), None)
+    if row is None or any(axis.values is None for axis in axes):
+        return None
+    found = []
+    for axis in axes:
+        value = row.get(axis.shown.column)
+        if axis.values is None or not isinstance(value, int | float):
+            return None
+        found.append(int(np.argmin(np.abs(axis.values[axis.kept] - value))))
+    return found
+
+
+def _states(problem: Problem, axes: Sequence[PageAxis], pretension: npt.NDArray[np.float64]) -> tuple[Any, Any]:
+    """Curves of some choices at their pretensions, under a few of the conditions."""
+    lengths = [len(axis.kept) for axis in axes]
+    few = evenly(len(problem.conditions), MOST_CONDITIONS)
+    kept = thinned(lengths, MOST_DESIGNS // len(few))
+    cells = np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel() if axes else np.zeros(1, np.int64)
+    rows = _grid_rows(problem, axes, cells)
+    numbers = problem.choices.numbers(rows)
+    angles = problem.angles[:, evenly(problem.angles.size, MOST_ANGLES)]
+    groups = []
+    for at in few:
+        one = problem.of_condition(int(at))
+        design = one.design(numbers, None, pretension[cells])
+        state = actuator.evaluate(design, angles, problem.flexion)
+        shape = len(rows), problem.flexion.size, angles.size
+        groups += _groups(state, shape, _said(problem, int(at)))
+    record = {
+        "kept": [[int(index) for index in each] for each in kept],
+        "angles": [round(float(angle), 6) for angle in np.rad2deg(angles.ravel())],
+        "directions": list(problem.study.motion.direction),
+        "groups": groups,
+    }
+    axis_of = {factor.key: at for at, factor in enumerate(problem.choices.factors)}
+    along = [[] if axis.values is None else axis.values[axis.kept].tolist() for axis in axes]
+    return record, arm_record(problem.study.document(), axis_of, along)
+
+
+def _grid_rows(problem: Problem, axes: Sequence[PageAxis], cells: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """The rows of the whole product for cells of the page's."""
+    if not axes:
+        return cells
+    at = np.unravel_index(cells, [len(axis.kept) for axis in axes])
+    whole = tuple(axis.kept[index] for axis, index in zip(axes, at, strict=True))
+    return np.asarray(np.ravel_multi_index(whole, problem.choices.shape))
+
+
+def _said(problem: Problem, condition: int) -> str:
+    """A condition in words."""
+    places = problem.conditions.places(np.array([condition]))
+    said = []
+    for factor in problem.conditions.factors:
+        at = int(places[factor.key][0])
+        shown = None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
+        said.append(factor.names[at] if shown is None else f"{shown.name} {shown.text(float(factor.values[at]))}")
+    return ", ".join(said)
+
+
+def _groups(state: actuator.State, shape: tuple[int, ...], condition: str) -> list[dict[str, Any]]:
+    values = {
+        "flexor_tension_distal": state.balance.flexor,
+        "extensor_tension_distal": state.balance.extensor,
+        "elbow_torque": state.elbow_torque,
+        "motor_torque": state.motor_torque,
+        "elbow_stiffness": state.elbow_stiffness,
+    }
+    found = []
+    for label, columns in _STATES.items():
+        lines = []
+        for column in columns:
+            shown = Shown.of(column, QUANTITIES[column])
+            array = np.broadcast_to(values[column], (shape[0], 1, *shape[1:]) if values[column].ndim == 4 else shape)
+            colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
+            lines.append({"label": shown.name, "colour": colour, "array": packed(shown.scaled(array))})
+        if label == "torque":
+            lines[0]["colour"] = "extensor"
+        said = f"{label}, {condition}" if condition else label
+        found.append(
+            {
+                "label": said,
+                "condition": condition,
+                "unit": Shown.of(columns[0], QUANTITIES[columns[0]]).unit,
+                "lines": lines,
+            }
+        )
+    return found
+
+
+def _sections(title: str, record: dict[str, Any], thinning: str, *, has_map: bool) -> list[str]:
+    links = {"answer": "Answer", "map": "Map", "windows": "Windows", "front": "Front", "design": "One choice"}
+    answer = html.text(record["text"]) + html.warnings([*record["notes"], *([thinning] if thinning else [])])
+    parts = [
+        html.head(title, f"an answer by tendon, study {record['study_hash'][:12]}", links | {"list": "Table"}),
+        html.section("answer", "The answer", answer, "answer"),
+    ]
+    if has_map:
+        parts += [html.section("map", "Map of the choices", html.MAP)]
+        parts += [html.section("windows", "Windows of pretension", html.WINDOWS)]
+    return [
+        *parts,
+        html.section("front", "What is traded for what", html.FRONT),
+        html.section("design", "The states of one choice, at its pretension", html.STATES),
+        html.section("list", "All choices of this page", html.TABLE),
+        *ending(record, record["study"]),
+    ]
