@@ -233,17 +233,20 @@ def state(
 
 def fit_friction(
     path: "Name",
-    bend_angle: str | None = None,
+    bend_angle: str | float | None = None,
     *,
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
-    offset: bool = False,
+    offset: bool | None = None,
+    delay: bool | None = None,
     robust: bool = False,
 ) -> "FrictionFit":
     """The friction coefficient from a CSV of two load cells' readings, with its uncertainty.
 
-    Raises UsageError for what is asked, InputError for the file.
+    `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad; `offset` and `delay` force these effects of
+    the rig into the fit or bar them, None fits them where the readings show them. Raises UsageError for what is asked,
+    InputError for the file.
 
     >>> import tendon_cli as tendon
     >>> fit = tendon.fit_friction("readings.csv", bend_angle="144 deg")
@@ -255,5 +258,12 @@ def fit_friction(
     from tendon_cli.friction import fit_file
 
     return fit_file(
-        Path(path), bend_angle=bend_angle, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, robust=robust
+        Path(path),
+        bend_angle=bend_angle,
+        cell_1=cell_1,
+        cell_2=cell_2,
+        motor=motor,
+        offset=offset,
+        delay=delay,
+        robust=robust,
     )

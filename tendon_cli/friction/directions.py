@@ -21,6 +21,7 @@ _DRAGGED = {
     "towards load", "to load", "toward elbow", "towards elbow", "unloading", "unwinding",
     "weight is moving in downward direction",
 }  # fmt: skip
+_MANY = 40
 _RESTING = {"rest", "at rest", "stop", "stopped", "hold", "holding", "idle", "pause", "paused", "still", "none"}
 
 
@@ -57,41 +58,37 @@ def _tidy(label: str) -> str:
     return re.sub(r"[\s_-]+", " ", text).strip()
 
 
-def settled_sides(readings: Readings, log_ratio: Floats) -> tuple[Integers, list[int | None]]:
-    """+1 for readings whose ratio cell 1 / cell 2 is the upper one, -1 for the lower, 0 at rest; and meanings."""
-    labels, meaning = meanings(readings)
+def named_sides(
+    readings: Readings,
+    labels: list[str],
+    meaning: list[int | None],
+    log_ratio: Floats,
+    good: npt.NDArray[np.bool_],
+) -> Integers | None:
+    """+1 for rows named like the upper ratio cell 1 / cell 2, -1 like the lower; None where nothing is named."""
     if not labels:
-        return _sides_by_sign(readings, log_ratio), []
-    names = sorted({label for label, known in zip(labels, meaning, strict=True) if known != 0})
-    means = {name: float(np.mean(log_ratio[[label == name for label in labels]])) for name in names}
-    if len(names) == 2:
-        upper = max(names, key=lambda name: means[name])
-        sides = {name: 1 if name == upper else -1 for name in names}
-    else:
-        sides = {name: 1 if means[name] > 0.0 else -1 for name in names}
-    if means and any(known is None for known in meaning) and any(known in {1, -1} for known in meaning):
+        return None
+    present = np.array(labels, dtype=object)
+    names = sorted({label for label, known, fine in zip(labels, meaning, good, strict=True) if known != 0 and fine})
+    if len(names) == 0 or (len(names) == 1 and len(labels) >= _MANY):
+        return None  # one name for a whole log says nothing about its strokes
+    if any(known is None for known in meaning) and any(known in {1, -1} for known in meaning):
         raise InputError(
             f"directions are named in two ways: {', '.join(shorten(name, 20) for name in names[:6])}",
             where=readings.source,
             hint='use "up" and "down", or two names of your own',
         )
-    return np.array([sides.get(label, 0) for label in labels], dtype=np.int64), meaning
+    means = {name: float(np.mean(log_ratio[good & (present == name)])) for name in names}
+    middle = (max(means.values()) + min(means.values())) / 2.0 if len(names) == 2 else 0.0
+    sides = {name: 1 if mean > middle else -1 for name, mean in means.items()}
+    return np.array([sides.get(label, 0) for label in labels], dtype=np.int64)
 
 
-def _sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
-    """Directions from the forces themselves: the motor's cell reads more when it pulls."""
-    equal = np.flatnonzero(log_ratio == 0.0)
-    if len(equal) and (readings.bend_angle is None or readings.bend_angle[equal[0]] > 0.0):
-        raise InputError(
-            "both cells read the same, so the direction cannot be told from the forces",
-            where=readings.place(int(equal[0])),
-            hint='add a column "direction" with "up" and "down"',
-        )
-    ordered = np.sort(log_ratio)
+def sides_by_sign(readings: Readings, log_ratio: Floats, rows: Integers) -> Integers:
+    """The same from the forces of a short table: the motor's cell reads more when it pulls."""
+    ordered = np.sort(log_ratio[rows])
     steps = np.diff(ordered)
-    same_side = ordered[0] > 0.0 or ordered[-1] < 0.0
-    several = readings.bend_angle is not None and len(np.unique(readings.bend_angle)) > 1
-    if same_side and not several and len(steps) > 1:
+    if len(steps) > 1 and (ordered[0] > 0.0 or ordered[-1] < 0.0):
         gap = float(steps.max())
         if gap > 3.0 * (ordered[-1] - ordered[0] - gap) and gap > 0.1 * float(np.mean(np.abs(ordered))):
             raise InputError(
@@ -100,7 +97,7 @@ def _sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
                 where=readings.source,
                 hint='add a column "direction" with "up" and "down"',
             )
-    return np.where(log_ratio > 0.0, 1, -1).astype(np.int64)
+    return np.sign(log_ratio).astype(np.int64)
 
 
 def find_motor(

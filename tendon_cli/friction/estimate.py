@@ -1,13 +1,12 @@
-"""μ, gain and offsets from strokes, with their standard error: SciPy's least squares around the model's own sheath.
+"""μ, gain and what is wrong with the rig from strokes: linear least squares, strokes being the sample.
 
-One stroke is one observation. Its rows share its friction, its load and its cells, so their number says little; what
-is averaged is the mean log ratio of each stroke, and strokes are what is counted (Student's t with strokes minus
-parameters degrees of freedom, exact for strokes that scatter alike).
+The rows of one stroke share its friction, its load and its cells, so their number says little. Each stroke is cut into
+a few points so that the force within it shows; points scatter about their stroke and strokes about the line (a random
+intercept). Both variances are estimated, the rows whitened by them, and the rest is `np.linalg.lstsq`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,19 +15,24 @@ import numpy.typing as npt
 from tendon_cli.friction.reading.readings import Floats, Integers
 from tendon_cli.model.sheath import capstan_ratio
 
-_MOST_GROUPS = 60
-_PIECES = 8
+PER_STROKE = 8
+_FEWEST_FOR_SLOPE = 5
+ASSUMED_SCATTER = 0.03
+"""Standard deviation of the friction from stroke to stroke, relative, where too few strokes show none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Slipping:
-    """The readings in use: forces, way, bend angle and stroke (0, 1, ... without gaps) of each."""
+    """The readings in use: forces, way, bend angle and stroke (0, 1, ... without gaps) of each; time where known."""
 
     motor: Floats
     load: Floats
     way: Integers
     bend_angle: Floats
     stroke: Integers
+    place: Floats
+    """Along the log, from -1/2 to 1/2."""
+    time: Floats | None = None
 
     @property
     def log_ratio(self) -> Floats:
@@ -38,20 +42,51 @@ class Slipping:
     def of(self, chosen: npt.NDArray[np.bool_]) -> Slipping:
         """Some of the readings, their strokes numbered anew."""
         _, stroke = np.unique(self.stroke[chosen], return_inverse=True)
-        return Slipping(self.motor[chosen], self.load[chosen], self.way[chosen], self.bend_angle[chosen], stroke)
+        time = None if self.time is None else self.time[chosen]
+        return Slipping(
+            self.motor[chosen], self.load[chosen], self.way[chosen], self.bend_angle[chosen], stroke,
+            self.place[chosen], time,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
-    """μ with the standard error that the scatter of the strokes gives it."""
+class Points:
+    """Means over parts of strokes."""
 
-    friction: float
-    log_gain: float
-    offsets: tuple[float, float] | None
-    standard_error: float
+    log_ratio: Floats
+    force: Floats
+    """At the load, where it does not depend on friction as the motor's does."""
+    rate: Floats | None
+    """d ln F/dt, in the file's unit of time; None where there is none."""
+    way: Integers
+    bend_angle: Floats
+    place: Floats
+    stroke: Integers
+    part: Integers
+    """Which point each reading belongs to."""
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """A linear fit: the values of its columns, their covariance, and what is left."""
+
+    values: Floats
+    covariance: Floats
+    residual: Floats
+    likelihood: float
+    """Logarithm, but for a constant."""
     degrees_of_freedom: int
-    weights: Floats
-    """Share of each reading's log ratio in μ."""
+    """Of μ: strokes less parameters."""
+    within: int
+    """Of what changes within strokes: points less strokes and parameters."""
+    scatter: tuple[float, float]
+    """Standard deviations: of strokes about the line, of points about their stroke."""
+    assumed: bool
+    """Whether strokes are too few to show their scatter, so that `ASSUMED_SCATTER` stands for it."""
+
+    def error(self, column: int) -> float:
+        """Standard error of one value."""
+        return float(np.sqrt(max(self.covariance[column, column], 0.0)))
 
 
 def log_ratio_of(friction: float, log_gain: float, way: Integers, bend_angle: Floats) -> Floats:
@@ -59,109 +94,123 @@ def log_ratio_of(friction: float, log_gain: float, way: Integers, bend_angle: Fl
     return np.asarray(log_gain - np.log(capstan_ratio(friction, bend_angle, -way.astype(np.float64))))
 
 
-def per_stroke(slipping: Slipping, values: Floats, average: Callable[[Floats], np.floating] = np.mean) -> Floats:
-    """The average of each stroke."""
-    if average is np.mean:
-        return np.asarray(np.bincount(slipping.stroke, values) / np.bincount(slipping.stroke))
+def points_of(slipping: Slipping, *, robust: bool = False) -> Points:
+    """The readings with each stroke cut into up to eight parts of as many rows; if robust, its median."""
     order = np.argsort(slipping.stroke, kind="stable")
-    parts = np.split(values[order], np.cumsum(np.bincount(slipping.stroke))[:-1])
-    return np.array([average(part) for part in parts])
+    stroke = slipping.stroke[order]
+    most = 1 if robust else PER_STROKE
+    position = np.arange(len(stroke)) - np.searchsorted(stroke, stroke)
+    length = np.bincount(stroke)[stroke]
+    _, part = np.unique(stroke * most + position * np.minimum(most, length) // length, return_inverse=True)
+    count = np.bincount(part)
+
+    def mean(column: npt.NDArray[np.generic]) -> Floats:
+        return np.asarray(np.bincount(part, column[order].astype(np.float64)) / count)
+
+    motor, load = mean(slipping.motor), mean(slipping.load)
+    log_ratio = np.log(motor / load)
+    if robust:
+        splits = np.cumsum(count)[:-1]
+        log_ratio = np.array([np.median(values) for values in np.split(slipping.log_ratio[order], splits)])
+    of_part = np.rint(mean(slipping.stroke)).astype(np.int64)
+    rate = _rate(slipping, order, part, count, of_part)
+    way = np.rint(mean(slipping.way)).astype(np.int64)
+    point = np.empty_like(part)
+    point[order] = part
+    return Points(log_ratio, load, rate, way, mean(slipping.bend_angle), mean(slipping.place), of_part, point)
 
 
-def by_least_squares(slipping: Slipping, with_gain: bool) -> Estimate:
-    """μ, and the gain if it can be told, from the mean log ratio of each stroke; strokes count alike."""
-    from scipy.optimize import curve_fit
+def _rate(slipping: Slipping, order: Integers, part: Integers, count: Integers, stroke: Integers) -> Floats | None:
+    """d ln F/dt of each part: the slope within it, or to its neighbours in the stroke where it has few rows.
 
-    way = np.sign(per_stroke(slipping, slipping.way.astype(np.float64))).astype(np.int64)
-    angle = per_stroke(slipping, slipping.bend_angle)
-
-    def line(_: Floats, friction: float, log_gain: float = 0.0) -> Floats:
-        return log_ratio_of(friction, log_gain, way, angle)
-
-    mean = per_stroke(slipping, slipping.log_ratio)
-    start = [0.1, 0.0] if with_gain else [0.1]
-    # The line is straight in both parameters, so its slopes are known; finite differences fail where the gain is 1.
-    design = np.stack([way * angle, np.ones(len(way))][: len(start)], axis=1)
-    values, covariance = curve_fit(line, angle, mean, p0=start, jac=lambda *_: design, xtol=1e-14, ftol=1e-14)
-    share = np.linalg.pinv(design)[0] / np.bincount(slipping.stroke)
-    return Estimate(
-        friction=float(values[0]),
-        log_gain=float(values[1]) if with_gain else 0.0,
-        offsets=None,
-        standard_error=float(np.sqrt(covariance[0, 0])),
-        degrees_of_freedom=len(mean) - len(start),
-        weights=share[slipping.stroke],
-    )
-
-
-def by_leaving_out(slipping: Slipping, with_gain: bool, offset: bool, robust: bool) -> Estimate:
-    """The same with a robust loss or with the cells' zero offsets, standard error by leaving out one stroke at a time.
-
-    Neither has an exact standard error; the jackknife over strokes has the right clusters and is, if anything, wide.
+    Of both cells together, so that it stands half way between the prompt and the late one.
     """
-    plain = by_least_squares(slipping, with_gain)
-    values = _solve(slipping, with_gain, offset, robust)
-    groups = np.arange(slipping.stroke.max() + 1) * min(_MOST_GROUPS, slipping.stroke.max() + 1)
-    group = (groups // (slipping.stroke.max() + 1))[slipping.stroke]
-    count = int(group.max()) + 1
-    without = np.array([_solve(slipping.of(group != left), with_gain, offset, robust)[0] for left in range(count)])
-    variance = (count - 1) / count * float(np.sum((without - values[0]) ** 2))
-    return Estimate(
-        friction=float(values[0]),
-        log_gain=float(values[1]),
-        offsets=(float(values[2]), float(values[3])) if offset else None,
-        standard_error=float(np.sqrt(variance)),
-        degrees_of_freedom=count - 1 - int(with_gain) - 2 * int(offset),
-        weights=plain.weights,
+    if slipping.time is None:
+        return None
+    time, force = slipping.time[order], 0.5 * np.log(slipping.motor * slipping.load)[order]
+    mean_time, mean_force = (np.bincount(part, column) / count for column in (time, force))
+    if np.any((np.diff(mean_time) <= 0.0) & (np.diff(stroke) == 0)):
+        return None
+    away = time - mean_time[part]
+    spread = np.bincount(part, away**2)
+    if np.min(count) >= _FEWEST_FOR_SLOPE and np.all(spread > 0.0):
+        return np.asarray(np.bincount(part, away * force) / spread)
+    rate = np.zeros(len(count))
+    for rows in np.split(np.arange(len(count)), np.flatnonzero(np.diff(stroke)) + 1):
+        if len(rows) > 1:
+            rate[rows] = np.gradient(mean_force[rows], mean_time[rows])
+    return rate
+
+
+def solve(points: Points, columns: list[Floats], *, robust: bool = False) -> Linear:
+    """Least squares of the log ratio on columns, the first of them ±φ, whose value is μ."""
+    design = np.stack(columns, axis=1)
+    size = np.maximum(np.max(np.abs(design), axis=0), 1e-300)
+    scaled = design / size
+    weight = np.ones(int(points.stroke.max()) + 1)
+    for _ in range(15 if robust else 1):
+        found = _whitened(points, scaled, weight)
+        if robust:
+            left = np.abs(_means(points.stroke, found.residual))
+            spread = max(1.4826 * float(np.median(left)), 1e-9)
+            weight = np.minimum(1.0, 1.345 * spread / np.maximum(left, 1e-300))
+    return Linear(
+        found.values / size, found.covariance / np.outer(size, size), found.residual, found.likelihood,
+        found.degrees_of_freedom, found.within, found.scatter, found.assumed,
+    )  # fmt: skip
+
+
+def _means(stroke: Integers, values: Floats) -> Floats:
+    return np.asarray(np.bincount(stroke, values) / np.bincount(stroke))
+
+
+def _whitened(points: Points, design: Floats, weight: Floats) -> Linear:
+    """Within and between strokes apart, each over its own standard deviation."""
+    stroke, count = points.stroke, np.bincount(points.stroke)
+    both = np.column_stack([design, points.log_ratio])
+    mean = np.stack([_means(stroke, column) for column in both.T], axis=1)
+    within = both - mean[stroke]
+    within[:, np.max(np.abs(within), axis=0) < 1e-12] = 0.0  # what does not vary within a stroke, but for rounding
+    inner, inner_free = _scatter(within, len(stroke) - len(count))
+    outer, outer_free = _scatter(mean * np.sqrt(weight)[:, None], len(count))
+    inner *= _inflation(within, stroke)
+    own = outer**2 - inner**2 * float(np.mean(1.0 / count))
+    assumed = outer_free < 1
+    if assumed:
+        level = np.abs(mean[:, -1] - np.mean(mean[:, -1])) if len(count) > 1 else np.abs(mean[:, -1])
+        own = (ASSUMED_SCATTER * float(np.mean(level))) ** 2
+    own = max(own, 0.0)
+    inner = max(inner, 1e-4 * np.sqrt(own), 1e-13)
+    within /= inner
+    between = mean * np.sqrt(weight / (own + inner**2 / count))[:, None]
+    white = np.concatenate([between, within])
+    values, _, rank, _ = np.linalg.lstsq(white[:, :-1], white[:, -1], rcond=1e-10)
+    left = white[:, -1] - white[:, :-1] @ values
+    covariance = np.linalg.pinv(white[:, :-1].T @ white[:, :-1], rcond=1e-20, hermitian=True)
+    free = max(len(count) - int(rank), 0)
+    residual = points.log_ratio - design @ values
+    spread = np.sum(np.log(own + inner**2 / count)) + 2.0 * (len(stroke) - len(count)) * np.log(inner)
+    likelihood = -0.5 * float(left @ left + spread)
+    return Linear(
+        values, covariance, residual, likelihood, free, inner_free, (float(np.sqrt(own)), float(inner)), assumed
     )
 
 
-def _solve(slipping: Slipping, with_gain: bool, offset: bool, robust: bool) -> Floats:
-    """μ, log gain, offset of the motor's cell, offset of the load's cell."""
-    from scipy.optimize import least_squares
-
-    points = pieces_of(slipping) if offset else slipping
-    average: Callable[[Floats], np.floating] = np.median if robust else np.mean
-    way, angle, motor, load = (
-        per_stroke(points, column, average)
-        for column in (points.way.astype(np.float64), points.bend_angle, points.motor, points.load)
-    )
-    mean = per_stroke(points, points.log_ratio, average)
-    free = np.array([True, with_gain, offset, offset])
-    size = np.array([1.0, 1.0, float(np.mean(motor)), float(np.mean(load))])
-    limit = np.array([np.inf, np.inf, 0.999 * motor.min(), 0.999 * load.min()]) / size
-
-    def residuals(given: Floats) -> Floats:
-        values = np.zeros(4)
-        values[free] = given
-        values *= size
-        seen = np.log((motor - values[2]) / (load - values[3])) if offset else mean
-        return seen - log_ratio_of(values[0], values[1], way.astype(np.int64), angle)
-
-    start = by_least_squares(slipping, with_gain)
-    first = np.array([start.friction, start.log_gain, 0.0, 0.0])[free]
-    left = residuals(first)
-    spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
-    found = least_squares(
-        residuals,
-        first,
-        bounds=(-np.inf, limit[free]),
-        x_scale=0.1,
-        xtol=1e-13,
-        ftol=1e-13,
-        gtol=1e-13,
-        loss="soft_l1" if robust else "linear",
-        f_scale=max(spread, 1e-6),
-    )
-    values = np.zeros(4)
-    values[free] = found.x
-    return np.asarray(values * size)
+def _inflation(within: Floats, stroke: Integers) -> float:
+    """By how much successive points of a stroke, where they are alike, count for less than independent ones."""
+    values, *_ = np.linalg.lstsq(within[:, :-1], within[:, -1], rcond=1e-9)
+    left = within[:, -1] - within[:, :-1] @ values
+    next_to = stroke[1:] == stroke[:-1]
+    if np.count_nonzero(next_to) < PER_STROKE or not np.any(left):
+        return 1.0
+    alike = float(left[1:][next_to] @ left[:-1][next_to]) / float(left @ left) + 1.0 / PER_STROKE
+    alike = min(max(alike, 0.0), 0.8)
+    return float(np.sqrt((1.0 + alike) / (1.0 - alike)))
 
 
-def pieces_of(slipping: Slipping) -> Slipping:
-    """The readings with each stroke cut into up to eight pieces, so that the force levels within it show."""
-    position = np.arange(len(slipping.stroke)) - np.searchsorted(slipping.stroke, slipping.stroke)
-    length = np.bincount(slipping.stroke)[slipping.stroke]
-    piece = slipping.stroke * _PIECES + position * np.minimum(_PIECES, length) // length
-    _, stroke = np.unique(piece, return_inverse=True)
-    return Slipping(slipping.motor, slipping.load, slipping.way, slipping.bend_angle, stroke)
+def _scatter(rows: Floats, independent: int) -> tuple[float, int]:
+    """Standard deviation left by least squares of the last column on the others, and its degrees of freedom."""
+    values, _, rank, _ = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=1e-9)
+    free = independent - int(rank)
+    left = rows[:, -1] - rows[:, :-1] @ values
+    return (float(np.sqrt(left @ left / free)), free) if free > 0 else (0.0, free)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tendon_cli.friction.result import DirectionFit, FrictionFit, Uncertainty
+from tendon_cli.friction.result import Check, DirectionFit, FrictionFit, Uncertainty
 
 _DIRECTION_NAMES = {"toward_motor": "toward motor", "toward_load": "toward load"}
 
@@ -22,13 +22,13 @@ def summary_lines(fit: FrictionFit) -> str:
         f"  bend angle          {_bend_text(fit)}",
         f"  gain ratio          {_gain_text(fit)}",
     ]
-    if fit.offsets:
-        lines.append(f"  zero offsets        motor {fit.offsets[0]:.4g}, load {fit.offsets[1]:.4g} (unit of the file)")
     for name, part in fit.by_direction.items():
         lines.append(f"  {_DIRECTION_NAMES[name]:<20}{_direction_text(part, digits)}")
     lines.append(f"  standard error from {_parts_text(error)}")
     lines.append(f"  readings            {_used_text(fit)}")
     lines += [f"  set aside           {part.rows}: {part.reason}" for part in fit.set_aside]
+    lines += [_check_text(check) for check in fit.checks if check.found]
+    lines += [f"note: {text}" for text in fit.notes]
     lines += [f"warning: {text}" for text in fit.warnings]
     return "\n".join(lines)
 
@@ -50,7 +50,27 @@ def as_json(fit: FrictionFit) -> dict[str, Any]:
         ],
         "residuals": [float(value) for value in fit.rows.residual[used]],
         "warnings": list(fit.warnings),
+        "notes": list(fit.notes),
+        "checks": [_check_json(check) for check in fit.checks],
     }
+
+
+def _check_json(check: Check) -> dict[str, Any]:
+    return {
+        "name": check.name,
+        "value": check.value,
+        "standard_error": check.standard_error,
+        "unit": check.unit,
+        "found": check.found,
+        "effect_on_friction": check.effect,
+    }
+
+
+def _check_text(check: Check) -> str:
+    name = check.name.replace("_", " ")
+    unit = "" if check.unit == "1" else f" {check.unit}"
+    effect = f", {100.0 * check.effect:+.1f} % of μ, fitted" if check.effect else ""
+    return f"  {name:<20}{check.value:.4g} ± {check.standard_error:.2g}{unit}{effect}"
 
 
 def _direction_json(part: DirectionFit) -> dict[str, Any]:
@@ -91,7 +111,12 @@ def _direction_text(part: DirectionFit, digits: int) -> str:
 
 def _parts_text(error: Uncertainty) -> str:
     largest = max(error.standard_error, 1e-300)
-    names = {"scatter": error.scatter, "resolution (floor)": error.resolution, "bend angle": error.bend_angle}
+    names = {
+        "scatter": error.scatter,
+        "resolution (floor)": error.resolution,
+        "bend angle": error.bend_angle,
+        "what it may hide": error.doubt,
+    }
     return ", ".join(f"{name} {value:.2g}" for name, value in names.items() if value > 1e-3 * largest) or "nothing"
 
 

@@ -20,6 +20,8 @@ class Uncertainty:
     """The least that the resolution of the readings allows."""
     bend_angle: float
     """From the uncertainty of the bend angle; 0 where none is given."""
+    doubt: float
+    """From offsets or a delay that the scatter may hide."""
     standard_error: float
     """Of all parts together."""
     degrees_of_freedom: float
@@ -48,6 +50,21 @@ class SetAside:
     """First and last line of the file of each stretch."""
 
 
+@dataclass(frozen=True)
+class Check:
+    """One thing that may be wrong with the rig, as the readings tell it."""
+
+    name: str
+    value: float | None
+    """None where the readings cannot tell it."""
+    standard_error: float | None
+    unit: str
+    found: bool | None
+    """Whether the readings show it; None where they cannot tell."""
+    effect: float | None
+    """What it does to μ where it is left out of the fit, as a share of μ."""
+
+
 @dataclass(frozen=True, eq=False)
 class Rows:
     """The readings one by one, as the figure shows them."""
@@ -64,6 +81,8 @@ class Rows:
     """Number of the stroke, -1 for a reading that is set aside."""
     residual: Floats
     """log_ratio minus the fitted line; NaN for a reading that is set aside."""
+    force: Floats
+    """Geometric mean of both cells, in the unit of the file; NaN where there is no such reading."""
     time: Floats | None
     """As in the file, if it has a column of numbers for it."""
 
@@ -83,8 +102,6 @@ class FrictionFit:
     gain_ratio: float
     """Gain of the motor's cell over that of the load's; 1 where it could not be estimated."""
     gain_estimated: bool
-    offsets: tuple[float, float] | None
-    """Readings of the unloaded motor's and load's cell, in the unit of the file; None where not asked for."""
     by_direction: dict[str, DirectionFit]
     """"toward_motor" and "toward_load", as far as there are readings."""
     bend_angle_text: str
@@ -101,7 +118,13 @@ class FrictionFit:
     """Strokes used; settled readings count one each unless a column `stroke` says otherwise."""
     rows: Rows
     set_aside: tuple[SetAside, ...]
+    checks: tuple[Check, ...]
+    notes: tuple[str, ...]
+    """What was inferred, and what the coefficient is sensitive to."""
     warnings: tuple[str, ...]
+    """What may make this very number wrong."""
+    unit: str | None
+    """Of the forces; None where the file does not say."""
     source: str
     """Name of the file."""
     sha256: str

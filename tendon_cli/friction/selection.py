@@ -1,23 +1,34 @@
-"""Which readings say something about μ: all that are settled, or the slipping ones of a raw log."""
+"""Which readings say something about μ: rows that can be readings, and of these the ones that slip."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.directions import meanings, settled_sides
+from tendon_cli.friction.directions import meanings, named_sides, sides_by_sign
 from tendon_cli.friction.reading.readings import Floats, Integers, Readings
-from tendon_cli.friction.strokes import STICKING, separate
+from tendon_cli.friction.resolution import resolution_of
+from tendon_cli.friction.result import Rows
+from tendon_cli.friction.slip import INSIDE, PARTIAL, STICKING, Slip, separate
 
 AT_REST = "at rest, says the column of directions"
 NOT_POSITIVE = "force at or below zero"
 NO_READING = "no reading"
+SATURATED = "saturated (a cell stands at its largest reading)"
 
+UNLOADED = "no load (below 3 % of the usual force)"
+
+_NO_ROW = {AT_REST, NOT_POSITIVE, NO_READING, SATURATED, UNLOADED}
+_UNLOADED = 0.03
+_STANDS = 4
+_FEWEST_ELSEWHERE = 10
+_FAR_INSIDE = 0.1
+_MOVING = 0.2
+_LEAST_SHARE = 0.1
 _FEWEST_IN_LOG = 60
-_FEWEST_UNTIMED = 500
-_FEWEST_IN_BLOCK = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,105 +43,161 @@ class Selection:
     """What the file's own name of the direction means for each reading, empty where there is none."""
     reasons: tuple[str, ...]
     """Why a reading is set aside, "" for one that is used."""
+    is_log: bool
+    """Whether the rows are those of a logger, of which some stick."""
 
 
-def is_raw_log(readings: Readings) -> bool:
-    """Whether these are rows of a logger, of which many stick, and not readings that someone chose.
-
-    A log is long and has a time, or is very long, or is long and leaves the direction open; and it stays at one bend
-    angle for many rows. A few settled readings are never taken for a log.
-    """
-    count = len(readings.lines)
-    if count < _FEWEST_IN_LOG or readings.strokes is not None:
-        return False
-    if readings.bend_angle is not None and count / len(_blocks(readings)) < _FEWEST_IN_BLOCK:
-        return False
-    return readings.timed or readings.directions is None or count >= _FEWEST_UNTIMED
-
-
-def _blocks(readings: Readings) -> list[Integers]:
-    """Rows of each stretch at one bend angle."""
-    rows = np.arange(len(readings.lines))
-    if readings.bend_angle is None:
-        return [rows]
-    return np.split(rows, np.flatnonzero(np.diff(readings.bend_angle)) + 1)
-
-
-def select_settled(readings: Readings) -> Selection:
-    """Every reading, but those that the file says are at rest; each is a stroke unless a column says otherwise."""
-    side, meaning = settled_sides(readings, np.log(readings.cell_1 / readings.cell_2))
-    used = side != 0
-    if readings.strokes is None:
-        names = np.arange(len(side)).astype(str)
-    else:
-        parts = [list(readings.strokes), [str(way) for way in side]]
-        if readings.bend_angle is not None:
-            parts.append([repr(float(angle)) for angle in readings.bend_angle])
-        names = np.array(["|".join(part) for part in zip(*parts, strict=True)])
-    stroke = np.full(len(side), -1, dtype=np.int64)
-    _, stroke[used] = np.unique(names[used], return_inverse=True)
-    return Selection(stroke, side, meaning, tuple("" if take else AT_REST for take in used))
-
-
-def select_log(readings: Readings) -> Selection:
-    """The slipping rows of a raw log, block by block of equal bend angle."""
-    _, meaning = meanings(readings)
-    count = len(readings.lines)
-    reasons = np.full(count, "", dtype=object)
-    missing = ~(np.isfinite(readings.cell_1) & np.isfinite(readings.cell_2))
-    reasons[missing] = NO_READING
-    with np.errstate(invalid="ignore"):
-        reasons[~missing & ((readings.cell_1 <= 0.0) | (readings.cell_2 <= 0.0))] = NOT_POSITIVE
-    if meaning:
-        reasons[(reasons == "") & np.array([known == 0 for known in meaning])] = AT_REST
-    if not np.any(reasons == ""):
+def select(readings: Readings) -> Selection:
+    """The slipping rows of a file and their strokes; refuses a file in which too little slips."""
+    labels, meaning = meanings(readings)
+    reasons = _unusable(readings, meaning)
+    good = reasons == ""
+    if not np.any(good):
         raise InputError("no row has two forces above zero", where=readings.source, hint="check the sign of the cells")
-    stroke = np.full(count, -1, dtype=np.int64)
-    side = np.zeros(count, dtype=np.int64)
-    for block in _blocks(readings):
-        rows = block[reasons[block] == ""]
-        if len(rows) >= _FEWEST_IN_BLOCK // 2:
-            _select_block(readings, rows, stroke, side, reasons)
-    reasons[(stroke < 0) & (reasons == "")] = "too few rows at this bend angle"
-    _drop_contradicted(stroke, side, meaning, reasons)
-    _, stroke[stroke >= 0] = np.unique(stroke[stroke >= 0], return_inverse=True)
-    side[stroke < 0] = 0
-    return Selection(stroke, side, meaning, tuple(reasons))
+    log_ratio: Floats = np.zeros(len(good))
+    log_ratio[good] = np.log(readings.cell_1[good] / readings.cell_2[good])
+    named = named_sides(readings, labels, meaning, log_ratio, good)
+    steps = [resolution_of(cell[good]) / float(np.median(cell[good])) for cell in (readings.cell_1, readings.cell_2)]
+    step = float(np.hypot(steps[0], steps[1]))
+    border = _borders(readings, labels if named is not None else [])
+    run = np.full(len(good), -1, dtype=np.int64)
+    side = np.zeros(len(good), dtype=np.int64)
+    moving: list[float] = []
+    for rows in _blocks(readings, good):
+        cells = readings.cell_1[rows], readings.cell_2[rows]
+        known = named
+        if known is None and len(rows) < _FEWEST_IN_LOG:
+            known = sides_by_sign(readings, log_ratio, rows)
+        found = separate(log_ratio[rows], cells, None if known is None else known[rows], border[rows], step)
+        if found.one_sided and known is None:
+            raise InputError(
+                "the log does not go back and forth between two limits, so its directions cannot be told from the"
+                " forces",
+                where=f"{readings.source}, lines {readings.lines[rows[0]]} to {readings.lines[rows[-1]]}",
+                hint='log at least two strokes each way, or add a column "direction" with "up" and "down"',
+            )
+        _check_swapped(readings, rows, known, found, border)
+        run[rows] = np.where(found.run >= 0, found.run + run.max() + 1, -1)
+        side[rows] = found.side
+        reasons[rows] = found.reasons
+        moving.append(found.moving)
+    is_log = bool(np.isin(reasons, [STICKING, PARTIAL]).any()) or (readings.timed and len(good) >= _FEWEST_IN_LOG)
+    _check_slip(readings, reasons, moving, is_log)
+    return Selection(_strokes(readings, run, side), side, meaning, tuple(reasons), is_log)
 
 
-def _select_block(
-    readings: Readings,
-    rows: Integers,
-    stroke: Integers,
-    side: Integers,
-    reasons: np.ndarray[tuple[int], np.dtype[np.object_]],
-) -> None:
-    """Fill in stroke, side and reasons for the rows of one bend angle."""
-    log_ratio: Floats = np.log(readings.cell_1[rows] / readings.cell_2[rows])
-    found = separate(log_ratio)
-    if found.one_sided and readings.directions is None:
-        raise InputError(
-            "the log does not go back and forth between two limits, so its directions cannot be told from the forces",
-            where=f"{readings.source}, lines {readings.lines[rows[0]]} to {readings.lines[rows[-1]]}",
-            hint='log at least two strokes each way, or add a column "direction" with "up" and "down"',
-        )
-    stroke[rows] = np.where(found.stroke >= 0, found.stroke + stroke.max() + 1, -1)
-    side[rows] = found.side
-    reasons[rows] = found.reasons
-
-
-def _drop_contradicted(
-    stroke: Integers,
-    side: Integers,
-    meaning: list[int | None],
-    reasons: np.ndarray[tuple[int], np.dtype[np.object_]],
-) -> None:
-    """Set aside rows whose named direction has turned while the forces are still on the old limit."""
-    if not meaning:
+def _check_swapped(readings: Readings, rows: Integers, named: Integers | None, found: Slip, border: Integers) -> None:
+    """Refuse a short table in which a row lies on the other limit than its direction says, after others that do not."""
+    if named is None or len(readings.lines) >= _FEWEST_IN_LOG:
         return
-    meant = np.array([known or 0 for known in meaning], dtype=np.int64)
-    agree = int(np.sign(np.sum((meant * side)[stroke >= 0])))
-    if agree:
-        turned = (stroke >= 0) & (meant * side * agree < 0)
-        reasons[turned] = STICKING
-        stroke[turned] = -1
+    for way in (1, -1):
+        mine = named[rows] == way
+        if np.any(mine) and np.mean(found.against[mine]) >= 0.5:
+            raise InputError(
+                "friction would help the motion: most readings of one direction look like those of the other",
+                where=readings.place(int(rows[mine][0])),
+                hint="check the column of directions",
+            )
+    for at in np.flatnonzero(found.against):
+        if at > 0 and border[rows[at]] == border[rows[at - 1]] and found.run[at - 1] >= 0:
+            raise InputError(
+                "friction would help the motion in this reading, against the others",
+                where=readings.place(int(rows[at])),
+                hint="are its two forces, or its direction, swapped?",
+            )
+
+
+def drop_inside(chosen: Selection, rows: Rows, friction: float) -> Selection:
+    """Set aside stretches inside both limits, such as a pause of the motor; the same selection if there are none."""
+    from scipy.ndimage import median_filter
+
+    used = np.flatnonzero(chosen.stroke >= 0)
+    inward = -rows.residual[used] * rows.way[used]
+    noise = 1.4826 * float(np.median(np.abs(inward - np.median(inward))))
+    width = 5 if len(used) >= 20 * int(chosen.stroke.max() + 1) else 1
+    smooth = median_filter(inward, size=width, mode="nearest") if width > 1 else inward
+    limit = np.maximum(_FAR_INSIDE * abs(friction) * rows.bend_angle[used], (6.0 if width == 1 else 4.0) * noise)
+    away = used[smooth > limit]
+    if not len(away):
+        return chosen
+    stroke, reasons = chosen.stroke.copy(), list(chosen.reasons)
+    stroke[away] = -1
+    for row in away:
+        reasons[row] = INSIDE
+    _, stroke[stroke >= 0] = np.unique(stroke[stroke >= 0], return_inverse=True)
+    return replace(chosen, stroke=stroke, side=np.where(stroke >= 0, chosen.side, 0), reasons=tuple(reasons))
+
+
+def _unusable(readings: Readings, meaning: list[int | None]) -> npt.NDArray[np.object_]:
+    """Why a row cannot be a reading of a loaded tendon that moves, "" for one that may be."""
+    cells = np.stack([readings.cell_1, readings.cell_2])
+    reasons = np.full(cells.shape[1], "", dtype=object)
+    if meaning:
+        reasons[np.array([known == 0 for known in meaning])] = AT_REST
+    for cell in cells:
+        reasons[_saturated(cell)] = SATURATED
+    usual = [float(np.quantile(cell[cell > 0.0], 0.9)) if np.any(cell > 0.0) else 0.0 for cell in cells]
+    reasons[np.all(cells < _UNLOADED * np.array(usual)[:, None], axis=0)] = UNLOADED
+    reasons[np.any(cells <= 0.0, axis=0)] = NOT_POSITIVE
+    reasons[~np.all(np.isfinite(cells), axis=0)] = NO_READING
+    return reasons
+
+
+def _saturated(cell: Floats) -> npt.NDArray[np.bool_]:
+    """Stretches at the largest reading, in a cell that elsewhere hardly ever reads the same twice in a row."""
+    top = cell == np.nanmax(cell, initial=-np.inf)
+    same = np.diff(cell) == 0.0
+    elsewhere = ~(top[1:] | top[:-1])
+    if np.count_nonzero(elsewhere) < _FEWEST_ELSEWHERE or np.mean(same[elsewhere]) > 0.3:
+        return np.zeros(len(cell), dtype=bool)
+    edges = np.flatnonzero(np.diff(top, prepend=False, append=False))
+    stands = np.zeros(len(cell), dtype=bool)
+    for first, last in edges.reshape(-1, 2):
+        stands[first:last] = last - first >= _STANDS
+    # Where it stands at all, every row at the top may be cut off.
+    return top if stands.any() else stands
+
+
+def _borders(readings: Readings, labels: list[str]) -> Integers:
+    """A number that changes from row to row where the file says that another stroke begins."""
+    border = np.zeros(len(readings.lines), dtype=np.int64)
+    columns: list[npt.NDArray[np.generic]] = [np.array(given) for given in (labels, readings.strokes or ()) if given]
+    if readings.bend_angle is not None:
+        columns.append(readings.bend_angle)
+    for column in columns:
+        border[1:] += np.cumsum(column[1:] != column[:-1])
+    return border
+
+
+def _blocks(readings: Readings, good: npt.NDArray[np.bool_]) -> list[Integers]:
+    """Rows at each bend angle."""
+    if readings.bend_angle is None:
+        return [np.flatnonzero(good)]
+    return [np.flatnonzero(good & (readings.bend_angle == angle)) for angle in np.unique(readings.bend_angle[good])]
+
+
+def _check_slip(readings: Readings, reasons: npt.NDArray[np.object_], moving: list[float], is_log: bool) -> None:
+    """Refuse a file whose ratio never comes to rest, or in which almost nothing slips."""
+    climbs = [value for value in moving if np.isfinite(value)]
+    used, possible = int(np.sum(reasons == "")), int(np.sum([reason not in _NO_ROW for reason in reasons]))
+    stuck = bool(climbs) and float(np.mean(climbs)) > _MOVING
+    if stuck or (is_log and used < _LEAST_SHARE * possible):
+        what = "no stroke slips: the force ratio still moves where each of them ends" if stuck or not used else (
+            f"only {used} of {possible} rows slip, which is too few to answer for the others")  # fmt: skip
+        raise InputError(what, where=readings.source, hint="make the strokes longer, until the force ratio rests")
+
+
+def _strokes(readings: Readings, run: Integers, side: Integers) -> Integers:
+    """Strokes from 0, without gaps: the runs, or what a column of strokes says, apart by direction and angle."""
+    used = run >= 0
+    stroke = np.full(len(run), -1, dtype=np.int64)
+    if readings.strokes is None:
+        _, stroke[used] = np.unique(run[used], return_inverse=True)
+        return stroke
+    parts = [readings.strokes, side.astype(str)]
+    if readings.bend_angle is not None:
+        parts.append([repr(float(angle)) for angle in readings.bend_angle])
+    names = np.array(["|".join(part) for part in zip(*parts, strict=True)])
+    _, first, number = np.unique(names[used], return_index=True, return_inverse=True)
+    stroke[used] = np.argsort(np.argsort(first))[number]
+    return stroke

@@ -16,6 +16,8 @@ JSON_KEYS = {
     "set_aside",
     "residuals",
     "warnings",
+    "notes",
+    "checks",
 }
 
 

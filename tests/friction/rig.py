@@ -47,6 +47,22 @@ class Rig:
     """Whether the motor swings like a crank instead of moving at a steady speed."""
     offsets: tuple[float, float] = (0.0, 0.0)
     """Readings of the unloaded cells, kg."""
+    weights: tuple[float, float] = (0.8, 2.0)
+    """Lightest and heaviest weight, kg."""
+    relative_noise: float = 0.0
+    """Standard deviation of each reading over its force, beside `noise`."""
+    correlation: float = 0.0
+    """Of the noise of two successive rows."""
+    delay: float = 0.0
+    """Rows by which the load's cell is late."""
+    saturation: float = np.inf
+    """Largest reading, as a multiple of the weight."""
+    dwell: int = 0
+    """Rows at rest in the middle of every stroke and at its end."""
+    friction_drift: float = 0.0
+    """Relative change of the friction from the first row to the last."""
+    gain_drift: float = 0.0
+    """Change of the log gain of the motor's cell from the first row to the last."""
 
 
 @dataclass(frozen=True)
@@ -102,10 +118,21 @@ class Tendon:
         return all_slip
 
 
+def ways_of(rig: Rig) -> tuple[Floats, Floats]:
+    """Way of the motor in each row (+1, -1, 0 at rest), and its speed over the mean speed of a stroke."""
+    along = (np.arange(rig.rows_per_stroke) + 0.5) / rig.rows_per_stroke
+    speed = np.sin(np.pi * along) * np.pi / 2.0 if rig.sinusoidal else np.ones(len(along))
+    half, rest = len(along) // 2, np.zeros(rig.dwell)
+    one = np.concatenate([speed[:half], rest, speed[half:], rest])
+    moves = [one * (1.0 if stroke % 2 == 0 else -1.0) for stroke in range(rig.strokes)]
+    motion = np.concatenate([np.zeros(rig.rows_at_rest), *moves])
+    return np.sign(motion), np.abs(motion)
+
+
 def simulate(rig: Rig, seeds: int, first_seed: int = 0) -> Logs:
     """Logs of `seeds` rigs that differ in weight, stiffness, curvature along the sheath, gains and noise."""
     random = np.random.default_rng([first_seed, round(rig.friction * 1e6)])
-    weight = random.uniform(0.8, 2.0, seeds)
+    weight = random.uniform(*rig.weights, seeds)
     angles = random.uniform(0.5, 1.5, (seeds, rig.pieces))
     angles *= rig.bend_angle / angles.sum(axis=1, keepdims=True)
     stiffness = np.full(seeds, 1000.0)
@@ -116,29 +143,37 @@ def simulate(rig: Rig, seeds: int, first_seed: int = 0) -> Logs:
     tendon.spring = rig.load_spring * weight / (step * rig.rows_per_stroke)
     log_gain = random.uniform(-rig.gain_mismatch, rig.gain_mismatch, seeds)
 
-    ways = np.concatenate(
-        [np.zeros(rig.rows_at_rest)]
-        + [np.full(rig.rows_per_stroke, 1.0 if stroke % 2 == 0 else -1.0) for stroke in range(rig.strokes)]
-    )
-    phase = (np.arange(len(ways)) - rig.rows_at_rest + 0.5) / rig.rows_per_stroke
-    speeds = np.abs(np.sin(np.pi * phase)) * np.pi / 2.0 if rig.sinusoidal else np.ones(len(ways))
+    ways, speeds = ways_of(rig)
+    along = np.linspace(-0.5, 0.5, len(ways))
     motor, load = np.empty((2, len(ways), seeds))
     slipping = np.zeros((len(ways), seeds), dtype=bool)
-    friction, gain = np.full(seeds, rig.friction), log_gain
+    scatter, gain = np.ones(seeds), log_gain
     previous = 0.0
     for row, way in enumerate(ways):
-        if way != previous:
-            friction = rig.friction * (1.0 + rig.friction_scatter * random.standard_normal(seeds))
+        if way not in {0.0, previous}:
+            scatter = 1.0 + rig.friction_scatter * random.standard_normal(seeds)
             gain = log_gain + rig.gain_scatter * random.standard_normal(seeds)
             previous = way
+        friction = rig.friction * scatter * (1.0 + rig.friction_drift * along[row])
         if way != 0.0:
             slipping[row] = tendon.move(step * speeds[row], way, friction)
-        motor[row] = tendon.tension[:, 0] * np.exp(gain)
+        motor[row] = tendon.tension[:, 0] * np.exp(gain + rig.gain_drift * along[row])
         load[row] = tendon.tension[:, -1]
-    return Logs(read(rig, motor, rig.offsets[0], random), read(rig, load, rig.offsets[1], random), slipping, ways)
+    if rig.delay:
+        rows = np.arange(len(ways), dtype=float)
+        load = np.stack([np.interp(rows - rig.delay, rows, column) for column in load.T], axis=1)
+    most = rig.saturation * weight
+    return Logs(
+        read(rig, motor, rig.offsets[0], most, random), read(rig, load, rig.offsets[1], most, random), slipping, ways
+    )
 
 
-def read(rig: Rig, force: Floats, offset: float, random: np.random.Generator) -> Floats:
+def read(rig: Rig, force: Floats, offset: float, most: Floats, random: np.random.Generator) -> Floats:
     """What a cell shows of a force."""
-    shown = force + offset + rig.noise * random.standard_normal(force.shape)
+    white = random.standard_normal(force.shape)
+    if rig.correlation:
+        white[1:] *= np.sqrt(1.0 - rig.correlation**2)
+        for row in range(1, len(white)):
+            white[row] += rig.correlation * white[row - 1]
+    shown = np.minimum(force + offset + (rig.noise + rig.relative_noise * force) * white, most)
     return np.round(shown / rig.resolution) * rig.resolution if rig.resolution else shown

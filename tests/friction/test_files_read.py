@@ -76,6 +76,25 @@ READ_RIGHT: dict[str, str | bytes] = {
 }
 
 
+@pytest.mark.parametrize(
+    ("row", "reason"),
+    [
+        ("2,NaN,1.036", "no reading"),
+        ("2,,1.036", "no reading"),
+        ("2,0,1.036", "force at or below zero"),
+        ("2,-0.858,1.036", "force at or below zero"),
+        ("2,0.004,0.002", "no load"),
+    ],
+)
+@pytest.mark.parametrize("line", [2, 4, 6, 7])
+def test_a_row_that_is_no_reading_is_set_aside(row: str, reason: str, line: int, csv_file) -> None:
+    lines = TABLE.splitlines()
+    lines[line - 1] = row.replace("2,", lines[line - 1][:2], 1)
+    fit = fit_file(csv_file("\n".join(lines)), bend_angle="144 deg")
+    assert fit.friction == pytest.approx(0.0743, abs=2e-4)
+    assert [(part.reason.startswith(reason), part.lines) for part in fit.set_aside] == [(True, ((line, line),))]
+
+
 @pytest.mark.parametrize("name", READ_RIGHT)
 def test_read_right(name: str, csv_file) -> None:
     fit = fit_file(csv_file(READ_RIGHT[name]), bend_angle="144 deg")

@@ -77,10 +77,10 @@ def test_which_cell_is_the_motors_is_inferred_and_said(csv_file) -> None:
     header = "time_s,cell 1 (kg),cell 2 (kg)"
     fit = fit_file(csv_file(log_text(LOAD, MOTOR, header=header)), bend_angle="144 deg")
     assert fit.motor == "2"
-    assert any("cell 2 is taken as the motor's" in text for text in fit.warnings)
+    assert any("cell 2 is taken as the motor's" in text for text in fit.notes)
     told = fit_file(csv_file(log_text(LOAD, MOTOR, header=header)), bend_angle="144 deg", motor="2")
     assert told.friction == fit.friction
-    assert not any("taken as" in text for text in told.warnings)
+    assert not any("taken as" in text for text in told.notes)
 
 
 def test_a_pause_and_a_stroke_that_never_slips_are_set_aside(csv_file) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.bend import LARGEST
 from tendon_cli.friction.reading.dialect import NumberReader, find_separator, is_comment, ragged, split
 from tendon_cli.friction.reading.header import CellPair, Column, check_units, unit_symbol
 from tendon_cli.friction.reading.layout import Layout, find_header
@@ -21,6 +20,8 @@ from tendon_cli.units import shorten
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+LARGEST = 100.0
+"""More than fifteen turns, in rad: no sheath on a rig, but a number in degrees taken for radians."""
 MOST_ROWS = 1_000_000
 _SNIFFED = 100
 
@@ -44,6 +45,10 @@ class Readings:
     strokes: tuple[str, ...] | None = None
     bend_angle: Floats | None = None
     """rad; None where the file has no such column."""
+    bend_uncertainty: Floats | None = None
+    """Standard uncertainty of each bend angle, rad; None where the file has no such column."""
+    unit: str | None = None
+    """Of both cells; None where the file does not say."""
     time: Floats | None = None
     """As the file has it, where it has numbers; only for showing."""
     timed: bool = False
@@ -181,6 +186,7 @@ class _Table:
             bend_angle=self._radians(),
             time=times if len(times) and bool(np.all(np.isfinite(times))) else None,
             timed=self.time is not None,
+            unit=first.first.unit if first.first.unit == first.second.unit else "N",
             motor=_motor_of(first),
         )
 

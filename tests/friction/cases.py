@@ -1,0 +1,181 @@
+"""What rigs really give, case by case: simulated logs and tables with the truth beside them.
+
+Forces are in N. The clean rig has five cycles, readings of 0.01 N and 0.1 N of noise; each case changes one thing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from tendon_cli.friction.reading.readings import Readings
+
+from .rig import Floats, Logs, Rig, simulate
+
+FRICTION = 0.1
+ROW = 0.02
+"""Seconds from row to row."""
+CLEAN = Rig(
+    FRICTION, strokes=10, weights=(20.0, 60.0), noise=0.1, resolution=0.01, friction_scatter=0.01, load_spring=0.0
+)
+VARYING = replace(CLEAN, load_spring=1.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of rig, and what is expected of its fits."""
+
+    rig: Rig
+    names: str = ""
+    """A word of the cause that a warning must name where the number is wrong."""
+    hides: bool = False
+    """Whether nothing in the readings can tell what is wrong, so that only a note says how much it could be."""
+    refused: bool = False
+    """Whether the only right answer is a refusal."""
+    clean: bool = False
+    """Whether any warning is a false alarm."""
+    make: Callable[[Rig, Logs, int], Readings] | None = None
+    """Readings of a seed, where they are not the log as it stands."""
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+def readings(motor: Floats, load: Floats, **columns: Any) -> Readings:
+    """Readings as they would be read from a file."""
+    count = len(motor)
+    given: dict[str, Any] = {"time": ROW * np.arange(count), "timed": True, "unit": "N", **columns}
+    return Readings("rig.csv", "0" * 64, np.arange(2, count + 2), motor, load, ("motor", "load"), motor="1", **given)
+
+
+def log_of(rig: Rig, logs: Logs, seed: int) -> Readings:
+    """The log of one seed, with time."""
+    return readings(logs.motor_cell[:, seed], logs.load_cell[:, seed])
+
+
+def with_directions(rig: Rig, logs: Logs, seed: int) -> Readings:
+    """With a column of directions, which follows the motor and not the slip."""
+    names = {1.0: "up", -1.0: "down", 0.0: "rest"}
+    return replace(log_of(rig, logs, seed), directions=tuple(names[way] for way in logs.toward))
+
+
+def with_strokes(rig: Rig, logs: Logs, seed: int) -> Readings:
+    """With a column that counts the strokes."""
+    turns = np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0)
+    return replace(log_of(rig, logs, seed), strokes=tuple(str(turn) for turn in turns))
+
+
+def untimed(rig: Rig, logs: Logs, seed: int) -> Readings:
+    """Two columns of forces and nothing else."""
+    return replace(log_of(rig, logs, seed), time=None, timed=False)
+
+
+def part(first: int, last: int | None) -> Callable[[Rig, Logs, int], Readings]:
+    """Some of the rows."""
+
+    def make(rig: Rig, logs: Logs, seed: int) -> Readings:
+        return readings(logs.motor_cell[first:last, seed], logs.load_cell[first:last, seed])
+
+    return make
+
+
+def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], Readings]:
+    """A table of `rows` settled readings of every stroke, taken from its end."""
+
+    def make(rig: Rig, logs: Logs, seed: int) -> Readings:
+        first = rig.rows_at_rest
+        every = np.arange(first, len(logs.toward)).reshape(rig.strokes, -1)
+        taken = every[:, -rows:].ravel()
+        names = tuple("up" if way > 0 else "down" for way in logs.toward[taken]) if directions else None
+        cells = logs.motor_cell[taken, seed], logs.load_cell[taken, seed]
+        return readings(*cells, time=None, timed=False, directions=names)
+
+    return make
+
+
+def levels(rig: Rig, logs: Logs, seed: int) -> Readings:
+    """Pulled up with a heavy weight and let down with a light one, which are exchanged between the strokes."""
+    light = simulate(replace(rig, weights=(25.0, 25.0)), 1, first_seed=seed)
+    down = logs.toward < 0.0
+    cells = (np.where(down, light.motor_cell[:, 0], logs.motor_cell[:, seed]),
+             np.where(down, light.load_cell[:, 0], logs.load_cell[:, seed]))  # fmt: skip
+    return readings(*cells)
+
+
+def with_zeros(rig: Rig, logs: Logs, seed: int) -> Readings:
+    """Rows of no force before, after and in between, as when the weight is hooked on and off."""
+    empty = np.zeros(30)
+    middle = len(logs.toward) // 2
+    cells = [np.concatenate([empty, cell[:middle, seed], empty, cell[middle:, seed], empty - 0.3])
+             for cell in (logs.motor_cell, logs.load_cell)]  # fmt: skip
+    return readings(*cells)
+
+
+def _cases() -> Iterator[tuple[str, Case]]:
+    yield "clean", Case(CLEAN, clean=True)
+    yield "clean, force varying", Case(VARYING, clean=True)
+    yield "clean, crank", Case(replace(VARYING, sinusoidal=True), clean=True)
+    yield "clean, no time", Case(CLEAN, clean=True, make=untimed)
+    yield "direction column", Case(CLEAN, clean=True, make=with_directions)
+    yield "stroke column", Case(CLEAN, clean=True, make=with_strokes)
+    yield "zero rows", Case(CLEAN, clean=True, make=with_zeros)
+    for noise in (0.005, 0.02, 0.05):
+        yield f"noise {noise:.1%}", Case(replace(CLEAN, noise=0.0, relative_noise=noise))
+        yield f"noise {noise:.1%}, varying", Case(replace(VARYING, noise=0.0, relative_noise=noise))
+    yield "noise 1 N", Case(replace(CLEAN, noise=1.0))
+    yield "noise 1 N, varying", Case(replace(VARYING, noise=1.0))
+    yield "noise 0.5 N, correlated", Case(replace(CLEAN, noise=0.5, correlation=0.9))
+    yield "noise 0.5 N, correlated, varying", Case(replace(VARYING, noise=0.5, correlation=0.9))
+    yield "gain 3 %", Case(replace(CLEAN, gain_mismatch=0.03))
+    for cell, place in (("motor", 0), ("load", 1)):
+        for newton in (1.0, -1.0, 3.0, -3.0):
+            zero = (newton, 0.0) if place == 0 else (0.0, newton)
+            name = f"offset {cell} {newton:+.0f} N"
+            yield f"{name}, varying", Case(replace(VARYING, offsets=zero), names="offset")
+            yield f"{name}, constant", Case(replace(CLEAN, offsets=zero), names="offset", hides=True)
+            high = replace(CLEAN, weights=(85.0, 95.0), offsets=zero)
+            yield f"{name}, levels differ", Case(high, names="zero error", make=levels)
+    for rows, name in ((1, "20 ms"), (5, "100 ms")):
+        yield f"delay {name}, varying", Case(replace(VARYING, delay=rows), names="delay")
+        crank = replace(VARYING, delay=rows, sinusoidal=True)
+        yield f"delay {name}, crank", Case(crank, names="delay")
+        yield f"delay {name}, constant", Case(replace(CLEAN, delay=rows), names="delay")
+    yield "steps of 1 N", Case(replace(CLEAN, resolution=1.0))
+    yield "steps of 1 N, varying", Case(replace(VARYING, resolution=1.0))
+    yield "saturated", Case(replace(VARYING, saturation=1.9))
+    yield "saturated, constant", Case(replace(CLEAN, saturation=1.2), names="saturat")
+    yield "dwell", Case(replace(CLEAN, dwell=60), clean=True)
+    yield "dwell, varying", Case(replace(VARYING, dwell=60), clean=True)
+    short = replace(CLEAN, rows_per_stroke=28, strokes=2, rows_at_rest=3, sticking=(0.15, 0.5))
+    yield "59 rows, one reversal", Case(short)
+    yield "56 rows, no time", Case(replace(short, rows_at_rest=0), make=untimed)
+    for rows in (7, 10):
+        few = replace(CLEAN, rows_per_stroke=rows, rows_at_rest=0)
+        yield f"{rows} rows a stroke", Case(few, clean=True)
+        yield f"{rows} rows a stroke, directions", Case(few, clean=True, make=with_directions)
+        yield f"{rows} rows a stroke, strokes", Case(few, clean=True, make=with_strokes)
+    yield "never slipping", Case(replace(CLEAN, sticking=(1.3, 2.0)), refused=True)
+    yield "never slipping, crank", Case(replace(CLEAN, sticking=(1.3, 2.0), sinusoidal=True), refused=True)
+    yield "never slipping, strokes", Case(replace(CLEAN, sticking=(1.3, 2.0)), refused=True, make=with_strokes)
+    yield (
+        "never slipping, 10 rows",
+        Case(
+            replace(CLEAN, sticking=(1.3, 2.0), rows_per_stroke=10, rows_at_rest=0), refused=True, make=with_directions
+        ),
+    )
+    for strokes in (1, 5):
+        for rows in (1, 3, 10, 25):
+            rig = replace(CLEAN, strokes=2 * strokes, rows_per_stroke=60, rows_at_rest=0)
+            refused = strokes == 1 and rows == 1
+            yield f"settled, {strokes} x {rows} rows", Case(rig, refused=refused, make=settled(rows))
+    yield (
+        "settled, 5 x 10 rows, no names",
+        Case(replace(CLEAN, rows_per_stroke=60, rows_at_rest=0), make=settled(10, directions=False)),
+    )
+    yield "gain drifts 3 %", Case(replace(CLEAN, gain_drift=0.03), names="drift")
+    yield "friction drifts 10 %", Case(replace(CLEAN, friction_drift=0.1), names="drift")
+    yield "friction drifts 10 %, varying", Case(replace(VARYING, friction_drift=0.1), names="drift")
+
+
+CASES = dict(_cases())

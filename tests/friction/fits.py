@@ -1,0 +1,33 @@
+"""Fits of simulated logs, as they would be read from a file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction.fit import fit_readings
+from tendon_cli.friction.reading.readings import Readings
+from tendon_cli.friction.result import FrictionFit
+
+from .rig import Logs, Rig
+
+
+def readings_of(logs: Logs, seed: int) -> Readings:
+    """One seed's log as it would be read from a file."""
+    rows = len(logs.toward)
+    return Readings(
+        source="rig.csv",
+        sha256="0" * 64,
+        lines=np.arange(2, rows + 2),
+        cell_1=logs.motor_cell[:, seed],
+        cell_2=logs.load_cell[:, seed],
+        names=("force_motor", "force_load"),
+        timed=True,
+        motor="1",
+    )
+
+
+def fit_seed(rig: Rig, logs: Logs, seed: int) -> FrictionFit:
+    """The fit of one seed's log."""
+    bend = BendAngle(rig.bend_angle, 0.0, f"{rig.bend_angle} rad")
+    return fit_readings(readings_of(logs, seed), bend=bend)

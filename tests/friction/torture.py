@@ -1,0 +1,131 @@
+"""Fits of every case, counted: `python -m tests.friction.torture [--seeds 200] [--write docs/friction.md]`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from tendon_cli.errors import InputError
+from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction.fit import fit_readings
+from tendon_cli.friction.result import FrictionFit
+
+from .cases import CASES, FRICTION, Case, log_of
+from .rig import simulate
+
+BEGIN, END = "<!-- written by `make friction` -->", "<!-- end of what is written -->"
+
+
+@dataclass
+class Count:
+    """What the fits of one case say together; shares of all its seeds."""
+
+    fits: list[FrictionFit]
+    refused: list[str]
+    case: Case
+
+    @property
+    def seeds(self) -> int:
+        return len(self.fits) + len(self.refused)
+
+    def bias(self) -> float:
+        return float(np.mean([fit.friction for fit in self.fits])) / FRICTION - 1.0 if self.fits else np.nan
+
+    def half_width(self) -> float:
+        return (
+            float(np.mean([np.ptp(fit.uncertainty.interval_95) for fit in self.fits])) / 2.0 / FRICTION
+            if self.fits
+            else np.nan
+        )
+
+    def coverage(self) -> float:
+        """Of the fits without a warning."""
+        quiet = [covers(fit) for fit in self.fits if not fit.warnings]
+        return float(np.mean(quiet)) if quiet else np.nan
+
+    def warned(self) -> float:
+        return float(np.mean([bool(fit.warnings) for fit in self.fits])) if self.fits else np.nan
+
+    def silent(self) -> int:
+        """Fits more than 1.5 % off, outside their interval, without a warning that names the cause."""
+        cause = self.case.names
+        wrong = [fit for fit in self.fits if not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015]
+        unnamed = sum(not cause or not any(cause in text for text in fit.warnings) for fit in wrong)
+        return len(self.fits) if self.case.refused else unnamed
+
+
+def covers(fit: FrictionFit) -> bool:
+    low, high = fit.uncertainty.interval_95
+    # The chain of the simulated sheath is itself good to 1e-4.
+    return low * 0.9999 <= FRICTION <= high * 1.0001
+
+
+def run(name: str, seeds: int, first_seed: int = 0) -> Count:
+    case = CASES[name]
+    logs = simulate(case.rig, seeds, first_seed)
+    bend = BendAngle(case.rig.bend_angle, 0.0, "144 deg")
+    fits, refused = [], []
+    for seed in range(seeds):
+        try:
+            fits.append(fit_readings((case.make or log_of)(case.rig, logs, seed), bend=bend, **case.options))
+        except InputError as error:
+            refused.append(error.message)
+    return Count(fits, refused, case)
+
+
+def silent_share(counts: list[Count], *, hidden: bool) -> float:
+    """Silently wrong fits over all seeds of all cases; with or without those that nothing in the readings can tell."""
+    chosen = [count for count in counts if hidden or not count.case.hides]
+    return sum(count.silent() for count in chosen) / sum(count.seeds for count in chosen)
+
+
+def row_of(name: str, count: Count) -> str:
+    """A row of the table in Markdown."""
+    shares = ((count.bias(), 2), (count.half_width(), 1), (count.coverage(), 0), (count.warned(), 0))
+    numbers = ["" if np.isnan(share) else f"{100.0 * share:.{digits}f}" for share, digits in shares]
+    silent = f"{100.0 * count.silent() / count.seeds:.1f}" + (" (noted)" if count.case.hides and count.silent() else "")
+    return f"| {name} | {' | '.join(numbers)} | {silent} | {100.0 * len(count.refused) / count.seeds:.0f} |"
+
+
+def table(counts: dict[str, Count]) -> str:
+    """The table, and what it comes to."""
+    seeds = max(count.seeds for count in counts.values())
+    head = "| case | bias | half-width | truth in interval (fits without warning) | warned | silently wrong | refused |"
+    alarms = [bool(fit.warnings) for count in counts.values() if count.case.clean for fit in count.fits]
+    told, every = (100.0 * silent_share(list(counts.values()), hidden=hidden) for hidden in (False, True))
+    words = (
+        f"In %, {seeds} seeds a case. Silently wrong of all: {told:.2f} %, and {every:.1f} % with those of a constant force"
+        " and an offset, which nothing in the readings can tell and a note puts a number to."
+        f" Warnings on clean logs: {100.0 * np.mean(alarms or [False]):.1f} %."
+    )
+    return "\n".join([head, "|---" * 7 + "|", *(row_of(name, count) for name, count in counts.items()), "", words])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="fit every case of simulated rigs and count")
+    parser.add_argument("--seeds", type=int, default=200)
+    parser.add_argument("--case", default="", help="only cases whose name has this in it")
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table between the marks of this page")
+    options = parser.parse_args()
+    counts = {}
+    for name in CASES:
+        if options.case in name:
+            counts[name] = run(name, options.seeds)
+            sys.stdout.write(row_of(name, counts[name]) + "\n")
+            sys.stdout.flush()
+    text = table(counts)
+    sys.stdout.write(text.rpartition("\n")[2] + "\n")
+    if options.write:
+        before, begin, rest = options.write.read_text(encoding="utf-8").partition(BEGIN)
+        _, end, after = rest.partition(END)
+        if not begin or not end:
+            raise SystemExit(f"{options.write}: expected the lines {BEGIN} and {END}")
+        options.write.write_text(f"{before}{begin}\n\n{text}\n\n{end}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
