@@ -53,6 +53,9 @@ mutants: $(READY)  ## put random faults into copies of the package and see wheth
 clean:  ## remove the environment and caches, never results
 	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_native.*
 
+friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction.md
+	@$(VENV)/bin/python -m tests.friction.torture --write docs/friction.md
+
 VERIFY := .venv-verify
 MUJOCO := $(VERIFY)/.ready
 

@@ -98,8 +98,8 @@ def table(counts: dict[str, Count]) -> str:
     alarms = [bool(fit.warnings) for count in counts.values() if count.case.clean for fit in count.fits]
     told, every = (100.0 * silent_share(list(counts.values()), hidden=hidden) for hidden in (False, True))
     words = (
-        f"In %, {seeds} seeds a case. Silently wrong of all: {told:.2f} %, and {every:.1f} % with those of a constant force"
-        " and an offset, which nothing in the readings can tell and a note puts a number to."
+        f"In %, {seeds} seeds a case. Silently wrong of all: {told:.2f} %, and {every:.1f} % with those of a constant"
+        " force and an offset, which nothing in the readings can tell and a note puts a number to."
         f" Warnings on clean logs: {100.0 * np.mean(alarms or [False]):.1f} %."
     )
     return "\n".join([head, "|---" * 7 + "|", *(row_of(name, count) for name, count in counts.items()), "", words])
