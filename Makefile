@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help demo test check format bench torture mutants verify clean
+.PHONY: help demo test check format bench torture friction mutants verify clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -47,14 +47,14 @@ $(FUZZER): $(READY)
 torture: $(FUZZER)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
+friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction.md
+	@nice $(BIN)/python -m tests.friction.torture --write docs/friction.md
+
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
 	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
 
 clean:  ## remove the environment and caches, never results
 	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_native.*
-
-friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction.md
-	@$(VENV)/bin/python -m tests.friction.torture --write docs/friction.md
 
 VERIFY := .venv-verify
 MUJOCO := $(VERIFY)/.ready
