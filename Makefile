@@ -10,7 +10,7 @@ READY := $(VENV)/.ready
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-$(READY): pyproject.toml constraints.txt $(wildcard tendon_cli/sweep/kernel/*)
+$(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "tendon needs Python 3.11 or later; set PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
@@ -54,7 +54,7 @@ mutants: $(READY)  ## put random faults into copies of the package and see wheth
 	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
 
 clean:  ## remove the environment and caches, never results
-	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/sweep/_native.*
+	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/kernel/_native.*
 
 VERIFY := .venv-verify
 MUJOCO := $(VERIFY)/.ready

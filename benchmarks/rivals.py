@@ -128,8 +128,8 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
     import pandas as pd
     from joblib import Parallel, delayed
 
+    from tendon_cli.model.actuator import State
     from tendon_cli.study.load import load_study
-    from tendon_cli.sweep.evaluate import evaluate, state_columns
     from tendon_cli.sweep.inputs import Inputs
     from tendon_cli.sweep.plan import Plan
 
@@ -139,7 +139,7 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
 
     def one(design: int) -> pd.DataFrame:
         block = next(plan.blocks(range(design, design + 1)))
-        columns = state_columns(evaluate(inputs, block))
+        columns = State.of(inputs.situation(block)).columns()
         frame = pd.DataFrame({name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()})
         frame.insert(0, "design", design)
         return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])

@@ -146,6 +146,7 @@ def small_parts(monkeypatch):
 
     def shrink(states, designs=None):
         monkeypatch.setattr(plan_module, "STATES_PER_PART", states)
+        monkeypatch.setattr(plan_module, "STATES_PER_FILE", states)
         monkeypatch.setattr(plan_module, "DESIGNS_PER_PART", designs or states)
 
     return shrink

@@ -11,8 +11,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from tendon_cli.quantities import OF_DESIGNS
 from tendon_cli.study.load import load_study
-from tendon_cli.sweep.columns import DESIGN_RESULTS
 from tendon_cli.sweep.plan import Plan
 
 sys.path.append(str(Path(__file__).parents[1]))  # benchmarks are not installed
@@ -49,7 +49,7 @@ def test_the_loop_in_c_finds_the_designs_table(new_sweep, tmp_path, lowest, high
     ours = new_sweep(text, tmp_path).designs
     loop = fused.Fused(Plan(load_study(tmp_path / "study.toml")), tmp_path)
     loop.run(2)
-    assert (*DESIGN_RESULTS, "taut") == fused.RESULTS
+    assert (*OF_DESIGNS, "taut") == fused.RESULTS
     assert ours["slack_fraction"].max() > 0
     assert ours["required_pretension"].isna().all() == (lowest == "-110 deg")
     for name, column in loop.columns().items():

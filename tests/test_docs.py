@@ -8,11 +8,10 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.study.load import study_from
 from tendon_cli.study.reading import read_toml
 from tendon_cli.study.study import keys, split_side
-from tendon_cli.sweep.columns import DESIGN_RESULTS, STATE_RESULTS
 from tendon_cli.units import UNITS
 
 ROOT = Path(__file__).parent.parent
@@ -43,7 +42,7 @@ def test_every_key_is_documented_with_its_meaning_and_column(path):
     assert f"`{keys()[path].column}`" in row
 
 
-@pytest.mark.parametrize("column", [*STATE_RESULTS, *DESIGN_RESULTS])
+@pytest.mark.parametrize("column", [*OF_STATES, *OF_DESIGNS])
 def test_every_result_is_documented_with_its_unit_and_meaning(column):
     quantity = QUANTITIES[column]
     assert f"| `{column}` | {quantity.unit} | {quantity.symbol} | {quantity.long_name} |" in PAGES["tables.md"]

@@ -67,6 +67,7 @@ def test_its_names_stay_functions_whatever_else_is_imported():
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_in_memory_and_in_a_folder_it_is_the_same(study, workplace, monkeypatch, jobs):
     monkeypatch.setattr(plan_module, "STATES_PER_PART", 24)
+    monkeypatch.setattr(plan_module, "STATES_PER_FILE", 24)
     in_folder = tendon.sweep(study, "run", jobs)
     before = sorted(workplace.rglob("*"))
     in_memory = tendon.sweep(study, jobs=jobs)
@@ -131,6 +132,7 @@ def held(monkeypatch):
 
     fill = PartMaker.fill
     monkeypatch.setattr(plan_module, "STATES_PER_PART", 1)
+    monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
     monkeypatch.setattr(plan_module, "DESIGNS_PER_PART", 1)
     busy = []
 

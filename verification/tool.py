@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import actuator, statics
+from tendon_cli.model.design import Arm, Design, Side
 from tendon_cli.model.kinematics import Anchors
 from verification.cases import Case, Line
 
@@ -27,11 +28,11 @@ class ToolAnswers:
 
 def answers(cases: list[Case]) -> ToolAnswers:
     """Evaluate the cases as one array of unilateral designs without friction."""
-    arm = actuator.Arm(
+    arm = Arm(
         anchors=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius")),
         **_columns(cases, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle"),
     )
-    design = actuator.Design(
+    design = Design(
         arm=arm,
         flexor=_side([case.flexor for case in cases]),
         extensor=_side([case.extensor for case in cases]),
@@ -61,9 +62,9 @@ def _values(state: actuator.State) -> dict[str, Array]:
     }
 
 
-def _side(lines: list[Line]) -> actuator.Side:
+def _side(lines: list[Line]) -> Side:
     names = ("bend_angle", "length", "diameter", "youngs_modulus", "spring_stiffness", "pretension")
-    return actuator.Side(friction=0.0, **_columns(lines, *names))
+    return Side(friction=0.0, **_columns(lines, *names))
 
 
 def _columns(rows: list[Case] | list[Line], *names: str) -> dict[str, Any]:

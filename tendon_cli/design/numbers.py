@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tendon_cli.design.factors import REFERENCE, Numbers, scale_of
-from tendon_cli.model.actuator import Arm, Design, Side
+from tendon_cli.model.design import Arm, Design, Side
 from tendon_cli.model.kinematics import Anchors, Real
 from tendon_cli.study.study import SIDES, Study
 

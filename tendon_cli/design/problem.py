@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tendon_cli.design.factors import Factor, Numbers, Product
 from tendon_cli.design.numbers import model_design
 from tendon_cli.model import window
-from tendon_cli.model.actuator import Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.window import Bounds, Window
 from tendon_cli.study.study import Study

@@ -7,71 +7,17 @@ or arrays that broadcast against each other; a result has the shape of what it d
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from tendon_cli.model import sheath, statics
-from tendon_cli.model.kinematics import Anchors, Array, Kinematics, Real, kinematics
+from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.kinematics import Array, Kinematics, Real, kinematics
 from tendon_cli.model.statics import Balance, Coupling, Flag, Status
 
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
-
-
-@dataclass(frozen=True, eq=False)
-class Arm:
-    """The arm, its anchors and its weight."""
-
-    anchors: Anchors
-    forearm_mass: Real
-    """Mass of forearm and hand, kg."""
-    forearm_com: Real
-    """Distance of its centre from the elbow, m."""
-    load_distance: Real
-    """Distance of the load from the elbow, m."""
-    upper_arm_angle: Real
-    """ψ, inclination of the upper arm, forward positive, rad."""
-    contact_width: Real = np.nan
-    """Width of the extensor's strap around the elbow, m."""
-
-
-@dataclass(frozen=True, eq=False)
-class Side:
-    """One tendon with its sheath and its series spring."""
-
-    friction: Real
-    """μ."""
-    bend_angle: Real
-    """φ = ∫κ ds, rad."""
-    length: Real
-    """L, m."""
-    diameter: Real
-    """d, m."""
-    youngs_modulus: Real
-    """E, Pa."""
-    spring_stiffness: Real
-    """K_SE, N/m."""
-    pretension: Real
-    """F0, distal tension before motion, N."""
-
-
-@dataclass(frozen=True, eq=False)
-class Design:
-    """Everything that a state depends on besides elbow angle and direction."""
-
-    arm: Arm
-    flexor: Side
-    extensor: Side
-    flexor_radius: Real
-    """R_m^f, m."""
-    ratio: Real
-    """η = R_m^e / R_m^f."""
-    load_mass: Real
-    """kg."""
-    from_initial: Flag = False
-    """Measure the flexor's travel from L_c(0) instead of b1 + b2."""
-    unilateral: Flag = True
-    """A tendon cannot push; otherwise the paper's bilateral model."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +38,53 @@ class Transmission:
 
 
 @dataclass(frozen=True, eq=False)
+class Situation:
+    """A design at an elbow angle, moving in a direction: all that the balance of the state depends on.
+
+    Here are the roots, sines and exponentials, each where it varies; what follows is plain arithmetic, here or in C.
+    """
+
+    design: Design
+    motion: Kinematics
+    flexor: Transmission
+    extensor: Transmission
+    gravity_moment: Array
+    """Of forearm and load about the elbow where the forearm is level, N m."""
+    sine: Array
+    """Of the forearm's inclination from the vertical."""
+    cosine: Array
+
+    @classmethod
+    def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> Situation:
+        """From arrays that broadcast: elbow angle in rad, and whether it is flexion, else extension."""
+        flexor, extensor = transmissions(design, flexion)
+        inclination = np.add(elbow_angle, design.arm.upper_arm_angle)
+        return cls(
+            design=design,
+            motion=kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial),
+            flexor=flexor,
+            extensor=extensor,
+            gravity_moment=gravity_moment(design.arm, design.load_mass),
+            sine=np.sin(inclination),
+            cosine=np.cos(inclination),
+        )
+
+    @cached_property
+    def coupling(self) -> Coupling:
+        """What ties the two tensions together."""
+        return statics.coupling(
+            moment_arm=self.motion.pulling_arm,
+            elbow_radius=self.design.arm.anchors.elbow_radius,
+            ratio=self.design.ratio,
+            flexor_compliance=self.flexor.compliance,
+            extensor_compliance=self.extensor.compliance,
+            flexor_travel=self.motion.flexor_travel,
+            extensor_travel=self.motion.extensor_travel,
+            elbow_torque=self.gravity_moment * self.sine,
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class State:
     """One state of each design, direction and elbow angle: everything the tables hold, as arrays.
 
@@ -99,10 +92,7 @@ class State:
     lengths are not determined, and NaN; slack lengths are NaN in the bilateral model, which has none.
     """
 
-    motion: Kinematics
-    flexor: Transmission
-    extensor: Transmission
-    coupling: Coupling
+    situation: Situation
     balance: Balance
     flexor_tension_proximal: Array
     extensor_tension_proximal: Array
@@ -113,10 +103,82 @@ class State:
     spool_angle: Array
     elbow_stiffness: Array
 
+    @classmethod
+    def of(cls, situation: Situation) -> State:
+        """Solve every state of the broadcast product of a situation."""
+        design, tied = situation.design, situation.coupling
+        pretensions = design.flexor.pretension, design.extensor.pretension
+        balance = statics.solve(tied, *pretensions, unilateral=design.unilateral)
+        flexor_arm, extensor_arm = motor_arms(design, situation.flexor, situation.extensor)
+        flexor_slack, extensor_slack = _slack_lengths(design, balance)
+        return cls(
+            situation=situation,
+            balance=balance,
+            flexor_tension_proximal=balance.flexor / situation.flexor.capstan,
+            extensor_tension_proximal=balance.extensor / situation.extensor.capstan,
+            flexor_slack=flexor_slack,
+            extensor_slack=extensor_slack,
+            elbow_torque=np.where(np.isnan(tied.moment_arm), np.nan, tied.elbow_torque),
+            motor_torque=np.asarray(balance.flexor * flexor_arm - balance.extensor * extensor_arm),
+            spool_angle=_spool_angle(situation, balance),
+            elbow_stiffness=statics.elbow_stiffness(
+                tied,
+                balance,
+                situation.motion.flexor_moment_arm_slope,
+                situation.gravity_moment * situation.cosine,
+                unilateral=design.unilateral,
+            ),
+        )
+
     @property
     def status(self) -> Status:
         """Index into `statics.STATUS_NAMES`."""
         return self.balance.status
+
+    @property
+    def motion(self) -> Kinematics:
+        """Path, travels and moment arms."""
+        return self.situation.motion
+
+    @property
+    def flexor(self) -> Transmission:
+        """What the flexor's sheath and spring do."""
+        return self.situation.flexor
+
+    @property
+    def extensor(self) -> Transmission:
+        """And the extensor's."""
+        return self.situation.extensor
+
+    @property
+    def coupling(self) -> Coupling:
+        """What ties the two tensions together."""
+        return self.situation.coupling
+
+    def columns(self) -> dict[str, Array]:
+        """The result columns of a table of states, by name, but for the status."""
+        at, balance, motion = self.situation, self.balance, self.situation.motion
+        flexor_change = balance.flexor - at.design.flexor.pretension
+        extensor_change = balance.extensor - at.design.extensor.pretension
+        return {
+            "flexor_tension_proximal": self.flexor_tension_proximal,
+            "flexor_tension_distal": balance.flexor,
+            "extensor_tension_proximal": self.extensor_tension_proximal,
+            "extensor_tension_distal": balance.extensor,
+            "flexor_tendon_stretch": at.flexor.tendon * flexor_change,
+            "extensor_tendon_stretch": at.extensor.tendon * extensor_change,
+            "flexor_spring_stretch": at.flexor.spring * flexor_change,
+            "extensor_spring_stretch": at.extensor.spring * extensor_change,
+            "flexor_slack": self.flexor_slack,
+            "extensor_slack": self.extensor_slack,
+            "elbow_torque": self.elbow_torque,
+            "motor_torque": self.motor_torque,
+            "spool_angle": self.spool_angle,
+            "elbow_stiffness": self.elbow_stiffness,
+            "flexor_moment_arm": motion.flexor_moment_arm,
+            "flexor_travel": motion.flexor_travel,
+            "extensor_travel": motion.extensor_travel,
+        }
 
 
 def gravity_moment(arm: Arm, load_mass: Real) -> Array:
@@ -154,72 +216,34 @@ def motor_arms(design: Design, flexor: Transmission, extensor: Transmission) -> 
     return np.asarray(radius / flexor.capstan), np.asarray(design.ratio * radius / extensor.capstan)
 
 
-def tie(
-    design: Design, motion: Kinematics, flexor: Transmission, extensor: Transmission, elbow_torque: Array
-) -> Coupling:
-    """What ties the tensions of a state together, from its parts."""
-    return statics.coupling(
-        moment_arm=motion.pulling_arm,
-        elbow_radius=design.arm.anchors.elbow_radius,
-        ratio=design.ratio,
-        flexor_compliance=flexor.compliance,
-        extensor_compliance=extensor.compliance,
-        flexor_travel=motion.flexor_travel,
-        extensor_travel=motion.extensor_travel,
-        elbow_torque=elbow_torque,
-    )
-
-
 def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:
     """What a state knows before any pretension: motion, both transmissions, and how they are tied together."""
-    motion = kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial)
-    flexor, extensor = transmissions(design, flexion)
-    torque = gravity_torque(design.arm, design.load_mass, elbow_angle)[0]
-    return motion, flexor, extensor, tie(design, motion, flexor, extensor, torque)
+    at = Situation.of(design, elbow_angle, flexion)
+    return at.motion, at.flexor, at.extensor, at.coupling
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:
     """Solve every state of the broadcast product of `design`, `elbow_angle` (rad) and `flexion` (else extension)."""
-    motion, flexor, extensor, tied = couple(design, elbow_angle, flexion)
-    balance = statics.solve(tied, design.flexor.pretension, design.extensor.pretension, unilateral=design.unilateral)
-    torque_slope = gravity_torque(design.arm, design.load_mass, elbow_angle)[1]
-    flexor_proximal, extensor_proximal = balance.flexor / flexor.capstan, balance.extensor / extensor.capstan
-    flexor_slack, extensor_slack = _slack_lengths(design, balance)
-    return State(
-        motion=motion,
-        flexor=flexor,
-        extensor=extensor,
-        coupling=tied,
-        balance=balance,
-        flexor_tension_proximal=flexor_proximal,
-        extensor_tension_proximal=extensor_proximal,
-        flexor_slack=flexor_slack,
-        extensor_slack=extensor_slack,
-        elbow_torque=np.where(np.isnan(tied.moment_arm), np.nan, tied.elbow_torque),
-        motor_torque=np.asarray((flexor_proximal - design.ratio * extensor_proximal) * design.flexor_radius),
-        spool_angle=_spool_angle(design, motion, tied, balance),
-        elbow_stiffness=statics.elbow_stiffness(
-            tied, balance, motion.flexor_moment_arm_slope, torque_slope, unilateral=design.unilateral
-        ),
-    )
+    return State.of(Situation.of(design, elbow_angle, flexion))
 
 
 def _slack_lengths(design: Design, balance: Balance) -> tuple[Array, Array]:
     """Slack of flexor and extensor: the loose path belongs to the slack side, at the spool's ratio."""
-    known = np.where((balance.status == statics.BOTH_SLACK) | ~np.asarray(design.unilateral), np.nan, balance.loose)
-    on_flexor = balance.status == statics.FLEXOR_SLACK
-    nothing = 0.0 * known
-    return np.where(on_flexor, known / design.ratio, nothing), np.where(on_flexor, nothing, known)
+    status, lengths = balance.status, (balance.loose * (1.0 / np.asarray(design.ratio)), balance.loose)
+    known = np.asarray(design.unilateral) & (status < statics.BOTH_SLACK)
+    flexor, extensor = (
+        np.where(known, np.where(status == side, length, 0.0), np.nan)
+        for side, length in zip((statics.FLEXOR_SLACK, statics.EXTENSOR_SLACK), lengths, strict=True)
+    )
+    return flexor, extensor
 
 
-def _spool_angle(design: Design, motion: Kinematics, tied: Coupling, balance: Balance) -> Array:
+def _spool_angle(at: Situation, balance: Balance) -> Array:
     """α from the pretensioned state, read from a side that is under tension; any angle does where neither is."""
-    flexor_stretch = tied.flexor_compliance * (balance.flexor - design.flexor.pretension)
+    design, motion = at.design, at.motion
+    flexor_stretch = at.flexor.compliance * (balance.flexor - design.flexor.pretension)
     alpha = np.asarray((motion.flexor_travel + flexor_stretch) / design.flexor_radius)
-    flexor_slack = (balance.status == statics.FLEXOR_SLACK) & np.asarray(design.unilateral)
-    if flexor_slack.any():
-        extensor_stretch = tied.extensor_compliance * (balance.extensor - design.extensor.pretension)
-        by_extensor = (motion.extensor_travel - extensor_stretch) / (design.ratio * design.flexor_radius)
-        alpha = np.where(flexor_slack, by_extensor, alpha)
-    unknown = (balance.status == statics.BOTH_SLACK) & np.asarray(design.unilateral)
-    return np.where(unknown, np.nan, alpha)
+    extensor_stretch = at.extensor.compliance * (balance.extensor - design.extensor.pretension)
+    by_extensor = (motion.extensor_travel - extensor_stretch) / (design.ratio * np.asarray(design.flexor_radius))
+    alpha = np.where((balance.status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, alpha)
+    return np.where((balance.status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)

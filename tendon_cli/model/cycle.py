@@ -13,7 +13,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Design, State, evaluate
+from tendon_cli.model.actuator import State, evaluate
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.statics import Flags

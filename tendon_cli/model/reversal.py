@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.model.actuator import Design, State, Transmission, transmissions
+from tendon_cli.model.actuator import State, Transmission, transmissions
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor import strain_compliance
 from tendon_cli.model.statics import Flags

@@ -12,7 +12,6 @@ come out (see docs/physics.md).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -71,8 +70,10 @@ class Response:
     """Smallest pretension of both sides that keeps the state taut, N; not a number where J <= 0."""
     lowest: Array
     """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
-    limit: Array
-    """Pretension below which the state counts as slack, N: the shortfall but for rounding."""
+    flexor_limit: Array
+    """Pretension below which the flexor counts as slack, N: the shortfall but for rounding, or minus infinity."""
+    extensor_limit: Array
+    """And the extensor."""
     flexor_floor: Array
     """x at the shortfall, N."""
     flexor_gain: Array
@@ -81,12 +82,6 @@ class Response:
     """y at the shortfall, N."""
     extensor_gain: Array
     """dy/dF where taut."""
-
-    @cached_property
-    def idle(self) -> Flags:
-        """Where no torque decides between the sides: below the shortfall both are slack at once."""
-        load = np.maximum(self.flexor_floor, self.extensor_floor)
-        return np.asarray(load <= SLACK_TOLERANCE * np.abs(self.shortfall))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +94,10 @@ class Balance:
     """y, distal extensor tension, N."""
     status: Status
     """Index into STATUS_NAMES."""
+    shortfall: Array
+    """Smallest pretension of both sides that keeps the state taut, N."""
+    surplus: Array
+    """By how much the common pretension is above that, N."""
     loose: Array
     """σ = η c_f x + c_e y - D >= 0, path length that no tendon takes up; 0 where taut, m."""
 
@@ -127,35 +126,35 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
     solution for J > 0. Bilateral ones go on along the same lines.
     """
-    radius = np.asarray(state.elbow_radius)
-    per_common, per_radius, per_arm = 1.0 / state.common_compliance, 1.0 / radius, 1.0 / state.moment_arm
+    radius, arm = np.asarray(state.elbow_radius), state.moment_arm
+    per_common, per_radius, per_arm = 1.0 / state.common_compliance, 1.0 / radius, 1.0 / arm
     flexor_share = state.ratio * state.flexor_compliance * per_common
     extensor_share = state.extensor_compliance * per_common
     floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
     floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
-    spread = flexor_share * radius + extensor_share * state.moment_arm
+    spread = flexor_share * radius + extensor_share * arm
     flexor_gain = radius / spread
-    extensor_gain = flexor_gain * (state.moment_arm * per_radius)
+    extensor_gain = flexor_gain * (arm * per_radius)
     shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_common
-    tolerance = _tolerance(np.maximum(floor_x, floor_y), shortfall)
-    # Over the gain of the side that goes slack first.
-    limit = shortfall - tolerance * spread * by_side(state.elbow_torque < 0.0, per_radius, per_arm)
+    # With no torque to balance unilateral tendons are slack both at once, else the one that the torque does not load.
+    load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
+    idle = load <= SLACK_TOLERANCE * np.abs(shortfall)
+    limit = shortfall - _tolerance(load, shortfall) * spread * np.where(backward, per_radius, per_arm)
+    flexor_limit, extensor_limit = (np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward))
     if not np.all(unilateral):
-        limit = np.where(unilateral, limit, np.fmax(*_side_limits(state, flexor_gain, extensor_gain)))
+        on_flexor, on_extensor = _side_limits(state, flexor_gain, extensor_gain)
+        flexor_limit = np.where(unilateral, flexor_limit, on_flexor)
+        extensor_limit = np.where(unilateral, extensor_limit, on_extensor)
     return Response(
         shortfall=shortfall,
         lowest=np.where(unilateral, 0.0, -np.inf),
-        limit=limit,
+        flexor_limit=flexor_limit,
+        extensor_limit=extensor_limit,
         flexor_floor=floor_x,
         flexor_gain=flexor_gain,
         extensor_floor=floor_y,
         extensor_gain=extensor_gain,
     )
-
-
-def by_side(backward: Flags, flexor: Array, extensor: Array) -> Array:
-    """Of two arrays the one of the side that goes slack first: the flexor's where the torque is negative."""
-    return np.where(backward, flexor, extensor) if backward.any() else extensor
 
 
 def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
@@ -180,10 +179,8 @@ def common_pretension(
     flexor_pretension: Real, extensor_pretension: Real,
 ) -> Real:  # fmt: skip
     """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance."""
-    if flexor_pretension is extensor_pretension:
-        return flexor_pretension
     turned = np.asarray(ratio * flexor_compliance)
-    share = turned / (turned + extensor_compliance)
+    share = turned * (1.0 / (turned + extensor_compliance))
     return np.asarray(extensor_pretension + share * np.subtract(flexor_pretension, extensor_pretension))
 
 
@@ -195,30 +192,19 @@ def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *
     response = respond(state, unilateral=unilateral)
     compliances = state.flexor_compliance, state.extensor_compliance
     pretension = common_pretension(state.ratio, *compliances, flexor_pretension, extensor_pretension)
-    surplus = pretension - response.shortfall
+    surplus = np.asarray(pretension - response.shortfall)
     taking = np.maximum(surplus, response.lowest)
-    flexor_slack, extensor_slack = _slack_sides(state, response, pretension, unilateral)
+    flexor_slack, extensor_slack = pretension < response.flexor_limit, pretension < response.extensor_limit
     status = flexor_slack * np.int8(FLEXOR_SLACK) + extensor_slack * np.int8(EXTENSOR_SLACK)
     status = np.where(np.isnan(state.moment_arm), np.int8(NO_EQUILIBRIUM), status)
-    is_slack = (status > TAUT) & np.asarray(unilateral)
+    loose = np.where((status > TAUT) & np.asarray(unilateral), -state.common_compliance * surplus, 0.0 * surplus)
     return Balance(
         flexor=response.flexor_floor + response.flexor_gain * taking,
         extensor=response.extensor_floor + response.extensor_gain * taking,
         status=status,
-        loose=np.where(is_slack, -state.common_compliance * surplus, 0.0 * surplus),
-    )
-
-
-def _slack_sides(state: Coupling, response: Response, pretension: Real, unilateral: Flag) -> tuple[Flags, Flags]:
-    """Whether flexor and extensor are slack. With no torque to balance unilateral tendons are so at once."""
-    is_slack, idle, backward = pretension < response.limit, response.idle, state.elbow_torque < 0.0
-    flexor, extensor = is_slack & (idle | backward), is_slack & (idle | ~backward)
-    if np.all(unilateral):
-        return flexor, extensor
-    flexor_limit, extensor_limit = _side_limits(state, response.flexor_gain, response.extensor_gain)
-    return (
-        np.where(unilateral, flexor, pretension < flexor_limit),
-        np.where(unilateral, extensor, pretension < extensor_limit),
+        shortfall=response.shortfall,
+        surplus=surplus,
+        loose=loose,
     )
 
 
@@ -233,10 +219,10 @@ def elbow_stiffness(
     both = balance.status == BOTH_SLACK
     flexor_pulls = ~(((balance.status == FLEXOR_SLACK) | both) & np.asarray(unilateral))
     extensor_pulls = ~(((balance.status == EXTENSOR_SLACK) | both) & np.asarray(unilateral))
-    flexor = np.square(state.moment_arm) / state.flexor_compliance
+    flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
     extensor = np.square(state.elbow_radius) / state.extensor_compliance
-    geometry = elbow_torque_slope - balance.flexor * moment_arm_slope
-    return np.asarray(flexor_pulls * flexor + extensor_pulls * extensor + geometry)
+    springs = flexor_pulls * flexor + extensor_pulls * extensor
+    return np.asarray(springs + elbow_torque_slope - balance.flexor * moment_arm_slope)
 
 
 def pretension_shortfall(state: Coupling) -> Array:

@@ -15,7 +15,8 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Design, Transmission, couple, gravity_torque, motor_arms
+from tendon_cli.model.actuator import Transmission, couple, gravity_torque, motor_arms
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Real
 from tendon_cli.model.statics import SLACK_TOLERANCE, Coupling, Flag, Response, respond
 

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import statics
-from tendon_cli.model.actuator import Design, couple
+from tendon_cli.model.actuator import couple
+from tendon_cli.model.design import Design
 
 Array = npt.NDArray[np.float64]
 Truth = npt.NDArray[np.bool_]

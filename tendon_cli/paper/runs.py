@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from tendon_cli.model.actuator import Design
+from tendon_cli.model.design import Design
 from tendon_cli.study.load import load_study
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.inputs import Inputs

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import UsageError
-from tendon_cli.model.actuator import Design, State
+from tendon_cli.model.actuator import State
+from tendon_cli.model.design import Design
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.study.people.person import Step, Worn, worn_by
 from tendon_cli.study.study import CASE_AXIS, Study
-from tendon_cli.sweep.evaluate import evaluate, state_columns
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block, Plan
 
@@ -72,8 +72,8 @@ def state_page(
     plan = Plan(worn.study if worn is not None else study)
     inputs = Inputs(plan)
     block = _only_state(plan, case)
-    evaluated = evaluate(inputs, block)
-    state, design = evaluated.state, evaluated.design
+    state = State.of(inputs.situation(block))
+    design = state.situation.design
     angle = float(np.degrees(plan.elbow_angles[0]))
     title = f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {one(design.load_mass):.6g} kg"
     sections = _from_body(worn) if worn is not None else []
@@ -89,7 +89,7 @@ def state_page(
             from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
 
             draw_motor(plot, design, state, plan, loss=cycled.get("friction_loss"), turns=reversal)
-    columns = {name: null_if_nan(one(values)) for name, values in state_columns(evaluated).items()}
+    columns = {name: null_if_nan(one(values)) for name, values in state.columns().items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names else []
     return StatePage(title, (*notes, *_notes(plan, block)), status, tuple(sections), columns)
 

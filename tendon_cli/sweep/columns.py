@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import QUANTITIES
+from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.study.study import LINKED_AXES, SIDES, keys, split_side
 from tendon_cli.sweep.inputs import Inputs, Source
 from tendon_cli.sweep.plan import Axis, Block
@@ -29,42 +29,6 @@ ALWAYS = (
     "sheath.bend_angle",
 )
 """Keys that have a column in every table."""
-
-STATE_RESULTS = (
-    "flexor_tension_proximal",
-    "flexor_tension_distal",
-    "extensor_tension_proximal",
-    "extensor_tension_distal",
-    "flexor_tendon_stretch",
-    "extensor_tendon_stretch",
-    "flexor_spring_stretch",
-    "extensor_spring_stretch",
-    "flexor_slack",
-    "extensor_slack",
-    "elbow_torque",
-    "motor_torque",
-    "spool_angle",
-    "elbow_stiffness",
-    "flexor_moment_arm",
-    "flexor_travel",
-    "extensor_travel",
-)
-
-DESIGN_RESULTS = (
-    "min_flexor_tension",
-    "min_extensor_tension",
-    "max_tension",
-    "max_spring_extension",
-    "peak_elbow_torque",
-    "peak_motor_torque",
-    "min_elbow_stiffness",
-    "max_slack",
-    "slack_fraction",
-    "unstable_fraction",
-    "first_slack_angle",
-    "required_pretension",
-    "margin",
-)
 
 JUDGEMENTS = {
     "taut": "no state is slack or without equilibrium",
@@ -99,24 +63,39 @@ class Tables:
     @cached_property
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
-        results = [Column.of(QUANTITIES[name]) for name in DESIGN_RESULTS]
+        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_DESIGNS]
         return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
 
     @cached_property
-    def states(self) -> tuple[Column, ...]:
-        """Columns of `states`."""
+    def of_states(self) -> dict[Column, Values]:
+        """The columns that say which state of a design a row is, each with its values in a block."""
         directions = tuple(dict.fromkeys((*self.inputs.plan.directions, "flexion", "extension")))
-        state = (
-            Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions),
-            Column.of(QUANTITIES["elbow_angle"], is_axis=True),
-            Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES),
-        )
-        return (*self.leading, *state, *(Column.of(QUANTITIES[name]) for name in STATE_RESULTS))
+        text = Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions)
+        angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True)
+        return {text: _directions, angle: lambda block: self.inputs.plan.elbow_angles[block.angles]}
+
+    @cached_property
+    def states(self) -> tuple[Column, ...]:
+        """Columns of `states`; of the results those that the study keeps."""
+        kept = self.inputs.plan.study.output.states or ("status", *OF_STATES)
+        status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
+        results = (status, *(Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_STATES))
+        return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
 
     def schema(self, table: str, part: int) -> pa.Schema:
         """The schema of one part of a table; what it says follows from the study and the versions alone."""
         facts = {"table": table, **self._facts, "part": {"index": part, "of": self.inputs.plan.parts}}
         return schema_of(self.designs if table == "designs" else self.states, facts)
+
+    def _nullable(self, result: str) -> bool:
+        """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""
+        if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
+            return False
+        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
+            return True
+        if result == "spool_angle" and self.inputs.may_be_unilateral:
+            return True
+        return not self.inputs.always_balanced
 
     @cached_property
     def _facts(self) -> dict[str, Any]:
@@ -142,17 +121,11 @@ class Tables:
         plain, quantity = keys()[key].column, keys()[key].number.quantity
         if key not in self.inputs.overridden:
             return {Column.of(quantity, plain, is_axis=True): self.inputs.source(key).within}
-        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
+        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True, nullable=True): _null}
         for side in SIDES:
             column = Column.of(quantity, f"{plain}_{side}", is_axis=True)
             columns[column] = self.inputs.source(key, side).within
         return columns
-
-
-def state_keys(block: Block, elbow_angles: npt.NDArray[np.float64]) -> dict[str, npt.ArrayLike]:
-    """The columns of `states` that say which state a row is."""
-    directions = np.arange(block.directions.start, block.directions.stop)
-    return {"direction": directions[:, np.newaxis], "elbow_angle": elbow_angles[block.angles]}
 
 
 def versions() -> dict[str, str]:
@@ -168,6 +141,10 @@ def versions() -> dict[str, str]:
 def _design_numbers(block: Block) -> npt.ArrayLike:
     shape = (*block.shape[:-2], 1, 1)
     return np.arange(block.first_design, block.first_design + block.design_count).reshape(shape)
+
+
+def _directions(block: Block) -> npt.ArrayLike:
+    return np.arange(block.directions.start, block.directions.stop)[:, np.newaxis]
 
 
 def _positions(at: int, axis: Axis) -> Values:

@@ -1,7 +1,8 @@
-"""Rows of the designs table: what the designs of a rectangle of the product come to, tile by tile."""
+"""Rows of the designs table: what designs come to over all their states, and what all of them come to."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -9,11 +10,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.sweep.columns import JUDGEMENTS
-from tendon_cli.sweep.extremes import COUNTS, Extremes, blocks_at_once, extremes, finished, merge
+from tendon_cli import kernel
+from tendon_cli.model import extremes
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block
-from tendon_cli.tables.write import copied, has_nan
 
 
 @dataclass(frozen=True)
@@ -39,60 +39,67 @@ class Totals:
 
 @dataclass(eq=False)
 class DesignRows:
-    """The rows of a rectangle, worked out when they are written."""
+    """The rows of a block of designs, worked out when they are written."""
 
     inputs: Inputs
-    rectangle: Block
-    keys: Mapping[str, npt.ArrayLike]
+    block: Block
+    keys: Mapping[str, npt.NDArray[Any]]
     """The columns that say which design a row is."""
     go_on: Callable[[], None]
-    """Called before each tile; raises where the work shall stop."""
+    """Called before each smaller block; raises where the work shall stop."""
     totals: Totals = Totals()
     """Of the designs written so far."""
 
-    def write(self, columns: Mapping[str, npt.NDArray[Any]], rows: range) -> set[str]:
-        """Write the rectangle's rows into columns of that many rows; all at once, for they come in another order."""
-        shape = self.rectangle.shape[:-2]
-        keys = {name: self.keys[name] for name in columns if name in self.keys}
-        nulls = copied(keys, (*shape, 1, 1))(columns, rows)
-        results = {name: column for name, column in columns.items() if name not in keys}
-        return nulls | self._evaluate({name: column.reshape(shape) for name, column in results.items()})
-
-    def _evaluate(self, columns: Mapping[str, npt.NDArray[Any]]) -> set[str]:
-        """Put the results of all designs into columns of the rectangle's shape; returns those with nulls."""
-        nulls: set[str] = set()
-        for block, found in self._found():
-            places = zip(block.designs, self.rectangle.designs, strict=True)
-            within = tuple(slice(part.start - whole.start, part.stop - whole.start) for part, whole in places)
-            results = finished(
-                found, self.inputs.plan.states_per_design, self.inputs.plan.study.limits["min_elbow_stiffness"]
-            )
-            counts = {name: found[name] for name in COUNTS} | {name: results[name] for name in JUDGEMENTS}
-            self.totals += Totals(**{name: self._total(block, values) for name, values in counts.items()})
-            for name, column in columns.items():
-                column[within] = self.inputs.arranged(block, results[name])
-            nulls.update(name for name in columns if has_nan(results[name]))
-        return nulls
-
-    def _found(self) -> Iterator[tuple[Block, Extremes]]:
-        """What designs come to, in pieces that suit the model best; one by one where each has very many states."""
+    def write(self, columns: Mapping[str, npt.NDArray[Any]], _rows: range) -> None:
+        """Write the block's rows into columns of that many rows; all at once, for they come in another order."""
+        shaped = {name: column.reshape(self.block.shape[:-2]) for name, column in columns.items()}
+        for name in self.keys.keys() & shaped.keys():
+            shaped[name][...] = np.broadcast_to(self.keys[name], self.block.shape)[..., 0, 0]
         plan = self.inputs.plan
-        if plan.states_per_design <= plan.block_states:
-            for within in plan.tiles(self.rectangle, self.inputs.loops, blocks_at_once()):
-                piece = self.rectangle.piece(within)
-                yield piece, self._extremes(piece)
+        for block in self._small(self.block):
+            self.go_on()
+            found = self._found(block)
+            results = extremes.finished(found, plan.states_per_design)
+            judged = extremes.judged(results, plan.study.limits["min_elbow_stiffness"])
+            counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
+            self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})
+            places = zip(block.designs, self.block.designs, strict=True)
+            within = tuple(slice(part.start - whole.start, part.stop - whole.start) for part, whole in places)
+            for name in shaped.keys() - self.keys.keys():
+                shaped[name][within] = judged[name] if name in judged else results[name]
+
+    def _found(self, block: Block) -> extremes.Found:
+        """What the designs of a block come to, over all their states."""
+        found = extremes.begin(block.shape[:-2])
+        for stretch in block.by_angles(_ARRAY if kernel.kind() else self.inputs.plan.block_states):
+            angles = self.inputs.plan.elbow_angles[stretch.angles]
+            kernel.fold_extremes(found, self.inputs.situation(stretch), angles, stretch.shape)
+        return found
+
+    def _small(self, block: Block) -> Iterator[Block]:
+        """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
+        axis = self._to_cut(block)
+        if axis is None:
+            yield block
             return
-        found = None
-        for block in plan.blocks(self.rectangle.numbers):
-            here = self._extremes(block)
-            found = here if found is None else merge(found, here)
-            if plan.completes_designs(block):
-                yield block, found
-                found = None
+        for half in block.halves(axis):
+            yield from self._small(half)
 
-    def _extremes(self, block: Block) -> Extremes:
-        self.go_on()
-        return extremes(*self.inputs.tile(block))
+    def _to_cut(self, block: Block) -> int | None:
+        """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
+        plan, lengths = self.inputs.plan, block.shape[:-2]
+        free, arm = set(self.inputs.only_pretension), set(self.inputs.of_the_arm)
+        whole = set(range(len(lengths)))
+        limits = [(whole, plan.states_per_design, plan.block_states)]
+        if kernel.kind():
+            per_arm, states = len(plan.elbow_angles), plan.states_per_design
+            limits = [(whole, 1, _DESIGNS), (whole, states, _STATES), (arm, per_arm, _ARRAY), (whole - free, 2, _ARRAY)]
+        for axes, each, most in limits:
+            long = [axis for axis in axes if lengths[axis] > 1]
+            if long and each * math.prod(lengths[axis] for axis in long) > most:
+                return max(long, key=lambda axis: (axis not in free, lengths[axis]))
+        return None
 
-    def _total(self, block: Block, values: npt.NDArray[Any]) -> int:
-        return int(np.broadcast_to(self.inputs.arranged(block, values), block.shape[:-2]).sum())
+
+_DESIGNS, _STATES, _ARRAY = 2**15, 2**24, 2**18
+"""Designs and states that compiled code takes at once, and values in an array that it is given."""

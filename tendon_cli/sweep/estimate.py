@@ -10,8 +10,8 @@ from typing import Any
 
 from tendon_cli.quantities import Quantity
 from tendon_cli.study.study import keys
-from tendon_cli.sweep.part import PartMaker, comes_at_once
-from tendon_cli.sweep.plan import ROW_GROUP, Plan
+from tendon_cli.sweep.part import PartMaker, rows_at_once
+from tendon_cli.sweep.plan import ROW_GROUP, STATES_PER_PART, Plan
 from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import UNITS
 
@@ -106,7 +106,7 @@ def _samples(plan: Plan) -> list[range]:
     if "states" not in plan.study.output.tables:
         part = plan.part(plan.parts // 2)
         return [part[: max(1, _MOST_STATES // plan.states_per_design)]]
-    most = min(plan.designs, plan.part_designs)
+    most = min(plan.designs, plan.part_designs, max(1, STATES_PER_PART // plan.states_per_design))
     runs = 1 if most == plan.designs else min(_SAMPLES, most)
     length = most // runs
     starts = [(plan.designs - length) * index // max(1, runs - 1) for index in range(runs)]
@@ -116,7 +116,7 @@ def _samples(plan: Plan) -> list[range]:
 def _in_memory(maker: PartMaker, table: str, designs: int) -> RowGroups:
     """A part of a table whose bytes are counted and forgotten."""
     columns, schema = maker.layout(table, 0)
-    rows, at_once = maker.plan.rows(table, range(designs)), comes_at_once(table)
+    rows, at_once = maker.plan.rows(table, range(designs)), rows_at_once(table)
     return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tendon_cli.sweep.part import PartMaker, comes_at_once
+from tendon_cli.sweep.part import PartMaker, rows_at_once
 from tendon_cli.sweep.plan import ROW_GROUP
 from tendon_cli.tables.write import RowGroups, TableFile, WrittenFile
 
@@ -52,5 +52,5 @@ class MemoryMaker(PartMaker):
     def _file(self, table: str, index: int, name: str) -> TableFile:
         columns, schema = self.layout(table, index)
         rows, file = self.plan.rows(table, self.plan.part(index)), io.BytesIO()
-        groups = RowGroups(file, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=comes_at_once(table))
+        groups = RowGroups(file, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=rows_at_once(table))
         return _MemoryFile(name, groups, file, self.files)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Arm, Design, Side
-from tendon_cli.model.kinematics import Anchors, Real
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.kinematics import Anchors, Real, kinematics
 from tendon_cli.study.checks import case_numbers
 from tendon_cli.study.study import SIDES, split_side
 from tendon_cli.sweep.plan import Block, Plan
@@ -38,34 +38,12 @@ class Source:
 
     def within(self, block: Block) -> Real:
         """The values in a block, shaped to broadcast over its designs, directions and angles."""
-        return self._apart(block)[..., np.newaxis, np.newaxis] if self.axes else float(self.values)
-
-    def in_tile(self, block: Block, loops: tuple[int, ...]) -> Real:
-        """The values in a block as `Tile.of` takes them: scalar, or (1, 1, B) for the designs of a tile.
-
-        Values that vary along an axis in `loops` have the shape (P, 1, 1, B) or (P, 1, 1, 1).
-        """
-        apart, lengths = self._apart(block), block.shape[:-2]
-        if apart.size == 1:
-            return float(apart.item())
-        rest = [axis for axis in range(len(lengths)) if axis not in loops]
-        sides = [_spread(apart.shape, lengths, axes) for axes in (loops, rest)]
-        values = np.broadcast_to(apart.transpose(*loops, *rest), [*sides[0], *sides[1]])
-        shaped = values.reshape(-1, 1, 1, math.prod(sides[1]))
-        return shaped[0] if len(shaped) == 1 else shaped
-
-    def _apart(self, block: Block) -> npt.NDArray[np.float64]:
-        """The values in a block with an axis for each of its designs' axes, one long where they do not vary."""
-        shape = [1] * len(block.designs)
+        if not self.axes:
+            return float(self.values)
+        shape = [1] * len(block.shape)
         for axis in self.axes:
-            shape[axis] = block.designs[axis].stop - block.designs[axis].start
+            shape[axis] = block.shape[axis]
         return np.asarray(self.values[tuple(block.designs[axis] for axis in self.axes)]).reshape(shape)
-
-
-def _spread(apart: Sequence[int], lengths: Sequence[int], axes: Sequence[int]) -> list[int]:
-    """The lengths of some axes where values vary along any of these, else ones."""
-    varies = any(apart[axis] > 1 for axis in axes)
-    return [lengths[axis] if varies else 1 for axis in axes]
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,48 +146,59 @@ class Inputs:
     def _from_initial(self) -> Source | bool:
         return self.flag(lambda _, reference: reference == "initial")
 
-    def design(self, block: Block) -> Design:
-        """The designs of a block, as the model takes them."""
-        return self._design(lambda source: source.within(block))
-
     def motion(self, block: Block) -> tuple[npt.NDArray[np.float64], Flags]:
         """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
         flexion = np.array([direction == "flexion" for direction in self.plan.directions[block.directions]])
         return self.plan.elbow_angles[block.angles].reshape(1, -1), flexion.reshape(-1, 1)
 
+    def situation(self, block: Block) -> Situation:
+        """What the states of a block depend on."""
+        return Situation.of(self.design(block), *self.motion(block))
+
     @cached_property
-    def loops(self) -> tuple[int, ...]:
-        """The design axes that nothing but pretension depends on; a tile looks at these one by one."""
+    def only_pretension(self) -> tuple[int, ...]:
+        """The design axes that nothing but pretension depends on."""
         sources = [source for key, source in self._all.items() if not key.endswith("tendon.pretension")]
-        flags = [flag for flag in (self._from_initial, self._unilateral) if not isinstance(flag, bool)]
-        taken = {axis for source in (*sources, *flags) for axis in source.axes}
+        taken = {axis for source in (*sources, *self._flags) for axis in source.axes}
         return tuple(axis for axis in range(len(self.plan.shape)) if axis not in taken)
 
-    def tile(self, block: Block) -> tuple[Design, npt.NDArray[np.float64], Flags]:
-        """The designs, elbow angles and directions of a block as `Tile.of` takes them."""
-        angles, flexion = self.motion(block)
-        design = self._design(lambda source: source.in_tile(block, self.loops))
-        return design, angles.reshape(-1, 1, 1), flexion.reshape(1, -1, 1)
+    @cached_property
+    def of_the_arm(self) -> tuple[int, ...]:
+        """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
+        sources = [source for key, source in self._all.items() if key.startswith("arm.")]
+        return tuple({axis for source in (*sources, *self._flags) for axis in source.axes})
 
-    def arranged(self, block: Block, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Results for a tile, which broadcast to (P, B), on axes that broadcast to those of the block's designs."""
-        lengths = block.shape[:-2]
-        axes = range(len(lengths))
-        order = (*self.loops, *(axis for axis in axes if axis not in self.loops))
-        spread = [lengths[axis] if values.shape[axis not in self.loops] > 1 else 1 for axis in order]
-        return values.reshape(spread).transpose([order.index(axis) for axis in axes])
+    @property
+    def may_be_unilateral(self) -> bool:
+        """Whether any design has tendons that cannot push."""
+        return self._unilateral is not False
 
-    def _design(self, values: Callable[[Source], Real]) -> Design:
-        number = {key: values(source) for key, source in self._all.items()}
-        if "tendon.pretension" not in self.overridden:
-            # One array for both sides: the model sees that they are the same.
-            number["extensor tendon.pretension"] = number["flexor tendon.pretension"]
+    @cached_property
+    def always_balanced(self) -> bool:
+        """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
+        anchors = {name: self._all[f"arm.{name}"] for name in _ANCHORS}
+        axes = {axis for source in anchors.values() for axis in source.axes}
+        lengths = [length if axis in axes else 1 for axis, length in enumerate(self.plan.shape)]
+        angles = self.plan.elbow_angles
+        if math.prod(lengths) * len(angles) > _MOST_LOOKED_INTO:
+            return False
+        arms = Block(0, tuple(slice(0, length) for length in lengths), slice(0, 1), slice(0, len(angles)))
+        motion = kinematics(Anchors(**{name: source.within(arms) for name, source in anchors.items()}), angles)
+        return not np.isnan(motion.pulling_arm).any()
+
+    @property
+    def _flags(self) -> list[Source]:
+        return [flag for flag in (self._from_initial, self._unilateral) if not isinstance(flag, bool)]
+
+    def design(self, block: Block) -> Design:
+        """The designs of a block, as the model takes them."""
+        number = {key: source.within(block) for key, source in self._all.items()}
 
         def side(name: str) -> Side:
             return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})
 
         def flag(choice: Source | bool) -> bool | Flags:
-            return choice if isinstance(choice, bool) else np.asarray(values(choice), dtype=bool)
+            return choice if isinstance(choice, bool) else np.asarray(choice.within(block), dtype=bool)
 
         anchors = Anchors(**{name: number[f"arm.{name}"] for name in _ANCHORS})
         return Design(
@@ -224,6 +213,7 @@ class Inputs:
         )
 
 
+_MOST_LOOKED_INTO = 2**18
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _ARM = (*_ANCHORS, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
 _SIDE = {

@@ -8,19 +8,23 @@ from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
+import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from tendon_cli import kernel
 from tendon_cli.errors import Stopped
-from tendon_cli.sweep.columns import Tables, state_keys
+from tendon_cli.sweep.columns import Tables
 from tendon_cli.sweep.design_rows import DesignRows, Totals
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import ROW_GROUP, Block, Plan
-from tendon_cli.sweep.rows import blocks_of_rows, state_rows
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import Filler, TableFile, WrittenFile
+
+_BLOCKS_AT_ONCE = 4
+"""Blocks of a plan that compiled code best takes at once; the rows do not depend on it."""
 
 
 class Rows(Protocol):
@@ -58,9 +62,14 @@ def part_index(name: str) -> int:
     return int(number.removesuffix(".parquet")) if found else 0
 
 
-def comes_at_once(table: str) -> bool:
-    """Whether the rows of a part must all be held before any is written: designs come tile by tile."""
-    return table == "designs"
+def rows_at_once(table: str) -> int:
+    """How many rows of a table are gathered before they are written: designs do not come in their order."""
+    return 2 * ROW_GROUP if table == "designs" else ROW_GROUP
+
+
+def state_rows(inputs: Inputs, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
+    """What writes the rows of a block's states; `keys` are the columns that say which design and state a row is."""
+    return kernel.row_writer(inputs.situation(block), block.shape, keys)
 
 
 @dataclass(frozen=True)
@@ -119,28 +128,35 @@ class PartMaker:
 
     def _file(self, table: str, index: int, name: str) -> TableFile:
         columns, schema = self.layout(table, index)
-        rows, at_once = self.plan.rows(table, self.plan.part(index)), comes_at_once(table)
+        rows, at_once = self.plan.rows(table, self.plan.part(index)), rows_at_once(table)
         return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
     def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
         """Evaluate a range of designs into the tables asked for; raises Stopped."""
-        if "states" in tables:
-            for block in self.plan.blocks(designs, blocks_of_rows()):
-                self._go_on()
-                keys = self._leading(block) | state_keys(block, self.plan.elbow_angles)
-                tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, keys))
+        states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
+        for block in self.plan.blocks(designs, states) if "states" in tables else ():
+            self._go_on()
+            tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, self._keys("states", block)))
         totals = Totals()
-        for rectangle in self.plan.rectangles(designs):
-            rows = DesignRows(self.inputs, rectangle, self._leading(rectangle), self._go_on)
+        for block in self._designs_at_once(designs):
+            rows = DesignRows(self.inputs, block, self._keys("designs", block), self._go_on)
             if "designs" in tables:
-                tables["designs"].fill(rectangle.design_count, rows.write)
+                tables["designs"].fill(block.design_count, rows.write)
             else:
-                rows.write({}, range(rectangle.design_count))
+                rows.write({}, range(block.design_count))
             totals += rows.totals
         return totals
 
-    def _leading(self, block: Block) -> dict[str, npt.ArrayLike]:
-        return {column.name: values(block) for column, values in self.tables.leading.items()}
+    def _designs_at_once(self, designs: range) -> Iterator[Block]:
+        """Blocks that are as long as may be, and do not go beyond what is gathered at once."""
+        most = rows_at_once("designs")
+        for start in range(0, len(designs), most):
+            yield from self.plan.blocks(designs[start : start + most])
+
+    def _keys(self, table: str, block: Block) -> dict[str, npt.NDArray[Any]]:
+        """The columns that say which design, or which state, a row of a block is."""
+        keys = self.tables.leading | (self.tables.of_states if table == "states" else {})
+        return {column.name: np.asarray(values(block), dtype=column.dtype) for column, values in keys.items()}
 
     def _go_on(self) -> None:
         if self.stop.is_set():

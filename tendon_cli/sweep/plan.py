@@ -8,9 +8,8 @@ never in memory.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -23,14 +22,14 @@ from tendon_cli.study.study import CASE_AXIS, LINKED_AXES, Study, keys
 ROW_GROUP = 2**17
 """Rows in a row group of every table."""
 
+STATES_PER_FILE = 2**21
+"""Most states of a study whose tables are single files."""
 STATES_PER_PART = 2**19
 DESIGNS_PER_PART = 2**18
 STATES_PER_PART_WITHOUT_TABLE = 2**27
 STATES_PER_BLOCK = 2**16
 
 _MOST_STATES = 2**63 - 1
-DESIGNS_PER_TILE = 2**15
-"""So that what a tile found is no more than what it needs to find it."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +70,20 @@ class Block:
         """The designs of the block by their numbers."""
         return range(self.first_design, self.first_design + self.design_count)
 
-    def piece(self, within: tuple[slice, ...]) -> Block:
-        """A part of the block's designs, by slices of its own axes."""
-        moved = zip(self.designs, within, strict=True)
-        designs = tuple(slice(whole.start + part.start, whole.start + part.stop) for whole, part in moved)
-        return replace(self, designs=designs)
+    def halves(self, axis: int) -> tuple[Block, Block]:
+        """The block cut in two along a design axis; unless it is the first that varies, the halves interlock."""
+        whole = self.designs[axis]
+        middle = (whole.start + whole.stop) // 2
+        first, second = (
+            replace(self, designs=(*self.designs[:axis], part, *self.designs[axis + 1 :]))
+            for part in (slice(whole.start, middle), slice(middle, whole.stop))
+        )
+        return first, second
+
+    def by_angles(self, most: int) -> Iterator[Block]:
+        """The block in stretches of at most so many elbow angles."""
+        for start in range(self.angles.start, self.angles.stop, most):
+            yield replace(self, angles=slice(start, min(start + most, self.angles.stop)))
 
 
 @dataclass(frozen=True)
@@ -135,9 +143,11 @@ class Plan:
     def part_designs(self) -> int:
         """Designs in each part but the last. Without a row for each state, a part ends where an axis does.
 
-        So the part is one rectangle, or a few where the axis does not go up in parts, and what does not depend on
+        So the part is one block, or a few where the axis does not go up in parts, and what does not depend on
         pretension, most often the slowest axis, is worked out once for each.
         """
+        if self.states <= STATES_PER_FILE:
+            return self.designs
         if "states" in self.study.output.tables:
             return max(1, STATES_PER_PART // self.states_per_design)
         most = max(1, min(DESIGNS_PER_PART, STATES_PER_PART_WITHOUT_TABLE // self.states_per_design))
@@ -162,50 +172,21 @@ class Plan:
         """Rows that a range of designs has in a table."""
         return len(designs) * (self.states_per_design if table == "states" else 1)
 
-    def blocks(self, designs: range, at_once: int = 1) -> Iterator[Block]:
-        """Cut a range of designs into blocks, in the order of the rows; of whole designs as many as `at_once` hold."""
-        if self.states_per_design > self.block_states:
-            for design in designs:
-                yield from self._blocks_within(design)
-            return
-        yield from self.rectangles(designs, at_once * self.block_states // self.states_per_design)
+    def blocks(self, designs: range, states: int | None = None) -> Iterator[Block]:
+        """Cut a range of designs into the fewest blocks, in the order of the rows, of at most `states` states each.
 
-    def rectangles(self, designs: range, most: int | None = None) -> Iterator[Block]:
-        """Cut a range of designs into the fewest blocks, in the order of the rows, with every state of theirs.
-
-        None has more than `most` designs.
+        Blocks are of whole designs, but where one design alone has more states than that.
         """
+        if states is not None and self.states_per_design > states:
+            for design in designs:
+                yield from self._blocks_within(design, states)
+            return
+        most = len(designs) if states is None else states // self.states_per_design
         at = designs.start
         while at < designs.stop:
-            block = self._block_from(at, min(designs.stop - at, most or len(designs)))
+            block = self._block_from(at, min(designs.stop - at, most))
             yield block
             at += block.design_count
-
-    def tiles(self, rectangle: Block, loops: Collection[int], blocks: int = 1) -> Iterator[tuple[slice, ...]]:
-        """Cut a rectangle into pieces that suit the model, as slices of its own design axes.
-
-        A piece has as many states as `blocks` blocks, but for the axes in `loops`: what the model computes without
-        these is computed once.
-        """
-        lengths = rectangle.shape[:-2]
-        beside = max(1, blocks * self.block_states // self.states_per_design)
-        steps = [1] * len(lengths)
-        rest = set(range(len(lengths))).difference(loops)
-        taken = 1
-        for axes, most in ((rest, beside), (loops, DESIGNS_PER_TILE)):
-            for axis in sorted(axes, reverse=True):
-                steps[axis] = max(1, min(lengths[axis], most // taken))
-                taken *= steps[axis]
-        pieces = [
-            [slice(at, min(at + steps[axis], length)) for at in range(0, length, steps[axis])]
-            for axis, length in enumerate(lengths)
-        ]
-        return itertools.product(*pieces)
-
-    def completes_designs(self, block: Block) -> bool:
-        """Whether a block holds the last states of its designs."""
-        last = len(self.directions), len(self.elbow_angles)
-        return (block.directions.stop, block.angles.stop) == last
 
     def coordinates(self, design: int) -> tuple[int, ...]:
         """Position of a design on each axis."""
@@ -235,13 +216,11 @@ class Plan:
             slices[axis - 1] = slice(position[axis - 1], position[axis - 1] + along)
         return Block(design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles)))
 
-    def _blocks_within(self, design: int) -> Iterator[Block]:
+    def _blocks_within(self, design: int, states: int) -> Iterator[Block]:
         """One design whose states are too many for a block: cut along its directions and angles."""
-        slices = tuple(slice(at, at + 1) for at in self.coordinates(design))
+        whole = self._block_from(design, 1)
         for direction in range(len(self.directions)):
-            for start in range(0, len(self.elbow_angles), self.block_states):
-                stop = min(len(self.elbow_angles), start + self.block_states)
-                yield Block(design, slices, slice(direction, direction + 1), slice(start, stop))
+            yield from replace(whole, directions=slice(direction, direction + 1)).by_angles(states)
 
 
 def _count(number: int) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
 import pyarrow as pa
 
 from tendon_cli.quantities import Quantity
@@ -18,6 +19,8 @@ Kind = Literal["number", "text", "count", "truth"]
 class Column:
     """A column of a table. A text column holds positions in `choices`; `is_axis` marks what few values repeat in.
 
+    A column that cannot be null in its table is not `nullable`: it is smaller, and sooner written.
+
     `quantity` is the name of what it holds in `quantities`; what is none goes by the column's own name.
     """
 
@@ -28,12 +31,16 @@ class Column:
     is_axis: bool = False
     choices: tuple[str, ...] = ()
     quantity: str = ""
+    nullable: bool = False
 
     @classmethod
-    def of(cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False) -> Column:
+    def of(
+        cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False, nullable: bool = False
+    ) -> Column:
         """A column of numbers of a quantity, under its own name or another."""
         named = name or quantity.name
-        return cls(named, "number", quantity.unit, quantity.long_name, is_axis=is_axis, quantity=quantity.name)
+        meaning = quantity.unit, quantity.long_name
+        return cls(named, "number", *meaning, is_axis=is_axis, quantity=quantity.name, nullable=nullable)
 
     @property
     def type(self) -> pa.DataType:
@@ -43,10 +50,15 @@ class Column:
         return {"number": pa.float64(), "count": pa.int64(), "truth": pa.bool_()}[self.kind]
 
     @property
+    def dtype(self) -> np.dtype[Any]:
+        """What its values are gathered as; text by its place in `choices`."""
+        return np.dtype({"number": np.float64, "text": np.int32, "count": np.int64, "truth": np.bool_}[self.kind])
+
+    @property
     def field(self) -> pa.Field:
         """The Arrow field with its unit and meaning as metadata."""
         meaning = {"unit": self.unit, "long_name": self.long_name, "quantity": self.quantity or self.name}
-        return pa.field(self.name, self.type, nullable=self.kind == "number", metadata=meaning)
+        return pa.field(self.name, self.type, nullable=self.nullable, metadata=meaning)
 
 
 def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:

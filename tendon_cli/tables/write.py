@@ -23,10 +23,8 @@ from tendon_cli.tables.schema import Column
 _ROWS_AT_ONCE = 1 << 17
 """Most rows in a page and most that are encoded at once."""
 
-Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], set[str]]
-"""Writes some rows of a block into arrays of that many rows, by column; returns the columns where it put NaN."""
-
-_DTYPES: dict[str, Any] = {"number": np.float64, "text": np.int32, "count": np.int64, "truth": np.bool_}
+Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], None]
+"""Writes some rows of a block into arrays of that many rows, by column; NaN stands for null."""
 
 
 @dataclass(frozen=True)
@@ -38,23 +36,7 @@ class WrittenFile:
     sha256: str
 
 
-def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> Filler:
-    """Writes the rows of a block from columns that broadcast to its shape, whose last axis is the fastest."""
-    arrays = {name: np.asarray(values) for name, values in columns.items()}
-    nulls = {name for name, values in arrays.items() if has_nan(values)}
-
-    def write(to: Mapping[str, npt.NDArray[Any]], rows: range) -> set[str]:
-        for name, values in arrays.items():
-            if len(rows) == math.prod(shape):
-                to[name].reshape(shape)[...] = values
-            else:
-                to[name][...] = np.broadcast_to(values, shape).ravel()[rows.start : rows.stop]
-        return nulls
-
-    return write
-
-
-def has_nan(values: npt.NDArray[Any]) -> bool:
+def _has_nan(values: npt.NDArray[Any]) -> bool:
     """Whether any is NaN: then the sum of squares is, which is found soonest."""
     flat = values.ravel()
     return flat.dtype.kind == "f" and math.isnan(np.dot(flat, flat))
@@ -64,17 +46,16 @@ class RowGroups:
     """Gathers `rows` rows block by block and writes row groups of exactly `row_group` rows, but the last.
 
     So the bytes depend on the rows only, not on the blocks they came in. Written are row groups as they are full, or
-    `at_once` all together.
+    as many together as `at_once` rows have, a multiple of `row_group`.
     """
 
     def __init__(
         self, file: BinaryIO | RawIOBase, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int,
-        at_once: bool = False,
+        at_once: int | None = None,
     ) -> None:  # fmt: skip
         self._columns, self._schema, self._row_group = columns, schema, row_group
-        self._capacity = max(1, rows if at_once else min(row_group, rows))
-        self._buffers = {column.name: np.empty(self._capacity, _DTYPES[column.kind]) for column in columns}
-        self._with_nulls: set[str] = set()
+        self._capacity = max(1, min(at_once or row_group, rows))
+        self._buffers = {column.name: np.empty(self._capacity, column.dtype) for column in columns}
         self._filled = 0
         self.rows = 0
         self.sink = StampedSink(file)
@@ -88,7 +69,7 @@ class RowGroups:
             rows = range(start, min(count, start + self._capacity - self._filled))
             until = self._filled + len(rows)
             here = {name: column[self._filled : until] for name, column in self._buffers.items()}
-            self._with_nulls |= write(here, rows)
+            write(here, rows)
             self._filled, start = until, rows.stop
             if self._filled == self._capacity:
                 self._write()
@@ -113,14 +94,10 @@ class RowGroups:
         return WrittenFile(self.rows, self.sink.size, self.sink.stamp())
 
     def _write(self) -> None:
-        arrays = [
-            _array(column, self._buffers[column.name][: self._filled], nulls=column.name in self._with_nulls)
-            for column in self._columns
-        ]
+        arrays = [_array(column, self._buffers[column.name][: self._filled]) for column in self._columns]
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group)
         self.rows += self._filled
         self._filled = 0
-        self._with_nulls = set()
 
 
 class TableFile:
@@ -131,7 +108,7 @@ class TableFile:
 
     def __init__(
         self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int,
-        at_once: bool = False,
+        at_once: int | None = None,
     ) -> None:  # fmt: skip
         self.path = path
         self.temporary = temporary_of(path)
@@ -211,7 +188,7 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     }
 
 
-def _array(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
+def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
     """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
 
     Built from buffers, because the library's own conversions import pandas.
@@ -220,6 +197,9 @@ def _array(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array
         width = np.int8 if column.type.index_type == pa.int8() else np.int32
         positions = _from_buffers(column.type.index_type, values.astype(width))
         return pa.DictionaryArray.from_arrays(positions, _texts(column.choices), safe=False)
+    nulls = _has_nan(values)
+    if nulls and not column.nullable:
+        raise ValueError(f"{column.name} has a value that is not a number, and cannot be null")
     return _from_buffers(column.type, values, nulls=nulls)
 
 

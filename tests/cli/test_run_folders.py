@@ -20,7 +20,7 @@ PARTS = 10
 STOPPED = """
 import os, sys
 from tendon_cli.sweep import plan
-plan.STATES_PER_PART = 12
+plan.STATES_PER_FILE = plan.STATES_PER_PART = 12
 from tendon_cli.sweep.journal import Journal
 add = Journal.add
 def add_and_signal(self, result):

@@ -161,7 +161,7 @@ def outside_sweep(study):
     """Start a sweep in a process of its own, to be sent signals."""
     code = (
         "import sys; from tendon_cli import cli; from tendon_cli.sweep import plan; "
-        f"plan.STATES_PER_PART = {STATES_PER_PART}; cli.main(sys.argv[1:])"
+        f"plan.STATES_PER_FILE = plan.STATES_PER_PART = {STATES_PER_PART}; cli.main(sys.argv[1:])"
     )
     started = []
 

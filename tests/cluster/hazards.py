@@ -44,7 +44,7 @@ def dangerous(self, tables, designs):
 
 
 PartMaker.fill, PartMaker.harmless_fill = dangerous, fill
-plan_module.STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
+plan_module.STATES_PER_FILE = plan_module.STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
 pa.__version__ = asked("old") or pa.__version__
 if asked("blind"):
     task.JOURNAL = task.RECORD = "not-to-be-seen"

@@ -8,6 +8,7 @@ import jsonschema
 import numpy as np
 import pytest
 
+from tendon_cli import quantities
 from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
 from tendon_cli.figures.product import product_of
@@ -16,7 +17,6 @@ from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.study.load import load_study, study_from
 from tendon_cli.study.study import Study
-from tendon_cli.sweep.columns import DESIGN_RESULTS, STATE_RESULTS
 from tendon_cli.tables.read import open_table
 
 SMALL = """
@@ -81,8 +81,8 @@ def test_the_side_counts_where_the_sides_differ(new_sweep, tmp_path):
 
 
 def test_what_a_figure_may_show_is_what_the_tables_have():
-    assert set(OF_STATES) - set(DERIVED) == set(STATE_RESULTS)
-    assert set(OF_DESIGNS) == set(DESIGN_RESULTS)
+    assert set(OF_STATES) - set(DERIVED) == set(quantities.OF_STATES)
+    assert set(OF_DESIGNS) == set(quantities.OF_DESIGNS)
 
 
 # --- Declaring -------------------------------------------------------------------------------------------------------

@@ -43,6 +43,7 @@ def test_rows_follow_the_order_of_the_table(tmp_path: Path) -> None:
 def test_many_files_are_read_as_one_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = states(tmp_path / "one", CONTENT).read().to_pydict()
     monkeypatch.setattr(plan, "STATES_PER_PART", 700)
+    monkeypatch.setattr(plan, "STATES_PER_FILE", 700)
     many = product_of(states(tmp_path / "many", CONTENT))
     assert len(many.files.files) > 3
     rows = np.arange(many.files.rows)[::-7].reshape(1, -1)

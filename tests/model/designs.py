@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.model.actuator import Arm, Design, Side
+from tendon_cli.model.design import Arm, Design, Side
 from tendon_cli.model.kinematics import Anchors
 
 SIDE = ("friction", "bend_angle", "length", "diameter", "youngs_modulus", "spring_stiffness", "pretension")

@@ -93,7 +93,7 @@ def test_the_order_of_the_states_does_not_matter():
     mixed = {name: values[order] for name, values in p.items()}
     straight = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
     for name, found in leaves(actuator.evaluate(design(mixed), angle[order], flexion[order])):
-        assert_identical(found, np.broadcast_to(straight[name], (500,))[order], name)
+        assert_identical(np.broadcast_to(found, (500,)), np.broadcast_to(straight[name], (500,))[order], name)
 
 
 def test_inputs_are_left_alone():

@@ -12,7 +12,6 @@ from tendon_cli.study.load import load_study, study_from
 from tendon_cli.study.people.asked import packed, unpacked
 from tendon_cli.study.people.population import draw
 from tendon_cli.study.people.survey import ansur2
-from tendon_cli.sweep.evaluate import evaluate
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 from tests.model import designs
@@ -36,7 +35,7 @@ def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
     study = study_from({"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = evaluate(Inputs(plan), block).state
+    found = actuator.State.of(Inputs(plan).situation(block))
     people = draw(ansur2(), "both", 6, seed=4)
     for person in range(6):
         one = body.Body(*people.values[person])

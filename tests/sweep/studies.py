@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
-from tendon_cli.model.actuator import Arm, Design, Side
+from tendon_cli.model.design import Arm, Design, Side
 from tendon_cli.model.kinematics import Anchors
 
 STUDY = """

@@ -59,27 +59,51 @@ def test_blocks_tile_any_range_of_designs_once_and_in_order(shape, angles, block
 @given(SHAPES, st.integers(1, 7), st.integers(1, 60))
 def test_no_block_has_more_states_than_asked_for(shape, angles, block_states):
     plan = Plan(study_of(shape, angles), block_states=block_states)
-    assert all(math.prod(block.shape) <= block_states for block in plan.blocks(range(plan.designs)))
+    assert all(math.prod(block.shape) <= block_states for block in plan.blocks(range(plan.designs), block_states))
 
 
 @searched
 @given(SHAPES, st.integers(1, 7), st.integers(1, 60))
-def test_blocks_know_their_designs_and_where_these_end(shape, angles, block_states):
-    plan = Plan(study_of(shape, angles), block_states=block_states)
-    finished = 0
-    for block in plan.blocks(range(plan.designs)):
-        assert block.first_design == finished
-        finished += block.design_count if plan.completes_designs(block) else 0
-    assert finished == plan.designs
+def test_blocks_know_their_designs(shape, angles, states):
+    plan, counts = Plan(study_of(shape, angles)), {}
+    for block in plan.blocks(range(plan.designs), states):
+        at = counts.setdefault(block.first_design, []) if block.shape[-2:] != (2, angles) else None
+        if at is None:
+            assert list(block.numbers) == list(range(block.first_design, block.first_design + block.design_count))
+        else:
+            at.append(math.prod(block.shape))
+    assert all(sum(states) == plan.states_per_design for states in counts.values())
 
 
 def test_a_single_design_with_more_states_than_a_block_is_cut_along_its_angles():
-    plan = Plan(study_of([], angles=10), block_states=4)
-    blocks = list(plan.blocks(range(1)))
+    plan = Plan(study_of([], angles=10))
+    blocks = list(plan.blocks(range(1), 4))
     assert [(block.directions.start, block.angles.start, block.angles.stop) for block in blocks] == [
         (0, 0, 4), (0, 4, 8), (0, 8, 10), (1, 0, 4), (1, 4, 8), (1, 8, 10),
     ]  # fmt: skip
-    assert [plan.completes_designs(block) for block in blocks] == [False] * 5 + [True]
+
+
+@searched
+@given(SHAPES, st.data())
+def test_the_halves_of_a_block_have_its_designs_once(shape, data):
+    plan = Plan(study_of(shape))
+    (whole,) = plan.blocks(range(plan.designs))
+    axis = data.draw(st.integers(0, len(shape) - 1)) if shape else None
+    if axis is None or whole.shape[axis] < 2:
+        return
+    numbers = np.arange(plan.designs).reshape(plan.shape)
+    found = [numbers[half.designs].ravel() for half in whole.halves(axis)]
+    assert sorted(np.concatenate(found).tolist()) == list(range(plan.designs))
+    assert all(half.design_count == len(here) for half, here in zip(whole.halves(axis), found, strict=True))
+
+
+def test_up_to_two_million_states_a_table_is_one_file():
+    """A longer study keeps its short parts."""
+    for designs, parts in ((11522, 1), (11524, 5)):
+        grid = {"from": "20 N", "to": "240 N", "num": designs}
+        plan = Plan(study_from({"name": "long", "tendon": {"pretension": grid}}))
+        assert plan.states == designs * 182
+        assert plan.parts == parts
 
 
 @searched
@@ -88,17 +112,21 @@ def test_parts_tile_the_designs_and_follow_from_the_study_alone(shape, part_stat
     study = study_of(shape)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plan_module, "STATES_PER_PART", part_states)
+        patch.setattr(plan_module, "STATES_PER_FILE", part_states)
         plan, other = Plan(study), Plan(study, block_states=block_states)
         parts = [plan.part(index) for index in range(plan.parts)]
         assert [design for part in parts for design in part] == list(range(plan.designs))
         assert {len(part) for part in parts[:-1]} <= {plan.part_designs}
         assert parts == [other.part(index) for index in range(other.parts)]
         assert sum(plan.rows("states", part) for part in parts) == plan.states
-        assert plan.part_designs == max(1, part_states // plan.states_per_design)
+        most = plan.designs if plan.states <= part_states else max(1, part_states // plan.states_per_design)
+        assert plan.part_designs == most
 
 
-def test_parts_are_longer_where_no_states_are_written():
+def test_parts_are_longer_where_no_states_are_written(monkeypatch):
     with_states, without = study_of([6, 6]), study_of([6, 6], output={"tables": ["designs"]})
+    monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
+    monkeypatch.setattr(plan_module, "STATES_PER_PART", 60)
     assert Plan(without).part_designs > Plan(with_states).part_designs
 
 

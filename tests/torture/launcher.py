@@ -122,7 +122,7 @@ def main():
     from tendon_cli.sweep import plan
 
     if "states" in settings:
-        plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["states"]
+        plan.STATES_PER_FILE = plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["states"]
     if settings.get("fail") == "journal":
         full_journal()
     if "hold" in settings:

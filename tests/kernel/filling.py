@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+from pathlib import Path
 
 import numpy as np
+import pytest
 
+from tendon_cli import kernel
 from tendon_cli.study.load import study_from
 from tendon_cli.study.values import Values
-from tendon_cli.sweep.columns import Tables, state_keys
-from tendon_cli.sweep.evaluate import evaluate, state_columns
+from tendon_cli.sweep.columns import Tables
 from tendon_cli.sweep.inputs import Inputs
+from tendon_cli.sweep.part import PartMaker
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.rows import BlockRows
-from tendon_cli.tables.write import _DTYPES, copied
 from tests.si import with_units
 
-from .processors import each_processor
-
+needs_code = pytest.mark.skipif(kernel.native() is None, reason="tendon was installed without a C compiler")
 _MARGIN = 9
 """Rows before and after those asked for, one more than any processor takes at a time."""
 
@@ -60,41 +61,47 @@ def assert_same_rows(inputs, cuts=()):
 
     Returns the columns of each block.
     """
-    tables, blocks = Tables(inputs), inputs.plan.blocks(range(inputs.plan.designs), 4)
-    return [_same_block(inputs, tables, block, cuts) for block in blocks]
+    blocks = inputs.plan.blocks(range(inputs.plan.designs), 4 * inputs.plan.block_states)
+    return [_same_block(inputs, block, cuts) for block in blocks]
 
 
-def _same_block(inputs, tables, block, cuts):
-    kinds = {column.name: _DTYPES[column.kind] for column in tables.states}
-    leading = {column.name: values(block) for column, values in tables.leading.items()}
-    keys = leading | state_keys(block, inputs.plan.elbow_angles)
-    evaluated = evaluate(inputs, block)
-    by_numpy = copied({**keys, "status": evaluated.state.status, **state_columns(evaluated)}, block.shape)
+@contextlib.contextmanager
+def each_kind():
+    """Every kind of code that this processor can run, in turn, and None for NumPy: a function that takes one."""
+    kinds = native.kinds() if (native := kernel.native()) else ()
+    with pytest.MonkeyPatch.context() as patch:
+        yield (*kinds, None), lambda kind: patch.setattr(kernel, "kind", lambda: kind)
+
+
+def _same_block(inputs, block, cuts):
+    columns = {column.name: column.dtype for column in Tables(inputs).states}
+    keys, at = PartMaker(inputs.plan, Path())._keys("states", block), inputs.situation(block)
     count = block.design_count * block.shape[-2] * block.shape[-1]
-    expected, nulls = _written(by_numpy, kinds, range(count))
     places = sorted({0, count, *(int(share * count) for share in cuts)})
     stretches = [range(count), *(range(*ends) for ends in itertools.pairwise(places))]
-    for processor in each_processor():
-        rows = BlockRows.of(inputs, block, keys, processor)
-        for stretch in stretches:
-            found, missing = _written(rows.write, kinds, stretch)
-            here = {name: values[stretch.start : stretch.stop] for name, values in expected.items()}
-            for name, values in here.items():
-                assert same_bits(found[name], values), (processor.kind, stretch, name, found[name], values)
-            assert missing == {name for name, values in here.items() if _is_null(values).any()}, processor.kind
-            assert missing <= nulls
+    with each_kind() as (kinds, take):
+        take(None)
+        expected = _written(kernel.row_writer(at, block.shape, keys), columns, range(count))
+        for kind in kinds:
+            take(kind)
+            write = kernel.row_writer(at, block.shape, keys)
+            for stretch in stretches:
+                found = _written(write, columns, stretch)
+                for name, values in expected.items():
+                    here = values[stretch.start : stretch.stop]
+                    assert same_bits(found[name], here), (kind, stretch, name, found[name], here)
     return expected
 
 
 def _written(write, kinds, rows):
-    """What a filler writes, and which columns it says have nulls. It touches no row beside those asked for."""
+    """What a writer writes. It touches no row beside those asked for."""
     wide = {name: np.full(len(rows) + 2 * _MARGIN, 77, kind) for name, kind in kinds.items()}
     within = slice(_MARGIN, _MARGIN + len(rows))
-    nulls = write({name: values[within] for name, values in wide.items()}, rows)
+    write({name: values[within] for name, values in wide.items()}, rows)
     for name, values in wide.items():
         assert (values[:_MARGIN] == 77).all(), name
         assert (values[within.stop :] == 77).all(), name
-    return {name: values[within] for name, values in wide.items()}, nulls
+    return {name: values[within] for name, values in wide.items()}
 
 
 def same_bits(found, expected):

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from .filling import COUNTS, DIRECTIONS, assert_same_rows, inputs_of, model
-from .processors import needs_code
-from .studies import RANGES
+from tests.sweep.studies import RANGES
+
+from .filling import COUNTS, DIRECTIONS, assert_same_rows, inputs_of, model, needs_code
 
 pytestmark = needs_code
 searched = settings(deadline=None, derandomize=True, max_examples=250)

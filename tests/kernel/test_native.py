@@ -6,15 +6,13 @@ import sys
 import sysconfig
 from pathlib import Path
 
+import numpy as np
 import pytest
-from numpy.random import mtrand
 
-from tendon_cli.sweep import lines, native
+from tendon_cli import kernel
+from tests.sweep.studies import NEVER_PAST_THE_CENTRE, PRETENSION_PER_SIDE, STUDY
 
-from .studies import NEVER_PAST_THE_CENTRE, PRETENSION_PER_SIDE, STUDY
-
-HERE = Path(native.__file__).parent
-needs_code = pytest.mark.skipif(native.load(HERE) is None, reason="tendon was installed without a C compiler")
+from .filling import needs_code
 
 WEIGHTLESS = """
 arm = { forearm_mass = 0, upper_arm_angle = ["-30 deg", "0 deg", "30 deg"], elbow_radius = ["4 cm", "5 cm"] }
@@ -42,13 +40,13 @@ def wanted(monkeypatch):
     """Choose whether compiled code is wanted; afterwards it is as before."""
 
     def choose(*, code):
-        monkeypatch.setenv(native.UNWANTED, "" if code else "1")
-        native.library.cache_clear()
-        assert (native.library() is not None) == code
+        monkeypatch.setenv(kernel.UNWANTED, "" if code else "1")
+        kernel.native.cache_clear(), kernel.kind.cache_clear()
+        assert (kernel.kind() is not None) == code
 
     yield choose
     monkeypatch.undo()
-    native.library.cache_clear()
+    kernel.native.cache_clear(), kernel.kind.cache_clear()
 
 
 @needs_code
@@ -71,8 +69,8 @@ def test_a_sweep_writes_the_same_bytes_with_and_without_it(new_sweep, tmp_path, 
 @needs_code
 def test_the_command_writes_the_same_bytes_without_it(outside, workplace, hashes_in):
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    environment = {name: value for name, value in os.environ.items() if name != native.UNWANTED}
-    for out, more in (("with", {}), ("without", {native.UNWANTED: "1"})):
+    environment = {name: value for name, value in os.environ.items() if name != kernel.UNWANTED}
+    for out, more in (("with", {}), ("without", {kernel.UNWANTED: "1"})):
         words = ("sweep", "study.toml", "--out", out, "--no-figures", "--allow-no-equilibrium")
         ran = outside(*words, env=environment | more)
         assert ran.exit == 0, ran.err
@@ -80,33 +78,49 @@ def test_the_command_writes_the_same_bytes_without_it(outside, workplace, hashes
 
 
 @needs_code
-def test_a_sweep_looks_by_it_alone_where_it_is_there(new_sweep, tmp_path, wanted, monkeypatch):
-    monkeypatch.setattr(lines, "look", None)
+def test_a_sweep_goes_by_it_alone_where_it_is_there(new_sweep, tmp_path, wanted, monkeypatch):
+    monkeypatch.setattr(kernel, "State", None)
     wanted(code=True)
     new_sweep(LINKED, tmp_path)
 
 
 @needs_code
 def test_code_of_another_version_is_not_used(monkeypatch):
-    monkeypatch.setattr(native, "_VERSION", native._VERSION + 1)
-    assert native.load(HERE) is None
+    monkeypatch.setattr(kernel, "VERSION", kernel.VERSION + 1)
+    assert kernel.native.__wrapped__() is None
 
 
-def test_what_is_no_code_is_passed_over(tmp_path):
-    for name, content in (("c", b"int x;"), ("so", b""), ("xyz.so", b"\x7fELF" + bytes(range(256)) * 40)):
-        (tmp_path / f"_native.{name}").write_bytes(content)
-    (tmp_path / "_native.folder").mkdir()
-    (tmp_path / "_native.nowhere").symlink_to(tmp_path / "nothing")
-    assert native.load(tmp_path) is None
-    for code in HERE.glob("_native.*"):
-        shutil.copy(code, tmp_path / f"_native.zz.{code.name}")
-    assert (native.load(tmp_path) is None) == (native.load(HERE) is None)
+ONE = (
+    "moment_arm", "pulling_arm", "moment_arm_slope", "flexor_travel", "extensor_travel", "sine", "cosine",
+    "gravity_moment", "elbow_radius", "flexor_radius", "ratio", "unilateral",
+)  # fmt: skip
+BY_SIDE = ("capstan", "tendon", "spring", "pretension")
+NAMES = (*ONE, *(f"{side}_{by}" for side in ("flexor", "extensor") for by in BY_SIDE))
+GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
 
 
-def test_a_library_that_is_not_ours_is_passed_over(tmp_path):
-    """NumPy's has no version to tell."""
-    shutil.copy(mtrand.__file__, tmp_path / "_native.other.so")
-    assert native.load(tmp_path) is None
+@needs_code
+@pytest.mark.parametrize(
+    ("fault", "problem"),
+    [
+        ({"kind": "abacus"}, "no code named abacus"),
+        ({"given": GIVEN | {"sine": np.zeros((2, 3))}}, "sine has another shape"),
+        ({"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}}, "its angles lie apart"),
+        ({"given": GIVEN | {"ratio": np.zeros((2, 1, 4), np.float32)}}, "values of 4 bytes"),
+        ({"given": {}}, "moment_arm"),
+        ({"columns": {"motor_torque": np.zeros(7)}}, "not a column of 8 rows"),
+        ({"columns": {"motor_torque": np.zeros(16)[::2]}}, "not a column of 8 rows"),
+        ({"columns": {"status": np.zeros(8)}}, "values of 8 bytes"),
+        ({"first": 1}, "no such rows"),
+        ({"first": -1}, "no such rows"),
+        ({"keys": {"design": np.zeros((2, 1, 4))}}, "design"),
+    ],
+)
+def test_it_refuses_what_does_not_fit(fault, problem):
+    call = {"kind": "plain", "given": GIVEN, "keys": {}, "columns": {}, "first": 0, "count": 8}
+    kernel.native().rows(*call.values())
+    with pytest.raises((ValueError, KeyError), match=problem):
+        kernel.native().rows(*(call | fault).values())
 
 
 def test_make_compiles_it_where_there_is_a_compiler():
@@ -115,4 +129,4 @@ def test_make_compiles_it_where_there_is_a_compiler():
         pytest.skip("no C compiler")
     if not Path(sys.prefix, ".ready").exists():
         pytest.skip("tendon was not installed by make")
-    assert native.load(HERE) is not None
+    assert kernel.native.__wrapped__() is not None

@@ -7,10 +7,8 @@ import pytest
 
 from tendon_cli.model import statics
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, SLACK_TOLERANCE, TAUT
-from tendon_cli.sweep.evaluate import evaluate
 
-from .filling import COUNTS, DIRECTIONS, all_states, assert_same_rows, inputs_of, model, same_bits
-from .processors import needs_code
+from .filling import COUNTS, DIRECTIONS, all_states, assert_same_rows, inputs_of, model, needs_code, same_bits
 
 pytestmark = needs_code
 
@@ -145,7 +143,7 @@ def _response(state, slack="unilateral"):
     """How the tensions of a study in one block follow their pretension."""
     inputs = inputs_of(state)
     (block,) = inputs.plan.blocks(range(inputs.plan.designs))
-    return statics.respond(evaluate(inputs, block).state.coupling, unilateral=slack == "unilateral")
+    return statics.respond(inputs.situation(block).coupling, unilateral=slack == "unilateral")
 
 
 @pytest.mark.parametrize(
@@ -155,7 +153,8 @@ def _response(state, slack="unilateral"):
 def test_pretension_at_the_limit_to_the_last_bit(slack, load):
     """At its limit a state is taut, and with the next smaller pretension slack."""
     state = {"motion.elbow_angle": np.linspace(0.1, 1.5, 15).tolist(), "model": model(slack)} | load
-    limits = _response(state, slack).limit
+    response = _response(state, slack)
+    limits = np.fmax(response.flexor_limit, response.extensor_limit)
     limits = limits[limits > 0.0]
     pretensions = np.unique([np.nextafter(limits, 0.0), limits])
     (found,) = assert_same_rows(inputs_of(state | {"tendon.pretension": pretensions.tolist()}))

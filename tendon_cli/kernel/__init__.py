@@ -1,0 +1,140 @@
+"""The model's arithmetic on whole blocks of states, by compiled code where there is some, else by NumPy: the same bits.
+
+In C a state is said once, in `state.h`: `drive_at` is what a design has in one direction, `lines_at` some of its states
+as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
+`rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted. `arrays.h` names, once, what
+goes in and out; `module.c` checks what Python hands over and lets go of Python's lock. Everything is compiled for each
+kind of processor, and the best that runs here is taken.
+
+To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a function that goes over
+designs and directions by `next_line` and calls `drive_at` and `lines_at` (and `state_at`, where it wants a pretension);
+let `entry.h` export it and `module.c` call it, like extremes. Say the same in `tendon_cli/model/` with NumPy, and here
+choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable, Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.model.actuator import Situation, State
+from tendon_cli.model.extremes import Found, fold
+from tendon_cli.model.kinematics import Array
+
+UNWANTED = "TENDON_NO_COMPILED"
+"""Environment variable that, set to anything, has NumPy do it all."""
+
+VERSION = 1
+"""Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
+
+Columns = Mapping[str, npt.NDArray[Any]]
+RowWriter = Callable[[Columns, range], None]
+"""Writes some rows of a block into columns of that many rows."""
+
+
+@cache
+def native() -> Any:
+    """The extension module; None where there is none of this version, or none is wanted."""
+    if os.environ.get(UNWANTED):
+        return None
+    try:
+        found = importlib.import_module("tendon_cli.kernel._native")
+    except ImportError:
+        return None
+    return found if found.version == VERSION else None
+
+
+@cache
+def kind() -> str | None:
+    """The kind of processor whose code is used; None where NumPy does it all."""
+    return str(native().kinds()[-1]) if native() else None
+
+
+def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWriter:
+    """What writes the rows of a block of states of a shape (designs' axes, directions, angles), the last axis fastest.
+
+    Columns are those of `State.columns`, `status` as int32, and those of `keys`, which broadcast to the shape and have
+    the columns' types; of the results only those asked for are written. Safe from several threads.
+    """
+    chosen = kind()
+    if chosen is None:
+        state = State.of(at)
+        return _copier({**keys, "status": state.status, **state.columns()}, shape)
+    given, spread = _given(at, shape), {name: _over(values, shape) for name, values in keys.items()}
+
+    def write(columns: Columns, rows: range) -> None:
+        wanted = {name: values for name, values in spread.items() if name in columns}
+        native().rows(chosen, given, wanted, dict(columns), rows.start, len(rows))
+
+    return write
+
+
+def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[int, ...]) -> None:
+    """Fold all states of a block into what was found of its designs: `model.extremes.fold`."""
+    chosen = kind()
+    if chosen is None:
+        fold(found, State.of(at), elbow_angle)
+    else:
+        given = _given(at, shape)
+        native().extremes(chosen, given, np.ascontiguousarray(elbow_angle), found, _axis_of_pretension(given))
+
+
+def _given(at: Situation, shape: tuple[int, ...]) -> dict[str, Array]:
+    """What compiled code takes of a situation, by the names of GIVEN in `arrays.h`."""
+    design, motion = at.design, at.motion
+    values = {
+        "moment_arm": motion.flexor_moment_arm,
+        "pulling_arm": motion.pulling_arm,
+        "moment_arm_slope": motion.flexor_moment_arm_slope,
+        "flexor_travel": motion.flexor_travel,
+        "extensor_travel": motion.extensor_travel,
+        "sine": at.sine,
+        "cosine": at.cosine,
+        "gravity_moment": at.gravity_moment,
+        "elbow_radius": design.arm.anchors.elbow_radius,
+        "flexor_radius": design.flexor_radius,
+        "ratio": design.ratio,
+        "flexor_capstan": at.flexor.capstan,
+        "extensor_capstan": at.extensor.capstan,
+        "flexor_tendon": at.flexor.tendon,
+        "extensor_tendon": at.extensor.tendon,
+        "flexor_spring": at.flexor.spring,
+        "extensor_spring": at.extensor.spring,
+        "flexor_pretension": design.flexor.pretension,
+        "extensor_pretension": design.extensor.pretension,
+        "unilateral": design.unilateral,
+    }
+    return {name: _over(np.asarray(value, dtype=np.float64), shape) for name, value in values.items()}
+
+
+def _over(values: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
+    """Values over a whole shape without a copy of them for each axis; along the last they lie side by side."""
+    return np.broadcast_to(np.ascontiguousarray(values), shape)
+
+
+def _axis_of_pretension(given: Mapping[str, Array]) -> int:
+    """The longest axis of designs that nothing but pretension depends on; -1 where there is none."""
+    rest = [values for name, values in given.items() if not name.endswith("_pretension")]
+    shape = rest[0].shape
+    free = [axis for axis in range(len(shape) - 2) if not any(values.strides[axis] for values in rest)]
+    return max(free, key=lambda axis: shape[axis], default=-1)
+
+
+def _copier(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
+    """Writes rows from columns that broadcast to a shape."""
+
+    def write(to: Columns, rows: range) -> None:
+        for name, column in to.items():
+            values = np.broadcast_to(np.asarray(columns[name]), shape)
+            if len(rows) == values.size:
+                column.reshape(shape)[...] = values
+            else:
+                column[...] = values.ravel()[rows.start : rows.stop]
+
+    return write

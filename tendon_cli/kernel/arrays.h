@@ -1,0 +1,93 @@
+/* What Python hands over: arrays over the axes of designs, then direction, then elbow angle, and a walk over them. */
+
+#ifndef TENDON_ARRAYS_H
+#define TENDON_ARRAYS_H
+
+#define MOST_AXES 64
+
+/* What a state depends on, by the names that Python uses; SI units. `moment_arm` may be negative, `pulling_arm` is then
+ * not a number; `unilateral` is one or zero. */
+#define GIVEN(X)                                                                                                       \
+    X(moment_arm) X(pulling_arm) X(moment_arm_slope) X(flexor_travel) X(extensor_travel) X(sine) X(cosine)             \
+    X(gravity_moment) X(elbow_radius) X(flexor_radius) X(ratio) X(flexor_capstan) X(extensor_capstan) X(flexor_tendon) \
+    X(extensor_tendon) X(flexor_spring) X(extensor_spring) X(flexor_pretension) X(extensor_pretension) X(unilateral)
+
+/* Results of a state: the columns of `states` but its status. */
+#define RESULTS(X)                                                                                                     \
+    X(flexor_tension_proximal) X(flexor_tension_distal) X(extensor_tension_proximal) X(extensor_tension_distal)        \
+    X(flexor_tendon_stretch) X(extensor_tendon_stretch) X(flexor_spring_stretch) X(extensor_spring_stretch)            \
+    X(flexor_slack) X(extensor_slack) X(elbow_torque) X(motor_torque) X(spool_angle) X(elbow_stiffness)                \
+    X(flexor_moment_arm) X(flexor_travel) X(extensor_travel)
+
+/* What a design comes to over its states: smallest, largest, counted. */
+#define EXTREMES(X)                                                                                                    \
+    X(min_flexor_tension) X(min_extensor_tension) X(max_tension) X(max_spring_extension) X(max_slack)                  \
+    X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)                      \
+    X(min_elbow_stiffness) X(first_slack_angle) X(required_pretension) X(margin) X(slack) X(unstable) X(no_equilibrium)
+
+#define IN_ENUM(name) IN_##name,
+#define OF_ENUM(name) OF_##name,
+#define AT_ENUM(name) AT_##name,
+enum { GIVEN(IN_ENUM) INPUTS };
+enum { RESULTS(OF_ENUM) COLUMNS };
+enum { EXTREMES(AT_ENUM) ACCUMULATORS };
+
+/* An array over all axes: where it is now, and its steps in bytes; none where it is broadcast. */
+typedef struct {
+    char *at;
+    long step[MOST_AXES];
+} Array;
+
+/* The lengths of all axes, and where the walk is on each but the last, the angle. */
+typedef struct {
+    long axes, length[MOST_AXES], index[MOST_AXES];
+} Walk;
+
+/* To the next line of angles, the last axis but the angle fastest, leaving out the axis `skipped` (or -1); moves the
+ * arrays along. Returns zero after the last. */
+static inline int next_line(Walk *walk, Array *arrays, int count, long skipped) {
+    for (long axis = walk->axes - 2; axis >= 0; axis--) {
+        if (axis == skipped) continue;
+        long move = ++walk->index[axis] < walk->length[axis] ? 1 : 1 - walk->length[axis];
+        for (int i = 0; i < count; i++) arrays[i].at += move * arrays[i].step[axis];
+        if (move == 1) return 1;
+        walk->index[axis] = 0;
+    }
+    return 0;
+}
+
+/* To a line by its number, from the first. */
+static inline void to_line(Walk *walk, Array *arrays, int count, long number) {
+    for (long axis = walk->axes - 2; axis >= 0; axis--) {
+        walk->index[axis] = number % walk->length[axis], number /= walk->length[axis];
+        for (int i = 0; i < count; i++) arrays[i].at += walk->index[axis] * arrays[i].step[axis];
+    }
+}
+
+/* A column that is copied as it is, of `bytes` a value: `from` is over all axes, `to` a row after the other. */
+typedef struct {
+    char *to;
+    long bytes;
+} Key;
+
+/* Rows of states: `columns` in the order of RESULTS, then the keys' sources; a column that nobody wants is null. */
+typedef struct {
+    Walk walk;
+    Array arrays[INPUTS + MOST_AXES];
+    double *column[COLUMNS];
+    int *status;
+    Key key[MOST_AXES];
+    int keys;
+    long first, count;
+} Rows;
+
+/* Extremes over states: the inputs, then an accumulator for each of EXTREMES, which has no step along direction and
+ * angle. Pretension alone depends on the axis `pretensions` (or -1: none). */
+typedef struct {
+    Walk walk;
+    Array arrays[INPUTS + ACCUMULATORS];
+    const double *angle;
+    long pretensions;
+} Extremes;
+
+#endif

@@ -1,0 +1,87 @@
+/* Rows of the states table: each state at its pretension, its results straight to where the rows are gathered. */
+
+#include "state.h"
+
+/* What a row has of its design beside `Drive`. */
+typedef struct {
+    double pretension, flexor_pretension, extensor_pretension, flexor_radius, extensor_radius;
+} Ends;
+
+INLINE Ends ends_at(const Array *a, const Drive *d) {
+    double flexor = one(a, IN_flexor_pretension), extensor = one(a, IN_extensor_pretension);
+    double radius = one(a, IN_flexor_radius);
+    return (Ends){common_pretension(d, flexor, extensor), flexor, extensor, radius, d->ratio * radius};
+}
+
+/* All result columns of some states, in the order of RESULTS; returns their status. */
+INLINE Mask results_of(Lanes *r, const Array *a, const Lines *l, const Drive *d, const Ends *e, Lanes moment_arm) {
+    State s = state_at(l, d, e->pretension);
+    Mask no_flexor = e->pretension < l->flexor_limit, no_extensor = e->pretension < l->extensor_limit;
+    Mask both = no_flexor & no_extensor, unilateral = (Mask){0} - (d->unilateral ? 1 : 0);
+    Lanes flexor_change = s.x - e->flexor_pretension, extensor_change = s.y - e->extensor_pretension;
+    Lanes known = pick(both | ~l->able, same(NAN), same(d->unknown)), length = s.loose * l->per_side;
+    r[OF_flexor_tension_proximal] = s.x / one(a, IN_flexor_capstan), r[OF_flexor_tension_distal] = s.x;
+    r[OF_extensor_tension_proximal] = s.y / one(a, IN_extensor_capstan), r[OF_extensor_tension_distal] = s.y;
+    r[OF_flexor_tendon_stretch] = one(a, IN_flexor_tendon) * flexor_change;
+    r[OF_extensor_tendon_stretch] = one(a, IN_extensor_tendon) * extensor_change;
+    r[OF_flexor_spring_stretch] = one(a, IN_flexor_spring) * flexor_change;
+    r[OF_extensor_spring_stretch] = one(a, IN_extensor_spring) * extensor_change;
+    r[OF_flexor_slack] = pick(no_flexor & ~no_extensor, length, known);
+    r[OF_extensor_slack] = pick(no_extensor & ~no_flexor, length, known);
+    r[OF_elbow_torque] = pick(l->able, l->torque, same(NAN));
+    r[OF_motor_torque] = s.motor, r[OF_elbow_stiffness] = s.stiffness;
+    Lanes by_flexor = (l->flexor_travel + d->c_x * flexor_change) / e->flexor_radius;
+    Lanes by_extensor = (l->extensor_travel - d->c_y * extensor_change) / e->extensor_radius;
+    Lanes angle = pick(no_flexor & unilateral, by_extensor, by_flexor);
+    r[OF_spool_angle] = pick(both & unilateral, same(NAN), angle);
+    r[OF_flexor_moment_arm] = moment_arm;
+    r[OF_flexor_travel] = l->flexor_travel, r[OF_extensor_travel] = l->extensor_travel;
+    return (no_flexor & 1) | (no_extensor & 2) | (~l->able & 4);
+}
+
+static void copy(char *to, const char *from, long step, long bytes, long count) {
+    if (step) {
+        memcpy(to, from, (unsigned long)(count * bytes));
+    } else if (bytes == 8) {
+        long long value;
+        memcpy(&value, from, 8);
+        for (long i = 0; i < count; i++) memcpy(to + 8 * i, &value, 8);
+    } else {
+        for (long i = 0; i < count; i++) memcpy(to + bytes * i, from, (unsigned long)bytes);
+    }
+}
+
+/* States of a design in one direction from an angle on, into the columns from row `row` on. */
+static void write_line(const Rows *w, long angle, long angles, long row) {
+    const Array *a = w->arrays;
+    long axis = w->walk.axes - 1;
+    Drive d = drive_at(a);
+    Ends e = ends_at(a, &d);
+    for (int i = 0; i < w->keys; i++) {
+        const Array *from = a + INPUTS + i;
+        copy(w->key[i].to + row * w->key[i].bytes, from->at + angle * from->step[axis], from->step[axis], w->key[i].bytes,
+             angles);
+    }
+    for (long done = 0; done < angles; done += LANES) {
+        long count = angles - done, at = angle + done;
+        Lines l = lines_at(a, &d, axis, at, count);
+        Lanes results[COLUMNS];
+        Mask status = results_of(results, a, &l, &d, &e, along(a, IN_moment_arm, axis, at, count));
+        for (int column = 0; column < COLUMNS; column++)
+            if (w->column[column]) put(w->column[column] + row + done, results[column], count);
+        if (w->status)
+            for (long lane = 0; lane < LANES && lane < count; lane++) w->status[row + done + lane] = (int)status[lane];
+    }
+}
+
+/* Rows `first` to `first + count`, the last axis fastest. */
+static void rows(Rows *w) {
+    long length = w->walk.length[w->walk.axes - 1], angle = w->first % length;
+    to_line(&w->walk, w->arrays, INPUTS + w->keys, w->first / length);
+    for (long done = 0; done < w->count; angle = 0) {
+        long angles = w->count - done < length - angle ? w->count - done : length - angle;
+        write_line(w, angle, angles, done);
+        done += angles;
+        next_line(&w->walk, w->arrays, INPUTS + w->keys, -1);
+    }
+}
