@@ -16,8 +16,9 @@ from tendon_cli.design.problem import Flags, Problem
 from tendon_cli.design.rank import goals_of
 from tendon_cli.design.tables import ROW_GROUP, choice_columns, choice_rows, table_schema
 from tendon_cli.errors import Stopped
+from tendon_cli.kernel import copied
 from tendon_cli.sweep.part import file_name
-from tendon_cli.tables.write import TableFile, WrittenFile, copied
+from tendon_cli.tables.write import TableFile, WrittenFile
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19

@@ -21,11 +21,12 @@ from tendon_cli.design.record import record_of
 from tendon_cli.design.tables import ROW_GROUP, condition_columns, condition_rows, table_schema
 from tendon_cli.design.text import text_of
 from tendon_cli.errors import InputError, SizeError
+from tendon_cli.kernel import copied
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.run import available_cores
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
-from tendon_cli.tables.write import TableFile, WrittenFile, copied
+from tendon_cli.tables.write import TableFile, WrittenFile
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -12,7 +12,7 @@ from tendon_cli.design.numbers import SIDE
 from tendon_cli.design.problem import Flags, Problem
 from tendon_cli.design.solve import solve
 from tendon_cli.model import window
-from tendon_cli.model.actuator import Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.window import Bounds
 from tendon_cli.study.study import SIDES

@@ -65,7 +65,7 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
     chosen = kind()
     if chosen is None:
         state = State.of(at)
-        return _copier({**keys, "status": state.status, **state.columns()}, shape)
+        return copied({**keys, "status": state.status, **state.columns()}, shape)
     given, spread = _given(at, shape), {name: _over(values, shape) for name, values in keys.items()}
 
     def write(columns: Columns, rows: range) -> None:
@@ -126,7 +126,7 @@ def _axis_of_pretension(given: Mapping[str, Array]) -> int:
     return max(free, key=lambda axis: shape[axis], default=-1)
 
 
-def _copier(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
+def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
     """Writes rows from columns that broadcast to a shape."""
 
     def write(to: Columns, rows: range) -> None:

@@ -71,7 +71,7 @@ class Tables:
         """The columns that say which state of a design a row is, each with its values in a block."""
         directions = tuple(dict.fromkeys((*self.inputs.plan.directions, "flexion", "extension")))
         text = Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions)
-        angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True)
+        angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
         return {text: _directions, angle: lambda block: self.inputs.plan.elbow_angles[block.angles]}
 
     @cached_property
@@ -120,10 +120,10 @@ class Tables:
         """The column of a key, or where the sides differ the two of the sides and a null one."""
         plain, quantity = keys()[key].column, keys()[key].number.quantity
         if key not in self.inputs.overridden:
-            return {Column.of(quantity, plain, is_axis=True): self.inputs.source(key).within}
-        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True, nullable=True): _null}
+            return {Column.of(quantity, plain, is_axis=True, nullable=False): self.inputs.source(key).within}
+        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
         for side in SIDES:
-            column = Column.of(quantity, f"{plain}_{side}", is_axis=True)
+            column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=False)
             columns[column] = self.inputs.source(key, side).within
         return columns
 

@@ -19,7 +19,7 @@ Kind = Literal["number", "text", "count", "truth"]
 class Column:
     """A column of a table. A text column holds positions in `choices`; `is_axis` marks what few values repeat in.
 
-    A column that cannot be null in its table is not `nullable`: it is smaller, and sooner written.
+    A column of numbers that cannot be null in its table is not `nullable`: it is smaller, and sooner written.
 
     `quantity` is the name of what it holds in `quantities`; what is none goes by the column's own name.
     """
@@ -31,12 +31,10 @@ class Column:
     is_axis: bool = False
     choices: tuple[str, ...] = ()
     quantity: str = ""
-    nullable: bool = False
+    nullable: bool = True
 
     @classmethod
-    def of(
-        cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False, nullable: bool = False
-    ) -> Column:
+    def of(cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False, nullable: bool = True) -> Column:
         """A column of numbers of a quantity, under its own name or another."""
         named = name or quantity.name
         meaning = quantity.unit, quantity.long_name
@@ -58,7 +56,7 @@ class Column:
     def field(self) -> pa.Field:
         """The Arrow field with its unit and meaning as metadata."""
         meaning = {"unit": self.unit, "long_name": self.long_name, "quantity": self.quantity or self.name}
-        return pa.field(self.name, self.type, nullable=self.nullable, metadata=meaning)
+        return pa.field(self.name, self.type, nullable=self.nullable and self.kind == "number", metadata=meaning)
 
 
 def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:

@@ -199,7 +199,7 @@ def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
         return pa.DictionaryArray.from_arrays(positions, _texts(column.choices), safe=False)
     nulls = _has_nan(values)
     if nulls and not column.nullable:
-        raise ValueError(f"{column.name} has a value that is not a number, and cannot be null")
+        raise RuntimeError(f"{column.name} has a value that is not a number, and cannot be null")
     return _from_buffers(column.type, values, nulls=nulls)
 
 
