@@ -6,9 +6,9 @@ from scipy import stats
 
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator
+from tendon_cli.model.actuator import State
 from tendon_cli.study.draws import drawn, quantile
 from tendon_cli.study.load import study_from
-from tendon_cli.sweep.evaluate import evaluate
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 from tests.model import designs
@@ -69,7 +69,7 @@ def test_a_sweep_over_draws_is_the_model_of_each():
     study = study_from(STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = evaluate(Inputs(plan), block).state
+    found = State.of(Inputs(plan).situation(block))
     people, draws = study.linked
     for person in range(3):
         for draw in range(4):
