@@ -6,13 +6,22 @@ Beyond reach are what Python itself has imported by now, and a `tendon_cli` that
 import os  # Python has both already; any other import would look into the working directory
 import sys
 
-try:
-    is_first = sys.path[0] == os.getcwd()  # noqa: PTH109 - pathlib is not imported yet
-except OSError:  # there is none any more
-    is_first = False
-if is_first and not sys.flags.safe_path:  # with -P it is first only where PYTHONPATH says so
-    del sys.path[0]
 
-from tendon_cli.cli import main
+def main() -> None:
+    """`tendon`, which Ctrl-C ends quietly from here on."""
+    from tendon_cli.startup import quit_on_interrupts
 
-main()
+    quit_on_interrupts()
+    from tendon_cli.cli import main as run
+
+    run()
+
+
+if __name__ == "__main__":
+    try:
+        is_first = sys.path[0] == os.getcwd()  # noqa: PTH109 - pathlib is not imported yet
+    except OSError:  # there is none any more
+        is_first = False
+    if is_first and not sys.flags.safe_path:  # with -P it is first only where PYTHONPATH says so
+        del sys.path[0]
+    main()

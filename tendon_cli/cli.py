@@ -4,7 +4,7 @@
 
 import sys
 import traceback
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -17,11 +17,12 @@ from tendon_cli.commands.report import report
 from tendon_cli.commands.schema import schema
 from tendon_cli.commands.state import state
 from tendon_cli.commands.sweep import sweep
-from tendon_cli.errors import TendonError, UsageError
-from tendon_cli.startup import spare_time
+from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
+from tendon_cli.startup import hear_interrupts, spare_time
 from tendon_cli.terminal import (
     as_output_error,
     flush_results,
+    give_up_stdout,
     prepare_streams,
     print_error,
     print_result,
@@ -74,10 +75,14 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 def _run(words: list[str], debug: bool) -> int:
     """The exit code of a command; every error becomes one message here."""
     try:
+        hear_interrupts()
         code = app(words, prog_name="tendon", standalone_mode=False)
         flush_results()
     except (typer.Abort, KeyboardInterrupt):
         return 130
+    except SystemExit:  # only for a help page whose reader has left
+        give_up_stdout()
+        return OutputError.exit
     except Exception as error:  # noqa: BLE001 - whatever it is, it ends in one message and a code
         fault = _as_fault(error)
         if debug:
@@ -91,12 +96,11 @@ def _as_fault(error: Exception) -> TendonError:
     """Any exception as one of the errors that people are told of."""
     if isinstance(error, TendonError):
         return error
-    if isinstance(error, _USAGE):
-        return UsageError(error.format_message(), hint="tendon --help lists the commands")
+    if is_memory_short(error):
+        hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
+        return MemoryShortError(f"there is not enough memory: {error or type(error).__name__}", hint=hint)
+    if callable(said := getattr(error, "format_message", None)):  # typer's own errors of a wrong call
+        return UsageError(str(said()), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
         return as_output_error(error)
     return TendonError(f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where")
-
-
-# Typer's own class of a wrong call, wherever the installed version keeps it.
-_USAGE: Any = typer.BadParameter.__mro__[2]

@@ -6,6 +6,7 @@ exception that reaches `cli` is a bug in tendon (exit 1).
 
 from __future__ import annotations
 
+import errno
 import signal
 from dataclasses import dataclass
 
@@ -93,6 +94,27 @@ class WorkersLostError(TendonError):
 
     exit = 6
     kind = "workers"
+
+
+class MemoryShortError(TendonError):
+    """There is not enough memory; what was finished is kept."""
+
+    exit = 6
+    kind = "memory"
+
+
+def is_memory_short(error: BaseException) -> bool:
+    """Whether an error is the system's way of saying that there is no memory left."""
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+        return True
+    said = (
+        "Cannot allocate memory",
+        "failed to map segment",
+        "can't start new thread",
+        "malloc of size",
+        "realloc of size",
+    )
+    return isinstance(error, (OSError, ImportError, RuntimeError)) and any(words in str(error) for words in said)
 
 
 class InterruptError(TendonError):

@@ -5,9 +5,27 @@ from __future__ import annotations
 import atexit
 import gc
 import os
+import signal
+from types import FrameType
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # mallopt(3) of the GNU C library
 _MOST_MMAP_THRESHOLD = 32 * 1024 * 1024
+
+
+def _quit(number: int, _frame: FrameType | None) -> None:
+    os._exit(128 + number)
+
+
+def quit_on_interrupts() -> None:
+    """End at once on Ctrl-C while modules are read, where nothing is begun that could be left half done."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _quit)
+
+
+def hear_interrupts() -> None:
+    """Have Ctrl-C raise KeyboardInterrupt again."""
+    if signal.getsignal(signal.SIGINT) is _quit:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def spare_time() -> None:

@@ -16,8 +16,15 @@ def run_text(run: Run) -> str:
     record = run.record
     designs, states = record["designs"], record["states"]
     head = f"{record['name']}: {_counted(designs, 'design')}, {_counted(states, 'state')}"
-    head += ", up to date" if run.up_to_date else f" in {record['seconds']:.3g} s"
-    lines = [head, f"  feasible       {share(record['feasible'], designs, 'designs')} taut and stable in every state"]
+    took = f" in {record['seconds']:.3g} s"
+    took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
+    lines = [head + (", up to date" if run.up_to_date else took)]
+    lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut and stable, within every limit"]
+    lines += [f"    taut         {share(record['taut'], designs, 'designs')} in every state"]
+    lines += [f"    stable       {share(record['stable'], designs, 'designs')} in every state"]
+    if "feasible_suits" in record:
+        found = share(record["feasible_suits"], record["suits"], "suits")
+        lines += [f"  suits          {found} feasible at every load, case and person at once"]
     lines += [f"  slack          {share(record['slack'], states, 'states')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
@@ -38,7 +45,8 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(
         f"  disk         {_size(estimate.bytes)} in {_counted(estimate.parts, 'part')}, {_size(free)} are free"
     )
-    lines.append(f"  time         about {_duration(estimate.seconds)}")
+    drawn = f", of it {_duration(estimate.figure_seconds)} for figures" if estimate.figure_seconds else ""
+    lines.append(f"  time         about {_duration(estimate.seconds)}{drawn}")
     lines.append(f"  peak memory  about {_size(estimate.peak_memory)}")
     return "\n".join(lines)
 

@@ -14,6 +14,23 @@ from typing import Any
 from tendon_cli.errors import OutputError, TendonError
 
 
+def harmless(text: str) -> str:
+    """Text whose unprintable characters, but ends of lines, are written out as in JSON: none reaches a terminal raw.
+
+    Names of files, keys, cases and values of records are other people's; an escape among them could rewrite a screen.
+    """
+    if text.replace("\n", "").isprintable():
+        return text
+    return "".join(sign if sign.isprintable() or sign == "\n" else _written_out(sign) for sign in text)
+
+
+def _written_out(sign: str) -> str:
+    code = ord(sign)
+    if code < 0x10000:
+        return f"\\u{code:04x}"
+    return f"\\u{0xD7C0 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
+
+
 def print_result(text: str, *, unless: bool = False) -> None:
     """Write a result to stdout and see it leave, unless it is not wanted; raises OutputError where nobody takes it."""
     if unless:
@@ -21,7 +38,7 @@ def print_result(text: str, *, unless: bool = False) -> None:
     if _stdout.lost:
         raise OutputError("standard output cannot be written")
     try:
-        sys.stdout.write(text + "\n")
+        sys.stdout.write(harmless(text) + "\n")
         sys.stdout.flush()
     except (OSError, ValueError) as error:
         raise _lost(error) from error
@@ -70,7 +87,7 @@ def prepare_streams() -> None:
 def print_note(text: str) -> None:
     """Write a line to stderr; where that is impossible nobody is listening, and nothing is lost."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
-        sys.stderr.write(text + "\n")
+        sys.stderr.write(harmless(text) + "\n")
         sys.stderr.flush()
 
 

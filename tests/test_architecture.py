@@ -41,7 +41,7 @@ MAY_IMPORT = {
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
 MAY_IMPORT["cli"] = {"commands", "terminal", "startup", "errors", "version"}
-MAY_IMPORT["__main__"] = {"cli"}
+MAY_IMPORT["__main__"] = {"cli", "startup"}
 OF_THE_MODEL = {"numpy", "__future__"}
 
 

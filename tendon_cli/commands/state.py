@@ -7,6 +7,7 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
+from tendon_cli.errors import EXIT_NOT_AS_HOPED
 from tendon_cli.terminal import as_json_text, print_result
 
 
@@ -26,3 +27,5 @@ def state(
     """Work one state out, with the equations' numbers, for a check by hand."""
     page = tendon.state(tendon.load_study(study, settings or ()), case, person, reversal=reversal, plot=plot)
     print_result(as_json_text(page.record()) if as_json else page.text())
+    if not page.has_equilibrium:
+        raise typer.Exit(EXIT_NOT_AS_HOPED)

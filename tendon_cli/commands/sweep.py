@@ -47,13 +47,15 @@ def sweep(
     """Run a study over every combination: Parquet tables and slack maps."""
     if resume and overwrite:
         raise UsageError("--resume and --overwrite exclude each other", hint="--resume keeps what is done")
+    keep_freed_memory()
+    if dry_run:
+        loaded = tendon.load_study(study, settings or ())
+        folder = out if out is not None else Path("results") / loaded.name
+        _tell_cost(loaded, folder, jobs, figures=not no_figures, as_json=as_json, quiet=quiet)
+        return
     with stopped_by_signals(str(out or "results")) as stop:
         loaded = tendon.load_study(study, settings or ())
         folder = out if out is not None else Path("results") / loaded.name
-        keep_freed_memory()
-        if dry_run:
-            _tell_cost(loaded, folder, jobs, figures=not no_figures, as_json=as_json, quiet=quiet)
-            return
         with progress(loaded.name, quiet=quiet or as_json) as show:
             run = tendon.sweep(
                 loaded,

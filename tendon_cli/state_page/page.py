@@ -30,6 +30,7 @@ class StatePage:
     status: str
     sections: tuple[PageSection, ...]
     columns: dict[str, float | None]
+    has_equilibrium: bool = True
 
     def text(self) -> str:
         """The page for a terminal."""
@@ -79,8 +80,9 @@ def state_page(
     sections = _from_body(worn) if worn is not None else []
     sections += [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
     status = STATUS_NAMES[int(state.status.flat[0])]
-    if int(state.status.flat[0]) == NO_EQUILIBRIUM:
-        status += ": the flexor's moment arm J is not positive, so no tension balances the elbow"
+    has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
+    if not has_equilibrium:
+        status += f": {_no_equilibrium(one(state.coupling.elbow_torque))}"
     else:
         sections += [_balance(state, design), _results(state, design)]
         of_motor, cycled = _of_the_motor(plan, state, design, reversal=reversal)
@@ -91,7 +93,14 @@ def state_page(
             draw_motor(plot, design, state, plan, loss=cycled.get("friction_loss"), turns=reversal)
     columns = {name: null_if_nan(one(values)) for name, values in state.columns().items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names else []
-    return StatePage(title, (*notes, *_notes(plan, block)), status, tuple(sections), columns)
+    return StatePage(title, (*notes, *_notes(plan, block)), status, tuple(sections), columns, has_equilibrium)
+
+
+def _no_equilibrium(elbow_torque: float) -> str:
+    """What the status means here: with J ≤ 0 nothing balances, or nothing that the model could single out."""
+    if elbow_torque > 0.0:
+        return "J is not above zero and τ_a is, so no pair of tensions balances the elbow"
+    return "J is not above zero, so a balance may exist, but need not be the only one; the model does not answer"
 
 
 def _of_the_motor(

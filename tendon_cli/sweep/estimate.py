@@ -45,6 +45,8 @@ class Estimate:
     rows: dict[str, int]
     bytes: int
     seconds: float
+    """Of all, figures included."""
+    figure_seconds: float
     peak_memory: int
     parts: int
 
@@ -58,6 +60,7 @@ class Estimate:
             "rows": self.rows,
             "bytes": self.bytes,
             "seconds": round(self.seconds, 2),
+            "figure_seconds": round(self.figure_seconds, 2),
             "peak_memory": self.peak_memory,
             "parts": self.parts,
         }
@@ -86,13 +89,15 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     seconds = time.perf_counter() - started
     share = plan.designs / count
     workers = min(jobs, plan.parts)
+    drawing = _SECONDS_FOR_FIGURES if figures else 0.0
     return Estimate(
         axes=axis_lines(plan),
         designs=plan.designs,
         states=plan.states,
         rows={table: plan.states if table == "states" else plan.designs for table in tables},
         bytes=round(size * share),
-        seconds=_SECONDS_TO_START + seconds * share / workers + (_SECONDS_FOR_FIGURES if figures else 0.0),
+        seconds=_SECONDS_TO_START + seconds * share / workers + drawing,
+        figure_seconds=drawing,
         peak_memory=_BYTES_AT_REST + workers * _bytes_per_worker(plan, maker),
         parts=plan.parts,
     )

@@ -10,7 +10,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tendon_cli.errors import FolderError, OutputError, Stopped, TendonError, WorkersLostError
+from tendon_cli.errors import (
+    FolderError,
+    MemoryShortError,
+    OutputError,
+    Stopped,
+    TendonError,
+    WorkersLostError,
+    is_memory_short,
+)
 from tendon_cli.sweep.columns import versions
 from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.journal import NAME as JOURNAL
@@ -149,6 +157,11 @@ def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
             raise failure.error
     if faults:
         first = faults[0]
+        if is_memory_short(first.error):
+            where, hint = str(maker.folder), "fewer --jobs need less; --resume goes on"
+            raise MemoryShortError(
+                f"there is not enough memory for {place(maker, first.index)}", where=where, hint=hint
+            ) from first.error
         raise WorkersLostError(
             f"{len(faults)} of {maker.plan.parts} parts failed, the others are kept; first "
             f"{place(maker, first.index)}: {type(first.error).__name__}: {first.error}",

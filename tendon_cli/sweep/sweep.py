@@ -50,6 +50,8 @@ def sweep(
     """
     plan = Plan(study)
     with _ended_by_keyboard(stop) as ended:
+        if ended.is_set():
+            raise Stopped
         if out is None:
             if scheduler is not None:
                 raise UsageError("a cluster writes into a run folder", hint="name one")
@@ -167,8 +169,9 @@ def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
     found = [str(warning) for source in study.sources.values() for warning in source.get("warnings", ())]
     if record["no_equilibrium"]:
         found.append(
-            f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has "
-            "passed the joint's centre (moment arm not positive); their results are null"
+            f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has passed "
+            "the joint's centre (moment arm not above zero), where no tensions balance a positive elbow torque, and those "
+            "that balance another need not be the only ones; their results are null"
         )
     if bilateral and record["slack"]:
         found.append(

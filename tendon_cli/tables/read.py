@@ -12,7 +12,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tendon_cli.errors import InputError
+from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.tables.digest import is_intact
 
 
@@ -50,6 +50,8 @@ class TableFiles:
                 with pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as whole:
                     part = whole.read(columns=list(columns) if columns else None)
             except (pa.ArrowException, OSError) as error:
+                if is_memory_short(error):
+                    raise
                 raise _damaged(file, str(error).splitlines()[0]) from None
             yield first, part
             first += part.num_rows
