@@ -170,8 +170,8 @@ def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
     if record["no_equilibrium"]:
         found.append(
             f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has passed "
-            "the joint's centre (moment arm not above zero), where no tensions balance a positive elbow torque, and those "
-            "that balance another need not be the only ones; their results are null"
+            "the joint's centre (moment arm not above zero), where no tensions balance a positive elbow torque, and "
+            "those that balance another need not be the only ones; their results are null"
         )
     if bilateral and record["slack"]:
         found.append(
