@@ -11,7 +11,7 @@ from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict, Pair, conflict, counted, nearest, pairs
 from tendon_cli.design.fixes import Fix, fixes
 from tendon_cli.design.problem import Problem
-from tendon_cli.design.rank import USUAL, Goal, best, front, goals_of, knee
+from tendon_cli.design.rank import SERVED, USUAL, Goal, best, front, goals_of, knee
 from tendon_cli.design.search import refined
 from tendon_cli.design.sensitivity import Sensitivity, sensitivities
 
@@ -61,6 +61,12 @@ class Findings:
     notes: list[str] = field(default_factory=list)
 
     @property
+    def most_universal(self) -> Candidates:
+        """The choice to be named first, or where none has a window the one that serves most."""
+        served = self.gathered.promising.solutions.served
+        return self.chosen or self.gathered.promising.taken(np.array([np.argmax(served)]))
+
+    @property
     def chosen(self) -> Candidates | None:
         """The choice to be named first; None where none has a window."""
         return next(iter(self.best.values()), None)
@@ -69,10 +75,10 @@ class Findings:
 def gather(candidates: Candidates, goals: tuple[Goal, ...]) -> Gathered:
     """What matters of some choices."""
     solutions = candidates.solutions
-    keep = [np.empty(0, dtype=np.int64)]
+    keep = [np.array([np.argmax(solutions.served)])]
     if solutions.feasible.any():
         able = np.flatnonzero(solutions.feasible)
-        worth = candidates.worth(goals or USUAL)[able]
+        worth = candidates.worth(goals or (SERVED, *USUAL))[able]
         keep += [able[[best(column)]] for column in worth.T]
         keep += [able[front(worth)]] if len(goals) > 1 else []
     shut = np.flatnonzero(~solutions.feasible)
@@ -85,6 +91,12 @@ def gather(candidates: Candidates, goals: tuple[Goal, ...]) -> Gathered:
     return Gathered(len(candidates), int(solutions.feasible.sum()), counted(solutions), candidates.taken(rows))
 
 
+def sought(problem: Problem) -> tuple[Goal, ...]:
+    """The goals by each of which the best is told."""
+    usual = USUAL if problem.conditions.groups is None else (SERVED, *USUAL)
+    return goals_of(problem.study) or usual
+
+
 def findings(problem: Problem, gathered: Gathered) -> Findings:
     """The answer, from what was gathered of all choices."""
     goals, promising = goals_of(problem.study), gathered.promising
@@ -92,7 +104,7 @@ def findings(problem: Problem, gathered: Gathered) -> Findings:
     nobody = promising.taken(np.zeros(len(promising), dtype=np.bool_))
     if not len(able):
         return _explained(Findings(problem, goals, gathered, {}, {}, None, nobody, notes=[*problem.notes]))
-    single = {goal.column: _best(problem, goal, able) for goal in goals or USUAL}
+    single = {goal.column: _best(problem, goal, able) for goal in sought(problem)}
     gains = {column: gain for column, (_, gain) in single.items() if gain}
     bests, on_front = {column: one for column, (one, _) in single.items()}, None
     if len(goals) > 1:

@@ -34,6 +34,8 @@ USUAL = (
     Goal("peak_motor_torque", maximise=False),
 )
 """Where a study names no goal, the best by each of these."""
+SERVED = Goal("served", maximise=True)
+"""Before them where there are people or draws: the most universal choice."""
 
 
 def goals_of(study: Study) -> tuple[Goal, ...]:

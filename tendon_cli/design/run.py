@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.design.answer import findings
+from tendon_cli.design.crowd import crowd
+from tendon_cli.design.crowd_text import record_of_crowd
 from tendon_cli.design.folder import made_whole, standing, write_record
 from tendon_cli.design.parts import Choices, Progress
 from tendon_cli.design.problem import Problem
@@ -137,9 +139,16 @@ def _answer(
     found = findings(choices.problem, choices.gathered(folder, jobs, stop, progress))
     written = choices.finish(folder, found)
     written["conditions.parquet"] = _write_conditions(choices.problem, folder)
-    record = record_of(found) | {"text": text_of(found), "seconds": round(time.monotonic() - started, 3)}
+    whom = crowd(choices.problem, found.most_universal)
+    record = record_of(found) | {"text": text_of(found, whom)}
+    record |= {"crowd": None if whom is None else record_of_crowd(whom)}
+    record["seconds"] = round(time.monotonic() - started, 3)
     record["files"] = _files(folder, choices, written)
     record["figures"], warnings = draw(folder, record) if draw is not None else ([], [])
+    if draw is not None and whom is not None:
+        from tendon_cli.design.crowd_figures import draw_crowd  # only who draws pays for its import
+
+        record["figures"] += draw_crowd(whom, choices, folder)
     record["notes"] += warnings
     write_record(folder, record)
     return record

@@ -8,11 +8,13 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from tendon_cli.design.answer import Findings
+from tendon_cli.design.answer import Findings, sought
 from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict
+from tendon_cli.design.crowd import Crowd
+from tendon_cli.design.crowd_text import lines_of
 from tendon_cli.design.fixes import Fix
-from tendon_cli.design.rank import USUAL, Goal, losses
+from tendon_cli.design.rank import Goal, losses
 from tendon_cli.design.sensitivity import Sensitivity
 from tendon_cli.design.words import broken, counted, of_key, of_row, rounded, shown
 from tendon_cli.model.window import LIMIT_NAMES, NOTHING
@@ -28,10 +30,12 @@ _UNIT = re.compile(r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|%|rad|GPa|1)\b)|(?<=\d N
 """Blanks within a quantity, where no line ends."""
 
 
-def text_of(found: Findings) -> str:
-    """The whole answer."""
+def text_of(found: Findings, crowd: Crowd | None = None) -> str:
+    """The whole answer, and what it is to persons or draws."""
     chosen = found.chosen
-    parts = _nothing(found) if chosen is None else _something(found, chosen)
+    parts = [*(_nothing(found) if chosen is None else _something(found, chosen))]
+    if crowd is not None:
+        parts += [line for text, indent in lines_of(crowd) for line in _filled(text, indent) or [""]]
     return "\n".join([*parts, *_paragraphs("Note: ", found.notes)])
 
 
@@ -64,7 +68,8 @@ def _everyone(found: Findings, chosen: Candidates) -> str:
     """Whom the pretension suits."""
     conditions = len(found.problem.conditions)
     if chosen.solutions.served[0] < 1.0:
-        return f"{rounded(100 * chosen.solutions.served[0])} % of them"
+        whom = "of them" if found.problem.conditions.groups is None else "of those asked about"
+        return f"at least {rounded(100 * found.problem.enough)} % {whom}"
     return "the design" if conditions == 1 else f"all {conditions} conditions"
 
 
@@ -76,7 +81,7 @@ def _as_what(found: Findings, chosen: Candidates) -> str:
         worth = found.front.worth(found.goals)
         given_up = losses(worth)[np.flatnonzero(found.front.row == chosen.row[0])[0]] if len(worth) > 1 else np.zeros(1)
         return f". It is the knee of the front: {rounded(100 * given_up.max(), 2)} % of what any goal spans is given up"
-    goal = (found.goals or USUAL)[0]
+    goal = sought(found.problem)[0]
     return f". Of {counted(found.gathered.choices, 'choice')} it has the {_superlative(goal)}"
 
 
@@ -85,7 +90,13 @@ def _superlative(goal: Goal) -> str:
 
 
 def _named(column: str) -> str:
-    return column.replace("max_", "").replace("min_", "").replace("peak_", "").replace("_", " ")
+    return (
+        column.replace("served", "share served")
+        .replace("max_", "")
+        .replace("min_", "")
+        .replace("peak_", "")
+        .replace("_", " ")
+    )
 
 
 def _why(found: Findings, chosen: Candidates) -> Iterator[str]:
@@ -174,7 +185,7 @@ def _alternatives(found: Findings) -> Iterator[str]:
         rows = [("", found.front.taken(np.array([at]))) for at in range(0, len(found.front), step)]
         yield f"\nThe front ({counted(len(found.front), 'choice')}; no other is better in every goal)"
     else:
-        rows = [(_superlative(goal), found.best[goal.column]) for goal in found.goals or USUAL]
+        rows = [(_superlative(goal), found.best[goal.column]) for goal in sought(found.problem)]
         yield "\nBest by"
     yield from _table(found, rows)
     if found.gains:
