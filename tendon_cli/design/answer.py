@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict, Pair, conflict, counted, nearest, pairs
-from tendon_cli.design.fixes import Fix, fixes
+from tendon_cli.design.fixes import Fix, affordable, fixes
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.rank import SERVED, USUAL, Goal, best, front, goals_of, knee
 from tendon_cli.design.search import refined
@@ -156,7 +156,9 @@ def _explained(found: Findings) -> Findings:
         rows = np.array([at for at, other in enumerate(named) if other == pair])
         conflicts.append(conflict(problem, pair, count, nearest(shut.taken(rows))))
     if found.chosen is None:
-        helps = tuple(fixes(problem, nearest(shut)))
+        helps = tuple(fixes(problem, nearest(shut))) if affordable(problem) else ()
+        if not affordable(problem):
+            found.notes.append(f"what would fix it is not searched for over {len(problem.conditions):,} conditions")
         return Findings(**{**vars(found), "conflicts": tuple(conflicts), "fixes": helps})
     moves = tuple(sensitivities(problem, found.chosen))
     return Findings(**{**vars(found), "conflicts": tuple(conflicts), "sensitivities": moves})

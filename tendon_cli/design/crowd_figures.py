@@ -38,14 +38,19 @@ def _for_whom(crowd: Crowd, path: Path, title: str) -> None:
     if crowd.people is not None:
         names = _most_different(crowd)
         body = crowd.people.body
-        bodies = tuple(getattr(body, name) / _shown(name) for name in names)
-        labels = tuple(f"{QUANTITIES[name].long_name} ({QUANTITIES[name].shown_in})" for name in names)
+        first, second = (np.asarray(getattr(body, name)) / _shown(name) for name in names)
+        bodies = first, second
+        labels = _body_label(names[0]), _body_label(names[1])
         groups = [Group(why(crowd, reason), reason.members) for reason in crowd.reasons[:4]]
     draw_for_whom(
         path, title, windows.low, windows.high, windows.held(crowd.pretension),
         band if band[0] <= band[1] else (np.nan, np.nan), crowd.pretension,
-        None if bodies is None else (bodies[0], bodies[1]), (labels[0], labels[1]), groups, crowd.kind,
+        bodies, labels, groups, crowd.kind,
     )  # fmt: skip
+
+
+def _body_label(name: str) -> str:
+    return f"{QUANTITIES[name].long_name} ({QUANTITIES[name].shown_in})"
 
 
 def _most_different(crowd: Crowd) -> tuple[str, str]:

@@ -93,8 +93,8 @@ def _sizes(crowd: Crowd) -> Iterator[tuple[str, str]]:
         yield f"Sizes of {factor.key}{few}{thin}", ""
         for count, found in enumerate(each.found):
             if count and found == each.found[count - 1]:
-                yield f"{_HOW_MANY[count]:<11} serve nobody more", "  "
-                continue
+                yield "more suits serve nobody more", "  "
+                break
             suits = ", ".join(
                 f"{_value(factor, each.values[choice])} at {rounded(at, 4)} N"
                 for choice, at in zip(found.choices, found.pretensions, strict=True)

@@ -37,6 +37,9 @@ _PAIRED = 4
 _STATES_FOR_PAIRS = 20_000
 """Of one choice; of more, two knobs together take too long."""
 
+_STATES_FOR_FIXES = 40_000
+"""Of one choice; of more, as of a crowd, changes of one knob take too long."""
+
 Opened = Callable[[Array], tuple[Flags, Array]]
 """Of values of a knob, or of some: whether there is a window, and how wide it is, negative where empty."""
 
@@ -62,6 +65,11 @@ class Fix:
         if self.after is None:
             return np.inf
         return float(np.linalg.norm(np.log(np.divide(self.after, self.before))))
+
+
+def affordable(problem: Problem) -> bool:
+    """Whether changes are tried at all: a few thousand designs are, under every condition."""
+    return len(problem.conditions) * problem.states_per_design <= _STATES_FOR_FIXES
 
 
 def fixes(problem: Problem, choice: Candidates) -> list[Fix]:

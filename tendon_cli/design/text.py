@@ -237,8 +237,9 @@ def _nothing(found: Findings) -> Iterator[str]:
     yield "\nWhy"
     for each in found.conflicts:
         yield from _conflict(found, each)
-    yield "\nWhat would fix it, all else equal"
-    yield from _fixes(found)
+    if found.fixes:
+        yield "\nWhat would fix it, all else equal"
+        yield from _fixes(found)
 
 
 def _conflict(found: Findings, each: Conflict) -> Iterator[str]:

@@ -1,0 +1,105 @@
+"""`tendon design` over people and draws: for whom, sizes, and how sure, in text, record and figures."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.design import crowd as crowd_module
+from tendon_cli.design import doubt, fixes
+from tendon_cli.study.load import study_from
+
+COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
+SUITS = {"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [0.6, 0.5]}, "load": {"mass": [0.0, 10.0]}}
+PEOPLE = COARSE | SUITS | {"people": {"count": 100, "seed": 2}}
+
+
+@pytest.fixture(scope="module")
+def answer(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("answers") / "people"
+    return tendon.design(tendon.study(PEOPLE), folder, figures=True)
+
+
+def test_the_choice_that_serves_most_stands_first(answer):
+    first, served = answer.best["served"], answer.choices["served"]
+    assert first["served"] == served.max()
+    assert answer.record["crowd"]["choice"] == first["choice"]
+
+
+def test_the_record_counts_whom_the_pretension_serves(answer):
+    found = answer.record["crowd"]
+    assert (found["kind"], found["count"], found["effective_count"]) == ("persons", 100, 100.0)
+    out = sum(reason["share"] for reason in found["left_out"])
+    assert found["served"] + out == pytest.approx(1.0)
+    assert found["served"] <= found["largest_share"] == answer.best["served"]["served"]
+    assert found["interval_95"][0] < found["served"] <= found["interval_95"][1]
+    assert 0.0 < found["standard_error"] < 0.05
+
+
+def test_sizes_along_an_axis_begin_with_the_best_single_suit(answer):
+    found = answer.record["crowd"]["sizes"]
+    best = answer.best["served"]
+    along = answer.choices[answer.choices["spool_ratio"] == best["spool_ratio"]]
+    (one, two, three) = found["spring_stiffness"]
+    assert one["served"] == pytest.approx(along["served"].max())
+    assert one["served"] <= two["served"] <= three["served"]
+    assert {suit["value"] for suit in two["suits"]} <= {3e3, 5e3, 8e3}
+
+
+def test_the_text_tells_it_in_80_columns(answer):
+    lines = answer.text.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert "For whom" in lines
+    share = f"{100 * answer.record['crowd']['served']:.1f} %"
+    assert any(share in line for line in lines)
+
+
+def test_figures_are_drawn_and_told(answer):
+    assert {"for_whom.png", "how_sure.png", "served_map.png"} <= set(answer.record["figures"])
+    assert all((answer.folder / name).stat().st_size > 10_000 for name in answer.record["figures"])
+    again = tendon.design(tendon.study(PEOPLE), answer.folder, figures=True)
+    assert again.up_to_date
+
+
+def test_where_no_choice_serves_enough_the_most_universal_is_told(monkeypatch):
+    monkeypatch.setattr(fixes, "_STATES_FOR_FIXES", 0)
+    found = tendon.design(tendon.study(PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0, 0.7, 0.6]}}))
+    assert found.feasible == 0
+    best = found.choices["served"].idxmax()
+    assert found.record["crowd"]["choice"] == best
+    assert 0.0 < found.record["crowd"]["served"] < 0.95
+    assert any("not searched for over 200 conditions" in note for note in found.record["notes"])
+
+
+DOUBT = {
+    "sheath": {"friction": {"mean": 0.07, "std": 0.02}},
+    "spring": {"stiffness": {"value": "5 kN/m", "tolerance": "15 %"}},
+    "spool": {"ratio": 0.6},
+    "load": {"mass": [0.0, 10.0]},
+    "uncertainty": {"draws": 256},
+}
+
+
+def test_the_probability_of_a_pretension_is_that_of_a_sweep_over_the_draws(monkeypatch):
+    monkeypatch.setattr(doubt, "_STATES", 256 * 4 * 28)
+    study = study_from(COARSE | DOUBT)
+    found = tendon.design(study).record["crowd"]
+    assert (found["kind"], found["count"]) == ("draws", 256)
+    at = study_from(COARSE | DOUBT | {"tendon": {"pretension": found["pretension"]}})
+    run = tendon.sweep(at)
+    feasible = run.designs["feasible"].to_numpy().reshape(256, 2).all(axis=1)
+    assert found["served"] == pytest.approx(feasible.mean(), abs=1e-12)
+    ends = {each["end"]: each["inputs"] for each in found["sobol"]}
+    assert set(ends["pretension_from"]) == {"sheath.friction", "spring.stiffness"}
+    for inputs in ends.values():
+        assert sum(each["first"] for each in inputs.values()) == pytest.approx(1.0, abs=0.15)
+
+
+def test_a_question_without_people_or_draws_has_no_crowd():
+    assert tendon.design(tendon.study(COARSE)).record["crowd"] is None
+
+
+def test_sizes_of_many_persons_are_found_by_the_first(monkeypatch):
+    monkeypatch.setattr(crowd_module, "_MOST_PERSONS", 50)
+    found = tendon.design(tendon.study(PEOPLE)).record["crowd"]["sizes"]["spool_ratio"]
+    assert [each["persons"] for each in found] == [50, 50, 50]
+    assert np.all(np.diff([each["served"] for each in found]) >= 0.0)
