@@ -32,6 +32,11 @@ class Page:
     says: str
     study: str
     """Name and hash of the study shown."""
+    width: float
+    height: float
+    head: float
+    """Above the panels; all in mm."""
+    foot: float
 
     def save(self, path: Path, *, must_fit: bool = True) -> Path:
         """Write it whole or not at all, in the format of the path's ending.
@@ -92,7 +97,8 @@ class Frame:
     def page(self, panels_height: float) -> Page:
         """A page to draw on, whose panels are `panels_height` mm high in all."""
         says = without_formulas(" ".join(filter(None, (self.subtitle, *self.notes))))
-        return Page(self.figure(panels_height), self.title, says, self.study)
+        height = self.head + panels_height + self.foot
+        return Page(self.figure(panels_height), self.title, says, self.study, self.width, height, self.head, self.foot)
 
     def figure(self, panels_height: float) -> Figure:
         """A figure whose panels are `panels_height` mm high in all, framed."""

@@ -124,9 +124,8 @@ class Product:
         for start, part in self.files.parts(names):
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
             if high > low:
-                taken = part.take(pa.array(wanted[low:high] - start))
                 for name in names:
-                    found[name][order[low:high]] = _numpy(taken.column(name))
+                    found[name][order[low:high]] = _numpy(part.column(name))[wanted[low:high] - start]
         if any((np.abs(values) > _MOST).any() for values in found.values() if values.dtype == np.float64):
             raise _foreign(self.files)
         return {name: values.reshape(rows.shape) for name, values in found.items()}
@@ -199,6 +198,19 @@ def _empty(kind: pa.DataType, size: int) -> npt.NDArray[Any]:
 
 
 def _numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    if pa.types.is_dictionary(column.type):
-        return np.asarray(column.cast(pa.string()).fill_null("").to_numpy(zero_copy_only=False))
-    return np.asarray(column.cast(pa.float64()).to_numpy(zero_copy_only=False))
+    """A column with NaN or "" for null. Not by pyarrow's own way to NumPy, which imports pandas."""
+    return np.concatenate(
+        [_words(each) if pa.types.is_dictionary(column.type) else _floats(each) for each in column.chunks]
+    )
+
+
+def _words(chunk: pa.DictionaryArray) -> npt.NDArray[Any]:
+    known = np.array([*chunk.dictionary.to_pylist(), ""], dtype=object)
+    return known[np.nan_to_num(_floats(chunk.indices), nan=-1.0).astype(np.int64)]
+
+
+def _floats(chunk: pa.Array) -> npt.NDArray[np.float64]:
+    numbers = chunk.cast(pa.float64())
+    # DLPack takes no nulls: their places hold some number, which the validity then overwrites.
+    plain = pa.Array.from_buffers(pa.float64(), len(numbers), [None, numbers.buffers()[1]], offset=numbers.offset)
+    return np.where(np.from_dlpack(numbers.is_valid().cast(pa.uint8())) == 1, np.from_dlpack(plain), np.nan)

@@ -138,16 +138,31 @@ def render(figure: Figure, kind: str, *, must_fit: bool = False, about: Mapping[
     buffer = io.BytesIO()
     told = about or {}
     metadata = {name or key: told.get(key) for key, name in FORMATS[kind].items() if name is None or told.get(key)}
-    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if kind == "png" else {}
     with house_style():
         warnings.filterwarnings("error" if must_fit else "ignore", message="constrained_layout not applied")
-        FigureCanvasAgg(figure)
+        canvas: Any = FigureCanvasAgg(figure)
         try:
-            figure.savefig(buffer, dpi=_DPI, facecolor="white", format=kind, metadata=metadata, **more)
+            if kind == "png":
+                _write_png(canvas, metadata, buffer)
+            else:
+                figure.savefig(buffer, facecolor="white", format=kind, metadata=metadata)
         except UserWarning:
             hint = "a larger one, or fewer panels and quantities"
             raise UsageError("the panels do not fit into this size", where="--size", hint=hint) from None
     return buffer.getvalue()
+
+
+def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.BytesIO) -> None:
+    """Draw once: matplotlib's own way draws twice, the first time to see where things are."""
+    from PIL import Image, PngImagePlugin
+
+    canvas.draw()
+    told = PngImagePlugin.PngInfo()
+    for name, text in metadata.items():
+        if text:
+            told.add_text(name, text)
+    image = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    image.save(buffer, "png", pnginfo=told, dpi=(_DPI, _DPI), compress_level=3)
 
 
 def save(figure: Figure, path: Path, *, must_fit: bool = False, about: Mapping[str, str] | None = None) -> Path:

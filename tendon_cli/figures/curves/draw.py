@@ -11,6 +11,7 @@ import numpy.typing as npt
 from tendon_cli.figures.curves.data import CurveData, Curves, Floats
 from tendon_cli.figures.engine import Axes, Line2D
 from tendon_cli.figures.frame import Frame, Page, grid_shape
+from tendon_cli.figures.panels import Panels
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,
@@ -61,7 +62,8 @@ def _page(
     each = (width - 16.0) / columns
     tall = frame.panels_height(height, min(PAGE_HEIGHT, rows * min(0.62 * each + 6.0, 70.0) + 8.0))
     page = frame.page(tall)
-    grid = page.figure.subplots(rows, columns, sharex=True, squeeze=False)
+    panels = Panels.on(page, rows, columns, sharex=True)
+    grid = panels.grid
     for (curves, panel), axes in zip(cells, grid.flat, strict=False):
         _draw(axes, data, curves, panel)
         axes.set_title(wrapped(_title(data, curves, panel), int(each / 1.7)))
@@ -77,6 +79,7 @@ def _page(
     if data.is_slack_below_zero and _reaches_below_zero(cells):
         for at in range(len(cells)):
             shade_slack(grid.flat[at])
+    panels.settle()
     return page
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from tendon_cli.figures.frame import Frame, Page, grid_shape
 from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.data import Floats, MapData, Panel
 from tendon_cli.figures.maps.plan import PANELS_PER_PAGE
+from tendon_cli.figures.panels import Panels
 from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import DIVERGING, INK, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
 
@@ -46,7 +47,8 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     tall = frame.panels_height(height, min(PAGE_HEIGHT, rows * min(0.8 * each + 6.0, 80.0) + 8.0))
     page = frame.page(tall)
     colours = colour_scale([panel.margin for panel in data.panels])
-    grid = page.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    panels_on = Panels.on(page, rows, columns, sharex=True, sharey=True)
+    grid = panels_on.grid
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data.x, data.y, panel, colours, ticks=max(2, min(6, int(each / 9.0))))
         axes.set_title(wrapped(panel.title, int(each / 1.9)))
@@ -58,7 +60,8 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
             axes.set_xlabel(broken(data.x.label, int(each / 1.5)))
         if at % columns == 0:
             axes.set_ylabel(broken(data.y.label, int(0.7 * tall / rows / 1.5)))
-    _colour_bar(page.figure, grid, data.margin, colours)
+    bar = _colour_bar(page.figure, data.margin, colours)
+    replace(panels_on, bar=bar).settle(must_fit=height is not None)
     return page
 
 
@@ -201,13 +204,14 @@ def _key(panels: Sequence[Panel]) -> list[Any]:
     return key
 
 
-def _colour_bar(figure: Figure, grid: Any, margin: Shown, colours: ColourScale) -> None:
+def _colour_bar(figure: Figure, margin: Shown, colours: ColourScale) -> Axes:
     colour = mpl.cm.ScalarMappable(norm=colours.norm, cmap=DIVERGING)
-    bar = figure.colorbar(colour, ax=grid, extend=colours.extend, spacing="proportional", aspect=28, pad=0.02,
-                          fraction=0.08, ticks=list(colours.levels))  # fmt: skip
+    axes = figure.add_axes((0.85, 0.2, 0.03, 0.6), label="<colorbar>")
+    bar = figure.colorbar(colour, cax=axes, extend=colours.extend, spacing="proportional", ticks=list(colours.levels))
     bar.set_label(f"{margin.label}\n←  slack             taut  →", linespacing=1.4)
     bar.ax.axhline(0.0, color=INK, linewidth=1.2)
     bar.outline.set_linewidth(0.5)
+    return bar.ax
 
 
 def _round_up(value: float) -> float:
