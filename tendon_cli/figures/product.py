@@ -149,7 +149,14 @@ def product_of(table: TableFiles) -> Product:
 
 def product_to_come(study: Study, kind: str) -> Product:
     """The table of designs or states that a study will give, to plan its figures before anything is computed."""
-    numbers = {keys()[path].column: keys()[path].number.quantity for path in (*study.numbers, "motion.elbow_angle")}
+    known = [keys()[path] for path in study.numbers]
+    # What the sides or the cases say of their own has columns, too; which, only the run itself knows.
+    numbers = {
+        key.column: key.number.quantity
+        for key in known
+        if study.cases or key.column in _ALWAYS or key.path in study.axes or key.column.endswith(SIDES)
+    }
+    numbers |= {ANGLE: QUANTITIES[ANGLE]} if kind == "states" else {}
     results = OF_STATES if kind == "states" else OF_DESIGNS
     words = ("case", "direction", "status") if kind == "states" else ("case", "taut", "stable", "feasible")
     columns: dict[str, Quantity | None] = {**numbers, **dict.fromkeys(words)}

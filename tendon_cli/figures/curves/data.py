@@ -26,6 +26,8 @@ Floats = npt.NDArray[np.float64]
 _SLACK_OF = {"flexor": ("flexor slack", "both slack"), "extensor": ("extensor slack", "both slack")}
 _ANY_SLACK = ("flexor slack", "extensor slack", "both slack")
 _STIFFNESS = "elbow_stiffness"
+_OF_GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius_ratio")
+"""What no tension changes, so that nothing is marked on it."""
 _OF_A_TENDON = ("_tension_distal", "_tension_proximal", "_elongation", "_extensor_tension", "_flexor_tension")
 
 
@@ -103,7 +105,7 @@ def _curves(product: Product, spec: FigureSpec, read: Columns, name: str, kept: 
     if _STIFFNESS in read:
         stiffness, limit = read[_STIFFNESS], product.limit("min_elbow_stiffness")
         unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
-    known = np.isfinite(values)
+    known = np.isfinite(values) & (name not in _OF_GEOMETRY)
     return Curves(quantity, values, slack & known, turned & known, unstable & known)
 
 

@@ -29,13 +29,16 @@ class Panel:
     title: str
     margin: Floats
     """In the unit shown."""
-    stability: Floats
-    """What the least elbow stiffness has in hand above its limit; negative where the elbow is unstable."""
+    rooms: tuple[Floats, ...]
+    """What is left up to each limit of the map, in the same order; negative where it is not held."""
 
-    @property
-    def is_unstable(self) -> bool:
-        """Whether some design of it is."""
-        return bool((self.stability < 0.0).any())
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of the study, as a map shows it."""
+
+    key: str
+    label: str
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,7 @@ class MapData:
     x: Scale
     y: Scale
     margin: Shown
+    limits: tuple[Limit, ...]
     panels: tuple[Panel, ...]
     in_row: int
     """How many neighbouring panels differ in one axis only, the load if there is one."""
@@ -56,21 +60,47 @@ class MapData:
 def map_data(product: Product, plan: MapPlan, spec: FigureSpec) -> MapData:
     """Read what the panels show, and nothing else; raises UsageError where no design has a margin."""
     rows = np.stack([plan.rows(product, panel) for panel in plan.panels])
-    read = product.gather(rows, [name for name in (MARGIN, STIFFNESS, *product.defining) if name in product.columns])
+    limits = [key for key in (STIFFNESS, *product.study.get("limits", ())) if _column(key) in product.columns]
+    limits = list(dict.fromkeys(limits))
+    names = (MARGIN, *map(_column, limits), *product.defining)
+    read = product.gather(rows, [name for name in names if name in product.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     x, y = (_scale(product, axis, plan, spec) for axis in (plan.x, plan.y))
     margin = margin_shown(product, spec)
-    above = read[STIFFNESS] - product.limit(STIFFNESS)
-    stability = np.where(np.abs(above) <= 1e-9 * np.nanmax(np.abs(read[STIFFNESS])), 0.0, above)
-    columns = [each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), stability)]
-    panels, same = _each_once([Panel(*each) for each in zip(_titles(product, plan, spec), *columns, strict=True)])
+    rooms = [_room(read[_column(key)], key, product.limit(key)) for key in limits]
+    margins, *rooms = (each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), *rooms))
+    titles = _titles(product, plan, spec)
+    found = [Panel(titles[at], margins[at], tuple(room[at] for room in rooms)) for at in range(len(titles))]
+    panels, same = _each_once(found)
     said, fixed = caption(product, spec, read, varied=[plan.x.column, plan.y.column])
     if len(panels) == 1 and not panels[0].title:
         panels = [replace(panels[0], title=next((text for text in fixed if text.endswith(" load")), ""))]
     in_row = len({panel[plan.titled[0].column] for panel in plan.panels}) if plan.titled else 1
     notes = (meaning_of_margin(product), *said, *plan.notes, *same)
-    return MapData(spec.title or product.title, product.source, x, y, margin, tuple(panels), in_row, notes)
+    said_of = tuple(Limit(key, _words(product, spec, key)) for key in limits)
+    title = spec.title or product.title
+    return MapData(title, product.source, x, y, margin, said_of, tuple(panels), in_row, notes)
+
+
+def _column(key: str) -> str:
+    """The column that a limit bounds."""
+    return "pretension" if key == "max_pretension" else key
+
+
+def _room(values: Floats, key: str, limit: float) -> Floats:
+    """What is left up to a limit: min_ bounds from below, max_ from above, peak_ by magnitude; rounding breaks none."""
+    size = np.abs(values) if key.startswith("peak_") else values
+    room = values - limit if key.startswith("min_") else limit - size
+    return np.where(np.abs(room) <= 1e-9 * np.maximum(np.abs(size), abs(limit)), 0.0, room)
+
+
+def _words(product: Product, spec: FigureSpec, key: str) -> str:
+    shown = product.shown(_column(key), spec.units)
+    if key == STIFFNESS:
+        return f"unstable: elbow stiffness below {shown.text(product.limit(key))} at some angle"
+    sign = "≥" if key.startswith("min_") else "≤"
+    return f"{shown.name} {sign} {shown.text(product.limit(key))}"
 
 
 def margin_shown(product: Product, spec: FigureSpec) -> Shown:
@@ -101,7 +131,7 @@ def _each_once(panels: Sequence[Panel]) -> tuple[list[Panel], list[str]]:
     """Panels that would repeat the same picture are one, with all titles; and a note of it."""
     groups: dict[bytes, list[Panel]] = {}
     for panel in panels:
-        groups.setdefault(panel.margin.tobytes() + panel.stability.tobytes(), []).append(panel)
+        groups.setdefault(b"".join(each.tobytes() for each in (panel.margin, *panel.rooms)), []).append(panel)
     notes = [f"The same picture for {', '.join(each.title for each in same)}." for same in groups.values() if same[1:]]
     joined = [replace(same[0], title=_joined([panel.title for panel in same])) for same in groups.values()]
     return joined, notes

@@ -11,7 +11,7 @@ import numpy as np
 from tendon_cli.figures.engine import Axes, Figure, Line2D, Patch, TickedStroke, TwoSlopeNorm, mpl, withStroke
 from tendon_cli.figures.frame import Frame, Page, grid_shape
 from tendon_cli.figures.labels import Shown
-from tendon_cli.figures.maps.data import Floats, MapData, Panel
+from tendon_cli.figures.maps.data import STIFFNESS, Floats, MapData, Panel
 from tendon_cli.figures.maps.plan import PANELS_PER_PAGE
 from tendon_cli.figures.panels import Panels
 from tendon_cli.figures.scales import Scale
@@ -26,8 +26,11 @@ _UNSTABLE: dict[str, Any] = {"hatch": "xxxx", "edgecolor": "#4d4d4d"}
 _FEWEST_FOR_LEVELS = 6
 _ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 # Contours run with the higher values on their left; the ticks stand on the right, where a limit is not held.
-_TICKS = TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6, foreground=INK)
+_TICKS = TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6)
 _HALO = withStroke(linewidth=2.6, foreground="white")
+_EFFECTS = [_TICKS, mpl.patheffects.Normal()]
+_LINES = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
+"""Of limits."""
 
 
 def draw_maps(data: MapData, width: float, height: float | None) -> list[Page]:
@@ -43,14 +46,14 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     each = (width - _BAR) / columns
     if len(panels) == 1 and height is None:
         each *= 0.8
-    frame = Frame(width, title, _key(panels), (*_remarks(panels), *data.notes), study=data.study)
+    frame = Frame(width, title, _key(data, panels), (*_remarks(panels), *data.notes), study=data.study)
     tall = frame.panels_height(height, min(PAGE_HEIGHT, rows * min(0.8 * each + 6.0, 80.0) + 8.0))
     page = frame.page(tall)
     colours = colour_scale([panel.margin for panel in data.panels])
     panels_on = Panels.on(page, rows, columns, sharex=True, sharey=True)
     grid = panels_on.grid
     for axes, panel in zip(grid.flat, panels, strict=False):
-        _draw_panel(axes, data.x, data.y, panel, colours, ticks=max(2, min(6, int(each / 9.0))))
+        _draw_panel(axes, data, panel, colours, ticks=max(2, min(6, int(each / 9.0))))
         axes.set_title(wrapped(panel.title, int(each / 1.9)))
     for at, axes in enumerate(grid.flat):
         axes.set_visible(at < len(panels))
@@ -95,8 +98,9 @@ def colour_scale(margins: list[Floats]) -> ColourScale:
     return ColourScale(limit, inside, extend[least < -limit, most > limit])
 
 
-def _draw_panel(axes: Axes, x: Scale, y: Scale, panel: Panel, colours: ColourScale, ticks: int) -> None:
+def _draw_panel(axes: Axes, data: MapData, panel: Panel, colours: ColourScale, ticks: int) -> None:
     """One panel, its cells whole, with at most so many ticks on x."""
+    x, y = data.x, data.y
     margin = np.ma.masked_invalid(panel.margin)
     if margin.mask.any():
         axes.patch.set(**unknown_hatch())
@@ -105,8 +109,10 @@ def _draw_panel(axes: Axes, x: Scale, y: Scale, panel: Panel, colours: ColourSca
         levels = [level for level in colours.levels if level != 0.0 and margin.min() < level < margin.max()]
         axes.contour(*_to_the_edges(x, y, panel.margin), levels=levels, colors="#00000055", linewidths=0.35,
                      linestyles="solid") if levels else None  # fmt: skip
-    _hatch_negative(axes, x, y, panel.stability, gid="unstable", **_UNSTABLE)
-    draw_limit(axes, x, y, panel.stability, gid="stability", linewidth=0.8)
+    for at, (limit, room) in enumerate(zip(data.limits, panel.rooms, strict=True)):
+        if limit.key == STIFFNESS:
+            _hatch_negative(axes, x, y, room, gid="unstable", **_UNSTABLE)
+        draw_limit(axes, x, y, room, gid=limit.key, linewidth=0.8, color=_LINES[at % len(_LINES)])
     draw_limit(axes, x, y, panel.margin, gid="boundary", linewidth=_BOUNDARY_WIDTH)
     x.apply(axes, "x", ticks=ticks, cells=True)
     y.apply(axes, "y", cells=True)
@@ -118,7 +124,7 @@ def draw_limit(axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, linewi
     `room` has the shape (y, x), in the order of the scales. Over names there is a stroke per name instead.
     """
     style: dict[str, Any] = {"color": color, "linewidth": linewidth, "gid": gid}
-    effects = [_HALO, _TICKS, mpl.patheffects.Normal()]
+    effects = [_HALO, *_EFFECTS]
     if x.names or y.names:
         for xy in _strokes(x, y, room):
             axes.plot(*xy, path_effects=effects, solid_capstyle="butt", **style)
@@ -146,7 +152,7 @@ def zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, hatch: str, edgecolor: str) -> None:
     """Hatch where `room` is negative: over names cell by cell, else up to the line where it is zero."""
     if not (room < 0.0).any():
-        return
+        return  # NaN is not: there is no equilibrium
     if x.names or y.names or min(room.shape) == 1:
         cells = np.ma.masked_where(~(room < 0.0), room)
         axes.pcolor(x.edges, y.edges, cells, hatch=hatch, facecolor="none", edgecolor=edgecolor, linewidth=0.0, gid=gid)
@@ -190,15 +196,18 @@ def _remarks(panels: Sequence[Panel]) -> list[str]:
     return found
 
 
-def _key(panels: Sequence[Panel]) -> list[Any]:
+def _key(data: MapData, panels: Sequence[Panel]) -> list[Any]:
     key: list[Any] = []
     if any(crosses_zero(panel.margin) for panel in panels):
-        effects = [_TICKS, mpl.patheffects.Normal()]
         label = "margin = 0, ticks on the slack side"
-        key.append(Line2D([], [], color=INK, linewidth=_BOUNDARY_WIDTH, path_effects=effects, label=label))
-    if any(panel.is_unstable for panel in panels):
-        label = "unstable: too little elbow stiffness at some angle"
-        key.append(Patch(facecolor="none", linewidth=0.0, label=label, **_UNSTABLE))
+        key.append(Line2D([], [], color=INK, linewidth=_BOUNDARY_WIDTH, path_effects=_EFFECTS, label=label))
+    for at, limit in enumerate(data.limits):
+        if limit.key == STIFFNESS and any((panel.rooms[at] < 0.0).any() for panel in panels):
+            key.append(Patch(facecolor="none", linewidth=0.0, label=limit.label, **_UNSTABLE))
+        elif any(crosses_zero(panel.rooms[at]) for panel in panels):
+            key.append(
+                Line2D([], [], color=_LINES[at % len(_LINES)], linewidth=0.8, path_effects=_EFFECTS, label=limit.label)
+            )
     if not all(np.isfinite(panel.margin).all() for panel in panels):
         key.append(hatch_key("no equilibrium at some elbow angle"))
     return key
