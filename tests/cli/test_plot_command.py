@@ -1,6 +1,10 @@
 """`tendon plot`, as it is called: which table it takes, what it writes, and what it refuses."""
 
+import math
+
 import pytest
+
+from tendon_cli.units import parse_measure
 
 PERSONS = """
 [[cases]]
@@ -60,6 +64,63 @@ def test_a_route_is_drawn_beside_the_arm(tendon, workplace):
     (workplace / "route.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,0.2,0.1\n")
     (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
     assert figures(tendon("plot", "--arm", "study.toml", "--json")) == ["study-arm.png", "study-arm-route.png"]
+
+
+SIDES = """
+[sheath.flexor]
+path = "front.csv"
+path_smoothing = "1 mm"
+[sheath.extensor]
+path = "back.csv"
+[[cases]]
+name = "small"
+arm = { b1 = "140 mm" }
+sheath = { extensor = { path = "short.csv" } }
+"""
+
+
+def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
+    for name, last in (("front", 0.2), ("back", 0.3), ("short", 0.1)):
+        (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{last},0.1\n0.3,{last},0.1\n")
+    (workplace / "study.toml").write_text(SIDES)
+    asked = ("plot", "--arm", "study.toml", "--json", "--out", "arm.svg")
+    assert figures(tendon(*asked)) == ["arm.svg", "arm-route-flexor.svg", "arm-route-extensor.svg"]
+    front, back = ((workplace / f"arm-route-{side}.svg").read_text() for side in ("flexor", "extensor"))
+    assert "Route of the flexor sheath: front.csv" in front
+    assert "smoothed for a noise of 1 mm" in front
+    assert "back.csv" in back
+    assert "smoothed" not in back
+    assert "b₁ = 150 mm" in (workplace / "arm.svg").read_text()
+    figures(tendon(*asked, "--case", "small"))
+    assert "b₁ = 140 mm" in (workplace / "arm.svg").read_text()
+    assert "short.csv" in (workplace / "arm-route-extensor.svg").read_text()
+    ran = tendon(*asked, "--case", "smal")
+    assert (ran.exit, ran.json["error"]["hint"]) == (2, "cases: small")
+
+
+def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace):
+    (workplace / "route.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,0.2,0.1\n")
+    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
+    figures(tendon("plot", "--arm", "study.toml", "--json", "--out", "arm.svg"))
+    angle = tendon("sweep", "study.toml", "--out", "run", "--json", "--no-figures").json["study"]["sheath"][
+        "bend_angle"
+    ]
+    angle = parse_measure(str(angle), "angle").si
+    assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
+
+
+def test_a_study_is_told_to_be_one(tendon, run_folder):
+    ran = tendon("plot", "persons.toml", "--json")
+    assert (ran.exit, ran.json["error"]["message"]) == (2, "is a study, expected a run folder or a table of one")
+    assert "tendon sweep persons.toml" in ran.json["error"]["hint"]
+
+
+def test_a_setting_s_route_is_the_one_that_is_drawn(tendon, workplace):
+    for name, end in (("route", 0.2), ("other", 0.4)):
+        (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{end},0.1\n")
+    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
+    figures(tendon("plot", "--arm", "study.toml", "--set", "sheath.path=other.csv", "--json", "--out", "arm.svg"))
+    assert "other.csv" in (workplace / "arm-route.svg").read_text()
 
 
 @pytest.mark.parametrize(
