@@ -22,7 +22,7 @@ def run_text(run: Run) -> str:
     lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut and stable, within every limit"]
     lines += [f"    taut         {share(record['taut'], designs, 'designs')} in every state"]
     lines += [f"    stable       {share(record['stable'], designs, 'designs')} in every state"]
-    if "feasible_suits" in record:
+    if record["suits"] != designs:
         found = share(record["feasible_suits"], record["suits"], "suits")
         lines += [f"  suits          {found} feasible at every load, case and person at once"]
     lines += [f"  slack          {share(record['slack'], states, 'states')}"]
@@ -42,6 +42,7 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(f"  designs      {estimate.designs:,}")
     lines.append(f"  states       {estimate.states:,}")
     lines += [f"  rows         {rows:,} in {table}" for table, rows in estimate.rows.items()]
+    lines += [f"  kept         {', '.join(estimate.kept)} of the states' results"] if estimate.kept else []
     lines.append(
         f"  disk         {_size(estimate.bytes)} in {_counted(estimate.parts, 'part')}, {_size(free)} are free"
     )

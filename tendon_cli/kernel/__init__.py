@@ -56,6 +56,13 @@ def kind() -> str | None:
     return str(native().kinds()[-1]) if native() else None
 
 
+def remark() -> str | None:
+    """What to tell whoever has no compiled code and did not ask for that."""
+    if kind() is not None or os.environ.get(UNWANTED):
+        return None
+    return "NumPy did it all, several times slower than compiled code: install tendon anew where there is a C compiler"
+
+
 def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     """What writes the rows of a block of states of a shape (designs' axes, directions, angles), the last axis fastest.
 

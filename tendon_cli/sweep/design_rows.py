@@ -50,6 +50,9 @@ class DesignRows:
     totals: Totals = Totals()
     """Of the designs written so far."""
 
+    def __post_init__(self) -> None:
+        self.feasible = np.zeros(self.block.shape[:-2], np.bool_)
+
     def write(self, columns: Mapping[str, npt.NDArray[Any]], _rows: range) -> None:
         """Write the block's rows into columns of that many rows; all at once, for they come in another order."""
         shaped = {name: column.reshape(self.block.shape[:-2]) for name, column in columns.items()}
@@ -65,6 +68,7 @@ class DesignRows:
             self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})
             places = zip(block.designs, self.block.designs, strict=True)
             within = tuple(slice(part.start - whole.start, part.stop - whole.start) for part, whole in places)
+            self.feasible[within] = judged["feasible"]
             for name in shaped.keys() - self.keys.keys():
                 shaped[name][within] = judged[name] if name in judged else results[name]
 

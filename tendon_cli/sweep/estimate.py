@@ -43,6 +43,8 @@ class Estimate:
     designs: int
     states: int
     rows: dict[str, int]
+    kept: tuple[str, ...] | None
+    """Results of the states that the study keeps; None for all."""
     bytes: int
     seconds: float
     """Of all, figures included."""
@@ -58,6 +60,7 @@ class Estimate:
             "designs": self.designs,
             "states": self.states,
             "rows": self.rows,
+            "kept": self.kept,
             "bytes": self.bytes,
             "seconds": round(self.seconds, 2),
             "figure_seconds": round(self.figure_seconds, 2),
@@ -95,6 +98,7 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
         designs=plan.designs,
         states=plan.states,
         rows={table: plan.states if table == "states" else plan.designs for table in tables},
+        kept=plan.study.output.states,
         bytes=round(size * share),
         seconds=_SECONDS_TO_START + seconds * share / workers + drawing,
         figure_seconds=drawing,

@@ -118,15 +118,16 @@ def _is_header(entry: dict[str, Any]) -> bool:
 
 def _entry(result: PartResult) -> dict[str, Any]:
     files = {name: asdict(file) for name, file in result.files.items()}
-    return {"part": result.index, "totals": asdict(result.totals), "files": files}
+    return {"part": result.index, "totals": asdict(result.totals), "files": files, "suits": result.suits}
 
 
 def _part(entry: dict[str, Any]) -> PartResult | None:
     """A finished part, or nothing where the entry is not as it was written."""
     try:
         files = {str(name): WrittenFile(**file) for name, file in entry["files"].items()}
-        totals = Totals(**entry["totals"])
+        totals, suits = Totals(**entry["totals"]), entry["suits"]
     except (KeyError, TypeError, AttributeError):
         return None
     counts = [entry["part"], *asdict(totals).values(), *(file.size for file in files.values())]
-    return PartResult(entry["part"], totals, files) if all(map(is_count, counts)) else None
+    sound = all(map(is_count, counts)) and isinstance(suits, str)
+    return PartResult(entry["part"], totals, files, suits) if sound else None

@@ -19,7 +19,8 @@ from tendon_cli.errors import Stopped
 from tendon_cli.sweep.columns import Tables
 from tendon_cli.sweep.design_rows import DesignRows, Totals
 from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import ROW_GROUP, Block, Plan
+from tendon_cli.sweep.plan import DESIGNS_AT_ONCE, ROW_GROUP, Block, Plan
+from tendon_cli.sweep.suits import noted
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import Filler, TableFile, WrittenFile
 
@@ -41,6 +42,8 @@ class PartResult:
     index: int
     totals: Totals
     files: dict[str, WrittenFile] = field(default_factory=dict)
+    suits: str = ""
+    """Which suits have only feasible designs in it, as `suits.noted` says."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +66,8 @@ def part_index(name: str) -> int:
 
 
 def rows_at_once(table: str) -> int:
-    """How many rows of a table are gathered before they are written: designs do not come in their order."""
-    return 2 * ROW_GROUP if table == "designs" else ROW_GROUP
+    """How many rows of a table are gathered before they are written."""
+    return DESIGNS_AT_ONCE if table == "designs" else ROW_GROUP
 
 
 def state_rows(inputs: Inputs, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
@@ -78,6 +81,7 @@ class WrittenPart:
 
     index: int
     totals: Totals
+    suits: str
     files: dict[str, TableFile]
     """By their names in the run folder."""
     stack: ExitStack
@@ -86,7 +90,8 @@ class WrittenPart:
     def finish(self) -> PartResult:
         """Put the files in place; raises OutputError."""
         with self.stack:
-            return PartResult(self.index, self.totals, {name: file.finish() for name, file in self.files.items()})
+            files = {name: file.finish() for name, file in self.files.items()}
+            return PartResult(self.index, self.totals, files, self.suits)
 
     def discard(self) -> None:
         """Leave nothing behind."""
@@ -117,10 +122,12 @@ class PartMaker:
         names = {str(table): file_name(table, index, self.plan.parts) for table in self.plan.study.output.tables}
         with ExitStack() as stack:
             files = {table: stack.enter_context(self._file(table, index, name)) for table, name in names.items()}
-            totals = self.fill(files, designs)
+            totals, note = self.fill(files, designs)
             for file in files.values():
                 file.close()
-            return WrittenPart(index, totals, {names[table]: file for table, file in files.items()}, stack.pop_all())
+            return WrittenPart(
+                index, totals, note, {names[table]: file for table, file in files.items()}, stack.pop_all()
+            )
 
     def layout(self, table: str, index: int) -> tuple[tuple[Column, ...], pa.Schema]:
         """Columns and schema of a part of a table."""
@@ -131,27 +138,22 @@ class PartMaker:
         rows, at_once = self.plan.rows(table, self.plan.part(index)), rows_at_once(table)
         return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
-    def fill(self, tables: Mapping[str, Rows], designs: range) -> Totals:
-        """Evaluate a range of designs into the tables asked for; raises Stopped."""
+    def fill(self, tables: Mapping[str, Rows], designs: range) -> tuple[Totals, str]:
+        """Evaluate a range of designs into the tables asked for; returns the note of its suits, too. Raises Stopped."""
         states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
         for block in self.plan.blocks(designs, states) if "states" in tables else ():
             self._go_on()
             tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, self._keys("states", block)))
-        totals = Totals()
-        for block in self._designs_at_once(designs):
+        totals, judged = Totals(), []
+        for block in self.plan.blocks_of_designs(designs):
             rows = DesignRows(self.inputs, block, self._keys("designs", block), self._go_on)
             if "designs" in tables:
                 tables["designs"].fill(block.design_count, rows.write)
             else:
                 rows.write({}, range(block.design_count))
             totals += rows.totals
-        return totals
-
-    def _designs_at_once(self, designs: range) -> Iterator[Block]:
-        """Blocks that are as long as may be, and do not go beyond what is gathered at once."""
-        most = rows_at_once("designs")
-        for start in range(0, len(designs), most):
-            yield from self.plan.blocks(designs[start : start + most])
+            judged.append((block, rows.feasible))
+        return totals, noted(self.plan, judged)
 
     def _keys(self, table: str, block: Block) -> dict[str, npt.NDArray[Any]]:
         """The columns that say which design, or which state, a row of a block is."""

@@ -28,6 +28,8 @@ STATES_PER_PART = 2**19
 DESIGNS_PER_PART = 2**18
 STATES_PER_PART_WITHOUT_TABLE = 2**27
 STATES_PER_BLOCK = 2**16
+DESIGNS_AT_ONCE = 2 * ROW_GROUP
+"""Rows of designs that are gathered before they are written, since designs do not come in their order."""
 
 _MOST_STATES = 2**63 - 1
 
@@ -187,6 +189,11 @@ class Plan:
             block = self._block_from(at, min(designs.stop - at, most))
             yield block
             at += block.design_count
+
+    def blocks_of_designs(self, designs: range) -> Iterator[Block]:
+        """Cut a range of designs into blocks as long as may be that do not go beyond what is gathered at once."""
+        for start in range(0, len(designs), DESIGNS_AT_ONCE):
+            yield from self.blocks(designs[start : start + DESIGNS_AT_ONCE])
 
     def coordinates(self, design: int) -> tuple[int, ...]:
         """Position of a design on each axis."""

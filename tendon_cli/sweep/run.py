@@ -27,6 +27,7 @@ from tendon_cli.sweep.ownership import check_folder
 from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, part_index
 from tendon_cli.sweep.record import read_record, stands
 from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.sweep.suits import feasible_suits, suits
 from tendon_cli.sweep.threads import in_threads
 
 Progress = Callable[[int, int], None]
@@ -193,6 +194,8 @@ def record_of(folder: RunFolder, parts: list[PartResult], resumed: int, seconds:
         "designs": plan.designs,
         "states": plan.states,
         **asdict(sum((part.totals for part in parts), Totals())),
+        "suits": suits(plan),
+        "feasible_suits": feasible_suits(plan, ((part.index, part.suits) for part in parts)),
         "parts": plan.parts,
         "resumed_parts": resumed,
         "files": [{"path": name, **asdict(file)} for part in parts for name, file in part.files.items()],

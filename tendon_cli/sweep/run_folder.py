@@ -20,6 +20,7 @@ from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.part import PartResult, file_name
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.record import RECORD, read_record, stands, write_record
+from tendon_cli.sweep.suits import is_note
 from tendon_cli.version import RESULTS_VERSION
 
 LOCK = ".lock"
@@ -102,6 +103,7 @@ class RunFolder:
             index: result
             for index, result in parts.items()
             if index < count
+            and is_note(self.plan, self.plan.part(index), result.suits)
             and set(result.files) == {file_name(table, index, count) for table in tables}
             and all(stands(self.path, {"path": name, **asdict(file)}) for name, file in result.files.items())
         }

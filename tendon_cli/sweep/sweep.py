@@ -12,6 +12,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from tendon_cli import kernel
 from tendon_cli.errors import OutputError, Stopped, UsageError
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.in_memory import MemoryMaker
@@ -167,6 +168,7 @@ def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
     models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
     bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
     found = [str(warning) for source in study.sources.values() for warning in source.get("warnings", ())]
+    found += [remark] if (remark := kernel.remark()) else []
     if record["no_equilibrium"]:
         found.append(
             f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has passed "

@@ -48,7 +48,7 @@ def source(folder):
     """A copy of what is installed from, with nothing compiled."""
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
     shutil.copytree(ROOT / "tendon_cli", folder / "tendon_cli", ignore=left_out)
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder / name)
     return folder
 
@@ -75,7 +75,7 @@ def test_it_installs_whatever_the_compiler_and_writes_the_same_bytes(tmp_path, o
     if compiler is None:
         pytest.skip(f"there is no {name} here")
     programs, packages = installed(tmp_path / "install", compiler)
-    assert bool(list((packages / "tendon_cli/sweep").glob("_native.*"))) == (name == "cc")
+    assert bool(list((packages / "tendon_cli/kernel").glob("_native.*"))) == (name == "cc")
     study_in(workplace, STUDY)
     assert outside(*SWEEP).exit == 0
     here = hashes_in(workplace / "run")

@@ -1,0 +1,74 @@
+"""Suits are counted over all conditions at once, however a run is cut, against a count by hand."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from tendon_cli.study.load import study_from
+from tendon_cli.sweep import plan as plan_module
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.suits import feasible_suits, is_note, noted, suits, suits_of
+
+AXES = {
+    "load.mass": ["0 kg", "2 kg", "5 kg"], "tendon.pretension": ["100 N", "130 N", "160 N"],
+    "spool.ratio": [0.5, 0.6, 0.7, 1.0], "arm.forearm_mass": ["1 kg", "2 kg"],
+}  # fmt: skip
+ORDERS = list(itertools.permutations(AXES))
+
+
+def text_of(order, cases):
+    lines = [f"{key} = {AXES[key]}".replace("'", '"') for key in order]
+    lines += ['motion.elbow_angle = { from = "0 deg", to = "90 deg", num = 4 }', 'spring.stiffness = "5 kN/m"']
+    return "\n".join([*lines, *(f'[[cases]]\nname = "{name}"\narm.b1 = "{b1} mm"' for name, b1 in cases)])
+
+
+@pytest.mark.parametrize("cases", [[], [("short", 140), ("long", 170)]], ids=["", "cases"])
+@pytest.mark.parametrize("states", [8, 40, 136, 10**6])
+def test_the_record_counts_what_pandas_counts(new_sweep, tmp_path, small_parts, states, cases):
+    small_parts(states, 5)
+    found = set()
+    for order in ORDERS[::11]:
+        swept = new_sweep(text_of(order, cases), tmp_path, out="-".join(order))
+        choices = swept.designs.groupby(["pretension", "spool_ratio"])["feasible"].all()
+        assert swept.record["suits"] == len(choices) == 12
+        assert swept.record["feasible_suits"] == choices.sum()
+        found.add((swept.record["feasible_suits"], swept.record["feasible"]))
+    assert len(found) == 1
+    assert 0 < found.pop()[0] < 12
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
+    rng = np.random.default_rng(seed)
+    order = ORDERS[rng.integers(len(ORDERS))]
+    values = {key: [1.0 + at for at in range(rng.integers(1, 5))] for key in order}
+    content = {}
+    for key in order:
+        table, name = key.split(".")
+        content.setdefault(table, {})[name] = values[key]
+    plan = Plan(study_from({"name": "suits", **content, "motion": {"elbow_angle": ["10 deg"]}}, order=order))
+    monkeypatch.setattr(plan_module, "DESIGNS_AT_ONCE", int(rng.integers(1, 9)))
+    monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
+    monkeypatch.setattr(plan_module, "STATES_PER_PART", int(rng.integers(2, 40)))
+    feasible = rng.random(plan.shape) < 0.8
+    notes = []
+    for index in range(plan.parts):
+        blocks = list(plan.blocks_of_designs(plan.part(index)))
+        notes.append((index, noted(plan, [(block, feasible[block.designs]) for block in blocks])))
+        assert is_note(plan, plan.part(index), notes[-1][1])
+    conditions = tuple(at for at, key in enumerate(plan.study.axes) if key in plan.study.conditions)
+    by_hand = feasible.all(axis=conditions)
+    assert suits(plan) == by_hand.size
+    assert feasible_suits(plan, notes) == by_hand.sum()
+    numbers = np.arange(by_hand.size).reshape(by_hand.shape)
+    for block in plan.blocks_of_designs(range(plan.designs)):
+        chosen = tuple(part for at, part in enumerate(block.designs) if at not in conditions)
+        assert list(suits_of(plan, block)) == sorted(numbers[chosen].ravel())
+
+
+@pytest.mark.parametrize("note", ["", "AAAA", "!", "eJwDAAAAAAE=", "eJw" + "A" * 4000])
+def test_what_is_no_note_is_not_taken_for_one(note):
+    plan = Plan(study_from({"name": "suits", "load": {"mass": [0.0, 1.0]}, "spool": {"ratio": [0.5, 0.7]}}))
+    assert not is_note(plan, plan.part(0), note)
+    assert is_note(plan, plan.part(0), noted(plan, [(next(plan.blocks(range(4))), np.ones((2, 2), np.bool_))]))
