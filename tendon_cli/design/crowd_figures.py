@@ -50,7 +50,7 @@ def _for_whom(crowd: Crowd, path: Path, title: str) -> None:
 
 
 def _body_label(name: str) -> str:
-    return f"{QUANTITIES[name].long_name} ({QUANTITIES[name].shown_in})"
+    return f"{name.replace('_', ' ')} ({QUANTITIES[name].shown_in})"
 
 
 def _most_different(crowd: Crowd) -> tuple[str, str]:

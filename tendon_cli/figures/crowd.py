@@ -16,7 +16,6 @@ from tendon_cli.figures.style import (
     MARKERS,
     OKABE_ITO,
     PAGE_WIDTH,
-    PALE,
     house_style,
     new_figure,
     plain,
@@ -94,12 +93,15 @@ def _windows(
             label="no window at all",
         )  # fmt: skip
     if np.isfinite(band).all():
-        axes.axhspan(*band, color=PALE, zorder=0, label="serves enough")
+        axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
+        for end, label in zip(band, ("serves enough between", "_"), strict=True):
+            axes.axhline(end, color=INK, linewidth=0.8, linestyle=(0, (3, 2)), zorder=4, label=label)
     if np.isfinite(pretension):
-        axes.axhline(pretension, color=INK, linewidth=0.9)
+        axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
         axes.annotate(
-            f"{pretension:.4g} N", (0.99, pretension), xycoords=("axes fraction", "data"), xytext=(0, 2),
-            textcoords="offset points", ha="right", va="bottom",
+            f"{pretension:.4g} N", (0.01, pretension), xycoords=("axes fraction", "data"), xytext=(0, 2),
+            textcoords="offset points", ha="left", va="bottom", zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
         )  # fmt: skip
     axes.set_xlabel(f"{kind}, in the order of the least pretension they need (%)")
     axes.set_ylabel("window of pretension (N)")
