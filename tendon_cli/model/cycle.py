@@ -106,6 +106,13 @@ def _steps(angles: Array) -> Array:
     return np.concatenate([*(np.linspace(low, high, count, endpoint=False) for low, high, count in steps), angles[-1:]])
 
 
+def gauss(angles: Array) -> tuple[Array, Array]:
+    """Nodes and weights, one after the other, for integrals over ascending angles of what has no kinks, rad."""
+    edges = _steps(angles)
+    middle, half = 0.5 * (edges[:-1] + edges[1:]), 0.5 * np.diff(edges)
+    return (middle[:, np.newaxis] + half[:, np.newaxis] * _NODES).ravel(), (half[:, np.newaxis] * _WEIGHTS).ravel()
+
+
 def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:
     """States, and in the direction of motion per radian the motor's power and friction's, N m."""
     state = evaluate(design, angle, flexion)

@@ -30,9 +30,11 @@ NOTHING = -1
 LIMIT_NAMES = (
     "flexor slack", "extensor slack", "min_flexor_tension", "min_extensor_tension", "max_tension", "max_tension",
     "max_spring_extension", "max_spring_extension", "peak_motor_torque", "peak_motor_torque", "max_contact_pressure",
-    "min_elbow_stiffness", "max_pretension", "min_spool_to_tendon", "no equilibrium",
+    "min_elbow_stiffness", "max_pretension", "min_spool_to_tendon", "no equilibrium", "max_spool_travel",
+    "max_backlash", "max_torque_band", "peak_motor_speed", "peak_motor_power", "max_motor_work_in",
+    "max_friction_loss", "min_efficiency",
 )  # fmt: skip
-"""What each limit is called: as the column of designs that it bounds."""
+"""What each limit is called: as the column of designs that it bounds. Those of the motor are of `motor_window`."""
 
 Codes = npt.NDArray[np.int8]
 Positions = npt.NDArray[np.int64]

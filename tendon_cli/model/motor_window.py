@@ -1,0 +1,253 @@
+"""How limits on the motor and the transmission narrow a window of pretension.
+
+Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F. Limits on speed,
+backlash and torque band are half-lines therefore, as those of `window`; spool travel is the largest of lines less the
+smallest, which is convex. Power is a product of two lines, friction's loss a sum of such, so that the pretensions that
+they allow may be in several intervals: their ends are found by bisection between samples of the window, and the widest
+interval is used. Arguments broadcast as in `window`; SI units, angles in radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.model.actuator import Design, evaluate
+from tendon_cli.model.cycle import gauss
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.motor import MotorRates, motor_rates
+from tendon_cli.model.statics import SLACK_TOLERANCE, Flags
+from tendon_cli.model.window import LIMIT_NAMES, Window
+
+_UNIT = 100.0
+"""N; between multiples of it lines and parabolas are drawn."""
+_SAMPLES = 65
+_HALVINGS = 50
+_DOUBLINGS = 16
+
+
+@dataclass(frozen=True, eq=False)
+class MotorBounds:
+    """What the motor of a design is held to at a speed of the elbow, in SI; infinite where nothing is asked."""
+
+    speed: float
+    """Of the elbow, rad/s."""
+    max_spool_travel: float = np.inf
+    max_backlash: float = np.inf
+    max_torque_band: float = np.inf
+    peak_motor_speed: float = np.inf
+    peak_motor_power: float = np.inf
+    max_motor_work_in: float = np.inf
+    max_friction_loss: float = np.inf
+    min_efficiency: float = -np.inf
+
+    @property
+    def asked(self) -> list[str]:
+        """The limits that are given."""
+        return [each.name for each in fields(self)[1:] if np.isfinite(getattr(self, each.name))]
+
+
+@dataclass(frozen=True, eq=False)
+class Narrowed:
+    """The windows that are left, and in how many intervals; the widest is the window."""
+
+    window: Window
+    intervals: npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """base + gain F of states, (designs, states)."""
+
+    base: Array
+    gain: Array
+
+    def at(self, pretension: Array) -> Array:
+        """Values at one pretension of each design, (designs,)."""
+        return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
+
+
+Measure = Callable[[Array], Array]
+"""By how much a limit is exceeded at a pretension of each design, (designs,): above 0 it is broken."""
+
+
+def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, bounds: MotorBounds) -> Narrowed:
+    """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`."""
+    shape = found.low.shape
+    flat = replace(found, **{each.name: getattr(found, each.name).reshape(-1).copy() for each in fields(found)})
+    motor = _Motor(design, np.asarray(elbow_angle), flexion, shape, bounds)
+    for name, lines, most in motor.half_lines():
+        _cut(flat, LIMIT_NAMES.index(name), lines, most)
+    measures = {LIMIT_NAMES.index(name): measure for name, measure in motor.measures() if name in bounds.asked}
+    intervals = _within(flat, measures) if measures else flat.is_open.astype(np.int64)
+    shaped = {each.name: getattr(flat, each.name).reshape(shape) for each in fields(flat)}
+    return Narrowed(Window(**shaped), intervals.reshape(shape))
+
+
+class _Motor:
+    """Lines of the motor's quantities over all states of designs of a shape, all taut."""
+
+    def __init__(
+        self, design: Design, elbow_angle: Array, flexion: Flags, shape: tuple[int, ...], bounds: MotorBounds
+    ) -> None:
+        self.design, self.angles, self.flexion, self.bounds = design, elbow_angle, flexion, bounds
+        self.shape = shape
+        self.ways = np.broadcast_to(np.where(flexion, 1.0, -1.0), (np.size(flexion), elbow_angle.size))
+        rates, torque = zip(*(self._rates(pretension, elbow_angle) for pretension in (0.0, _UNIT)), strict=True)
+        self.spool_angle = self._lines([each.spool_angle for each in rates])
+        self.spool_speed = self._lines([each.spool_speed for each in rates])
+        self.torque = self._lines(list(torque))
+
+    def _rates(self, pretension: float, angles: Array) -> tuple[MotorRates, Array]:
+        sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in ("flexor", "extensor")}
+        taut = replace(self.design, unilateral=False, **sides)
+        state = evaluate(taut, angles, self.flexion)
+        return motor_rates(taut, state), state.motor_torque
+
+    def _flat(self, values: Array) -> Array:
+        """Values of states as (designs, states)."""
+        states = np.size(self.flexion), values.shape[-1]
+        return np.broadcast_to(values, (*self.shape, *states)).reshape(-1, states[0] * states[1])
+
+    def _lines(self, values: list[Array]) -> _Lines:
+        base, above = (self._flat(each) for each in values)
+        return _Lines(base, (above - base) / _UNIT)
+
+    def half_lines(self) -> Iterator[tuple[str, _Lines, float]]:
+        """Every limit on lines, both ways."""
+        speed = self.bounds.speed
+        for name, lines in (
+            ("peak_motor_speed", _Lines(speed * self.spool_speed.base, speed * self.spool_speed.gain)),
+            ("max_backlash", self._between(self.spool_angle)),
+            ("max_torque_band", self._between(self.torque)),
+        ):
+            most = getattr(self.bounds, name)
+            if name in self.bounds.asked and lines is not None:
+                yield name, lines, most
+                yield name, _Lines(-lines.base, -lines.gain), most
+
+    def _between(self, lines: _Lines) -> _Lines | None:
+        """The difference between the directions, where there are both."""
+        ways = np.ravel(self.flexion)
+        if ways.all() or not ways.any():
+            return None
+        there, back = int(np.argmax(ways)), int(np.argmin(ways))
+        shaped = [each.reshape(len(each), len(ways), -1) for each in (lines.base, lines.gain)]
+        base, gain = (each[:, there] - each[:, back] for each in shaped)
+        return _Lines(base, gain)
+
+    def measures(self) -> Iterator[tuple[str, Measure]]:
+        """Every limit on what is no line."""
+        bounds, forward = self.bounds, self._flat(self.ways)
+        yield "max_spool_travel", lambda at: np.ptp(self.spool_angle.at(at), axis=1) - bounds.max_spool_travel
+        yield (
+            "peak_motor_power",
+            lambda at: (
+                np.max(forward * bounds.speed * self.torque.at(at) * self.spool_speed.at(at), axis=1)
+                - bounds.peak_motor_power
+            ),
+        )
+        work, loss = self._works()
+        yield "max_motor_work_in", lambda at: work(at) - bounds.max_motor_work_in
+        yield "max_friction_loss", lambda at: loss(at) - bounds.max_friction_loss
+        # Without work there is no efficiency, and nothing that could be held to one.
+        yield (
+            "min_efficiency",
+            lambda at: np.where(work(at) > 0.0, loss(at) - (1.0 - bounds.min_efficiency) * work(at), -np.inf),
+        )
+
+    def _works(self) -> tuple[Measure, Measure]:
+        """Work of the motor where it drives, and friction's, J."""
+        nodes, weights = gauss(np.unique(self.angles))
+        found = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT, 2.0 * _UNIT)]
+        torque = self._lines([each for _, each in found[:2]])
+        turning = self._lines([rates.spool_speed for rates, _ in found[:2]])
+        forward = np.repeat(self.ways[:, :1], len(nodes), axis=1).ravel()
+        weight = np.tile(weights, np.size(self.flexion))
+        first, second, third = (self._flat(rates.friction) @ (weight * forward) for rates, _ in found)
+        slope, bend = (4.0 * second - 3.0 * first - third) / 2.0, (third - 2.0 * second + first) / 2.0
+
+        def work(at: Array) -> Array:
+            return np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
+
+        def loss(at: Array) -> Array:
+            steps = at / _UNIT
+            return np.asarray(first + steps * (slope + steps * bend))
+
+        return work, loss
+
+
+def _cut(found: Window, code: int, lines: _Lines, most: float) -> None:
+    """Cut windows by half-lines of states, in place."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = (most - lines.base) / lines.gain
+    below, above = np.where(lines.gain < 0.0, ends, -np.inf), np.where(lines.gain > 0.0, ends, np.inf)
+    low, high = below.max(axis=1), above.min(axis=1)
+    higher, lower = low > found.low, high < found.high
+    found.low[higher], found.low_by[higher], found.low_state[higher] = low[higher], code, below.argmax(axis=1)[higher]
+    found.high[lower], found.high_by[lower], found.high_state[lower] = high[lower], code, above.argmin(axis=1)[lower]
+    hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
+    _shut(found, code, hopeless)
+
+
+def _shut(found: Window, code: int | npt.NDArray[np.int64], shut: npt.NDArray[np.bool_]) -> None:
+    """Leave no pretension at all, for a reason."""
+    shut = shut & ~np.isnan(found.low)
+    for ends, by in ((found.low, found.low_by), (found.high, found.high_by)):
+        ends[shut], by[shut] = np.nan, np.broadcast_to(code, shut.shape)[shut]
+
+
+def _within(found: Window, measures: dict[int, Measure]) -> npt.NDArray[np.int64]:
+    """Cut open windows to the widest interval within other limits, in place; returns how many there are."""
+    start = np.where(found.is_open, found.low, 0.0)
+    stop = _far_end(found, start, measures)
+    places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
+    broken = {code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()}
+    kept = ~np.any(list(broken.values()), axis=0)
+    rows = np.arange(len(start))
+    edges = np.diff(kept.astype(np.int8), axis=0, prepend=0, append=0)
+    intervals = np.where(found.is_open, (edges == 1).sum(axis=0), 0)
+    # The widest: as many samples as the count since the last broken one says, at its largest.
+    counts = np.zeros(kept.shape, dtype=np.int64)
+    for at in range(_SAMPLES):
+        counts[at] = np.where(kept[at], (counts[at - 1] if at else 0) + 1, 0)
+    last = counts.argmax(axis=0)
+    first = last - counts[last, rows] + 1
+    some = intervals > 0
+    cut_below, cut_above = some & (first > 0), some & (last < _SAMPLES - 1)
+    low, low_by = _edge(places[first, rows], places[np.maximum(first - 1, 0), rows], measures)
+    high, high_by = _edge(places[last, rows], places[np.minimum(last + 1, _SAMPLES - 1), rows], measures)
+    for cut, ends, end, by, code, state in (
+        (cut_below, found.low, low, found.low_by, low_by, found.low_state),
+        (cut_above, found.high, high, found.high_by, high_by, found.high_state),
+    ):
+        ends[cut], by[cut], state[cut] = end[cut], code[cut], -1
+    worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
+    _shut(found, np.array(list(broken))[worst], found.is_open & ~some)
+    return intervals
+
+
+def _far_end(found: Window, start: Array, measures: dict[int, Measure]) -> Array:
+    """Where windows end, or if nothing ends them, beyond where any limit is kept, as far as one looks."""
+    stop = np.where(np.isfinite(found.high) & found.is_open, found.high, start + _UNIT)
+    endless = found.is_open & np.isinf(found.high)
+    for _ in range(_DOUBLINGS if endless.any() else 0):
+        stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
+    return stop
+
+
+def _broken(at: Array, measures: dict[int, Measure]) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.any([measure(at) > 0.0 for measure in measures.values()], axis=0))
+
+
+def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, npt.NDArray[np.int64]]:
+    """Where between two pretensions the limits are just kept, and the limit that is broken beyond."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (inside + outside)
+        broken = _broken(middle, measures)
+        inside, outside = np.where(broken, inside, middle), np.where(broken, middle, outside)
+    beyond = np.array([measure(outside) for measure in measures.values()])
+    return inside, np.array(list(measures))[beyond.argmax(axis=0)]
