@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -75,19 +75,18 @@ def nearest(candidates: Candidates) -> Candidates:
 
 def conflict(problem: Problem, limits: Pair, choices: int, nearest: Candidates) -> Conflict:
     """A conflict with the least relaxation of each of its limits."""
-    asked = {each.name for each in fields(Bounds)}
+    asked = {each.name for each in fields(Bounds)} | set(problem.motor.asked if problem.motor is not None else ())
     relaxed = {limit: relaxation(problem, nearest, limit) for limit in limits if limit in asked}
     return Conflict(limits, choices, nearest, relaxed)
 
 
 def relaxation(problem: Problem, choice: Candidates, limit: str) -> float | None:
     """The value nearest to a limit's own at which a choice has a window, all else equal; None where none does."""
-    numbers, own = numbers_of(problem, choice.columns), float(getattr(problem.bounds, limit))
+    numbers, own = numbers_of(problem, choice.columns), problem.limit(limit)
     outward = -1.0 if limit.startswith("min_") else 1.0
 
     def has_window(value: float) -> bool:
-        relaxed = problem.within(replace(problem.bounds, **{limit: value}))
-        return bool(solve(relaxed, numbers, 1, with_worst=False).feasible[0])
+        return bool(solve(problem.relaxed(limit, value), numbers, 1, with_worst=False).feasible[0])
 
     if not has_window(outward * np.inf):
         return None

@@ -14,6 +14,7 @@ from tendon_cli.design.numbers import model_design
 from tendon_cli.model import window
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.motor_window import MotorBounds, narrowed
 from tendon_cli.model.window import Bounds, Window
 from tendon_cli.study.study import Study
 
@@ -32,6 +33,8 @@ class Problem:
     choices: Product
     conditions: Product
     bounds: Bounds
+    motor: MotorBounds | None = None
+    """Limits on the motor; None where there are none."""
     enough: float = 1.0
     """The share that a window must serve."""
     middle: bool = True
@@ -85,6 +88,17 @@ class Problem:
         rows = Factor("", "", self.condition_numbers | dict(numbers), ("",) * len(self.conditions))
         return replace(self, conditions=replace(self.conditions, factors=(rows,)))
 
+    def limit(self, name: str) -> float:
+        """A limit in SI."""
+        of_motor = self.motor is not None and name in self.motor.asked
+        return float(getattr(self.motor if of_motor else self.bounds, name))
+
+    def relaxed(self, name: str, value: float) -> Problem:
+        """The same question with another value of one limit."""
+        if self.motor is not None and name in self.motor.asked:
+            return replace(self, motor=replace(self.motor, **{name: value}))
+        return self.within(replace(self.bounds, **{name: value}))
+
     def within(self, bounds: Bounds) -> Problem:
         """The same question within other limits."""
         return replace(self, bounds=bounds)
@@ -100,7 +114,10 @@ class Problem:
         for rows, conditions in self.chunks(count):
             part = {key: values[rows] for key, values in numbers.items()}
             under = {key: values[conditions] for key, values in self.condition_numbers.items()}
-            each = window.window(self.design(part, under), self.angles, self.flexion, self.bounds)
+            design = self.design(part, under)
+            each = window.window(design, self.angles, self.flexion, self.bounds)
+            if self.motor is not None:
+                each = narrowed(each, design, self.angles, self.flexion, self.motor).window
             shape = rows.stop - rows.start, conditions.stop - conditions.start
             found.append({name: np.broadcast_to(values, shape) for name, values in vars(each).items()})
         names = list(found[0])

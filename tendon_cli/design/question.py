@@ -9,10 +9,13 @@ import numpy as np
 
 from tendon_cli.design.factors import PRETENSION, Factor, Product, factors_of
 from tendon_cli.design.problem import Problem
+from tendon_cli.model.motor_window import MotorBounds
 from tendon_cli.model.window import Bounds
 from tendon_cli.study.checks import case_numbers
+from tendon_cli.study.design import MOTION_LIMITS
 from tendon_cli.study.study import DRAW_AXIS, PERSON_AXIS, Study, split_side
 
+_SEVERAL = ("peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency")
 _BOUNDS = tuple(each.name for each in fields(Bounds))
 
 
@@ -25,6 +28,7 @@ def question(study: Study) -> Problem:
         choices=Product(tuple(factor for factor in factors if factor.key not in conditions)),
         conditions=conditions_of([factor for factor in factors if factor.key in conditions]),
         bounds=bounds_of(study),
+        motor=motor_bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
         notes=tuple(_left_out(study)),
@@ -51,6 +55,12 @@ def bounds_of(study: Study) -> Bounds:
     return Bounds(**{name: value for name, value in study.limits.items() if name in _BOUNDS})
 
 
+def motor_bounds_of(study: Study) -> MotorBounds | None:
+    """The limits of a study on the motor; None where it has none."""
+    limits = {name: value for name, value in study.limits.items() if name in MOTION_LIMITS}
+    return MotorBounds(study.motion.speed.single, **limits) if study.motion.speed is not None and limits else None
+
+
 def _left_out(study: Study) -> list[str]:
     """What the study says of pretension, which is solved for."""
     given = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
@@ -61,4 +71,7 @@ def _left_out(study: Study) -> list[str]:
         notes.append("the study's values of pretension are left out: the window is found exactly, without them")
     if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
         notes.append("the pretensions of the study's cases are left out: one of all is solved for")
+    several = [name for name in _SEVERAL if name in study.limits]
+    if several:
+        notes.append(f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used")
     return notes

@@ -48,13 +48,16 @@ class Sensitivity:
 
 
 def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
-    """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit of a state sets."""
+    """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit of a state sets.
+
+    Limits of the motor have none either.
+    """
     found: list[Sensitivity] = []
     ends: tuple[End, End] = ("from", "to")
     for end in ends:
         code = int(getattr(choice.solutions, f"{end}_by")[0])
         state = int(getattr(choice.solutions, f"{end}_state")[0])
-        if state >= 0 and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
+        if state >= 0 and code < window.OF_THE_MOTOR and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
             found += _of_end(problem, choice, end, code, state)
     return sorted(found, key=lambda each: -abs(each.per_percent))
 

@@ -23,6 +23,14 @@ _BELOW = {
     "min_elbow_stiffness": "the elbow is less stiff than {}",
     "max_pretension": "it is more than {}",
     "min_spool_to_tendon": "a spool is less than {} tendons across",
+    "max_spool_travel": "the spool turns by more than {}",
+    "max_backlash": "the spool differs by more than {} between the directions",
+    "max_torque_band": "the motor torque differs by more than {} between the directions",
+    "peak_motor_speed": "the motor turns faster than {}",
+    "peak_motor_power": "the motor gives more than {}",
+    "max_motor_work_in": "the motor works more than {} a cycle",
+    "max_friction_loss": "friction takes more than {} a cycle",
+    "min_efficiency": "friction leaves less than {} of the motor's work",
     "no equilibrium": "the flexor has passed the joint's centre",
 }
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Design, evaluate
+from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.cycle import gauss
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor import MotorRates, motor_rates
 from tendon_cli.model.statics import SLACK_TOLERANCE, Flags

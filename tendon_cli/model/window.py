@@ -35,6 +35,8 @@ LIMIT_NAMES = (
     "max_friction_loss", "min_efficiency",
 )  # fmt: skip
 """What each limit is called: as the column of designs that it bounds. Those of the motor are of `motor_window`."""
+OF_THE_MOTOR = LIMIT_NAMES.index("max_spool_travel")
+"""From here on they are the motor's."""
 
 Codes = npt.NDArray[np.int8]
 Positions = npt.NDArray[np.int64]

@@ -1,0 +1,68 @@
+"""Limits on the motor in `tendon design`: windows end where the cycle reaches them, and conflicts name them."""
+
+import numpy as np
+import pytest
+
+from tendon_cli.design.question import question
+from tendon_cli.design.solve import solve
+from tendon_cli.model.cycle import cycle
+from tendon_cli.model.window import LIMIT_NAMES
+from tendon_cli.study.load import study_from
+
+ASKED = {
+    "load": {"mass": ["0 kg", "3 kg"]},
+    "spool": {"ratio": [0.6, 0.7]},
+    "spring": {"stiffness": "5 kN/m"},
+    "motion": {"speed": "60 deg/s", "elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 10}},
+}
+
+
+def solved(**limits):
+    problem = question(study_from({**ASKED, "limits": limits}))
+    return problem, solve(problem, problem.choices.numbers(np.arange(2)), 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "most", "column", "end"),
+    [
+        ("max_friction_loss", "13 J", "friction_loss", "to"),
+        ("max_backlash", "0.5 deg", "max_backlash", "to"),
+        ("peak_motor_speed", "4 rad/s", "peak_motor_speed", "from"),
+        ("peak_motor_power", "13 W", "peak_motor_power", "from"),
+    ],
+)
+def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end):
+    problem, found = solved(**{name: most})
+    _, free = solved()
+    ends, condition = getattr(found, f"pretension_{end}"), getattr(found, f"{end}_condition")
+    binds = [LIMIT_NAMES[code] == name for code in getattr(found, f"{end}_by")] & ~np.isnan(ends)
+    assert binds.any()
+    for row in np.flatnonzero(binds):
+        assert ends[row] != getattr(free, f"pretension_{end}")[row]
+        design = problem.design(problem.choices.numbers(np.array([row])), pretension=ends[[row]])
+        value = getattr(cycle(design, problem.angles, problem.flexion, np.radians(60.0)), column)
+        assert value.ravel()[condition[row]] == pytest.approx(problem.limit(name), rel=1e-6)
+
+
+def test_limits_of_the_motor_are_relaxed_and_said_as_others_are(tendon, workplace):
+    text = """
+[spring]
+stiffness = "5 kN/m"
+[spool]
+ratio = 0.6
+[load]
+mass = ["0 kg", "3 kg"]
+[motion]
+speed = "60 deg/s"
+elbow_angle = { from = "0 deg", to = "90 deg", num = 10 }
+[limits]
+max_friction_loss = "1 J"
+"""
+    (workplace / "study.toml").write_text(text)
+    ran = tendon("design", "study.toml")
+    assert ran.exit == 4
+    assert "friction takes more than 1 J a cycle" in ran.out + ran.err
+    (workplace / "study.toml").write_text(text.replace('"1 J"', '"40 J"'))
+    ran = tendon("design", "study.toml", "--json", "--out", "answer")
+    assert ran.exit == 0
+    assert any("max_friction_loss" in note for note in ran.json["notes"])
