@@ -75,9 +75,19 @@ class Frame:
         return [line for note in self.notes for line in textwrap.wrap(note, width, break_long_words=False)]
 
     @property
+    def key_texts(self) -> list[str]:
+        """What the key says, broken to the width."""
+        width = max(8, int((self.width - _KEY_HANDLE) / _KEY_SIGN))
+        texts = [str(entry.get_label()) for entry in self.key]
+        return [
+            "\n".join(textwrap.wrap(text, width, break_long_words=False)) if len(text) > width else text
+            for text in texts
+        ]
+
+    @property
     def key_columns(self) -> int:
         """How many entries of the key fit side by side."""
-        longest = max((_KEY_HANDLE + len(str(entry.get_label())) * _KEY_SIGN for entry in self.key), default=1.0)
+        longest = max((_KEY_HANDLE + len(text) * _KEY_SIGN for text in self.key_texts), default=1.0)
         return max(1, min(len(self.key), int((self.width + 4.0) / longest)))
 
     @property
@@ -113,13 +123,16 @@ class Frame:
             figure.text(_PAD / self.width, y, text, va="bottom", size=6.5, color="#4d4d4d", gid="notes")
         if self.key:
             anchor = (0.0, (len(self.note_lines) * _NOTE_LINE + _PAD) / height, 1.0, self._key_height / height)
-            figure.legend(handles=list(self.key), loc="center", bbox_to_anchor=anchor, ncols=self.key_columns,
-                          borderaxespad=0.0, columnspacing=1.6, handletextpad=0.6)  # fmt: skip
+            figure.legend(handles=list(self.key), labels=self.key_texts, loc="center", bbox_to_anchor=anchor,
+                          ncols=self.key_columns, borderaxespad=0.0, columnspacing=1.6, handletextpad=0.6)  # fmt: skip
         return figure
 
     @property
     def _key_height(self) -> float:
-        return math.ceil(len(self.key) / self.key_columns) * _KEY_LINE if self.key else 0.0
+        if not self.key:
+            return 0.0
+        broken = sum(text.count("\n") for text in self.key_texts)
+        return (math.ceil(len(self.key) / self.key_columns) + broken) * _KEY_LINE
 
 
 def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int]:

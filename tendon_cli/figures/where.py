@@ -14,6 +14,8 @@ from tendon_cli.study.filters import Condition, Filter
 from tendon_cli.units import shorten
 
 _MOST_LISTED = 12
+_TRUTHS = ("taut", "stable", "feasible")
+_SAID = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
 def find_column(product: Product, name: str, where: str) -> str:
@@ -59,6 +61,8 @@ def choose(product: Product, asked: Sequence[Condition]) -> dict[str, Ints]:
 
 def _condition(product: Product, asked: Filter) -> Condition:
     column = find_column(product, asked.name, "--where")
+    if column in _TRUTHS:
+        return _of_truth(asked, column)
     condition = asked.on(column, product.columns[column])
     axis = product.axis(column)
     if axis is not None and axis.is_text:
@@ -68,6 +72,14 @@ def _condition(product: Product, asked: Filter) -> Condition:
             hint = f"values: {', '.join(known[:20])}"
             raise UsageError(f'{column} is never "{shorten(wrong)}"', where="--where", hint=hint)
     return condition
+
+
+def _of_truth(asked: Filter, column: str) -> Condition:
+    wanted = [_SAID.get(value.lower()) for value in asked.values]
+    if None in wanted or asked.relation not in ("=", "!=", "in"):
+        problem = f'"{shorten(asked.text)}": {column} is true or false'
+        raise UsageError(problem, where="--where", hint=f"{column} = true")
+    return Condition(asked.text, column, asked.relation, tuple(float(each) for each in wanted if each is not None))
 
 
 def _listed(product: Product, axis: Axis, positions: Ints) -> list[str]:

@@ -60,7 +60,7 @@ def read_size(text: str) -> tuple[float, float | None]:
         raise UsageError(f'"{shorten(text)}" is not a size', where="--size", hint=hint)
     if not all(_SMALLEST <= side <= _LARGEST for side in sides):
         hint = "a side has 40 mm to 1000 mm"
-        raise UsageError(f'"{shorten(text)}" is out of range, {hint}', where="--size", hint=hint)
+        raise UsageError(f'"{shorten(text)}" is out of range', where="--size", hint=hint)
     return sides[0], sides[1] if len(sides) > 1 else None
 
 

@@ -104,6 +104,17 @@ def test_every_format_knows_its_study(run: Path, tmp_path: Path) -> None:
     assert "<text" in told[1]
 
 
+def test_a_key_too_long_for_a_small_figure_is_broken(tmp_path: Path) -> None:
+    figure = figure_of(designs(tmp_path / "run", {"tendon": PRETENSION, "spool": RATIO}), size="60 x 70 mm")
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    box = legend.get_window_extent()
+    assert figure.bbox.x0 <= box.x0
+    assert box.x1 <= figure.bbox.x1
+    (notes,) = by_gid(figure, "notes")
+    assert notes.get_window_extent().y1 <= box.y0 + 1.0
+
+
 # --- Slack and instability in curves ---------------------------------------------------------------------------------
 
 
@@ -237,6 +248,18 @@ def test_each_limit_has_its_line_and_its_name(tmp_path: Path) -> None:
         for ratio, force in zip(np.linspace(0.5, 1.2, 8), wanted, strict=True):
             at = vertices[np.isclose(vertices[:, 1], ratio)]
             assert np.abs(at[:, 0] - force).min() < 1e-6 * 260.0
+
+
+@pytest.mark.parametrize(("text", "kept"), [("stable = true", True), ("stable = false", False), ("stable != 1", False)])
+def test_truths_are_filtered_by_their_word(tmp_path: Path, text: str, kept: bool) -> None:
+    of = designs(tmp_path / "run", {"tendon": PRETENSION})
+    stable = np.array(of.read(["stable"])["stable"])
+    assert 0 < stable.sum() < stable.size
+    (line,) = lines(panels(figure_of(of, quantity="margin", where=text))[0], "curve")
+    np.testing.assert_array_equal(np.isfinite(line.get_ydata()), stable == kept)
+    assert "left out by the filter" in words(figure_of(of, quantity="margin", where=text))
+    with pytest.raises(UsageError, match="true or false"):
+        figure_of(of, quantity="margin", where="stable > 0")
 
 
 # --- Faults ----------------------------------------------------------------------------------------------------------

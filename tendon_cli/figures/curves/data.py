@@ -65,6 +65,8 @@ class CurveData:
     has_kinks: bool
     """Whether lines turn where a tendon goes slack; none does in a model in which tendons push."""
     is_slack_below_zero: bool
+    missing: str
+    """Why a line may have no value."""
     notes: tuple[str, ...]
 
 
@@ -88,7 +90,7 @@ def curve_data(product: Product, plan: CurvePlan, asked: Sequence[Condition], sp
     data = CurveData(
         spec.title or product.title, product.source, scale, label, x_values, curves, _colours(product, plan, spec),
         _texts(product, plan, 2, spec), _texts(product, plan, 0, spec), not product.pushes,
-        _is_slack_below_zero(product, plan), (*meaning, *said, *plan.notes),
+        _is_slack_below_zero(product, plan), _missing(plan, masks), (*meaning, *said, *plan.notes),
     )  # fmt: skip
     return _each_panel_once(_overlaid(data) if spec.overlay else data)
 
@@ -113,6 +115,12 @@ def _is_slack_below_zero(product: Product, plan: CurvePlan) -> bool:
     """A margin, and in a model in which tendons push their tensions and lengths."""
     ends = (MARGIN, *_OF_A_TENDON) if product.pushes else (MARGIN,)
     return all(name.endswith(ends) for name in plan.quantities)
+
+
+def _missing(plan: CurvePlan, masks: Sequence[Condition]) -> str:
+    if masks:
+        return "no value, or left out by the filter"
+    return "no value" if set(plan.quantities) <= {"first_slack_angle", "max_slack"} else "no equilibrium"
 
 
 def _along_x(product: Product, plan: CurvePlan, read: Columns, spec: FigureSpec) -> tuple[Scale | None, str, Floats]:

@@ -179,8 +179,7 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     if is_line and any(curves.unstable[at].any() for curves, at in cells):
         key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))
     if data.x is not None and any(~np.isfinite(curves.values[at]).any(axis=(0, 1)).all() for curves, at in cells):
-        hidden = {curves.quantity.column for curves, _ in cells} <= {"first_slack_angle"}
-        key.append(hatch_key("no value" if hidden else "no equilibrium"))
+        key.append(hatch_key(data.missing))
     return key
 
 
