@@ -9,12 +9,14 @@ from typing import Annotated, NoReturn
 import typer
 
 from tendon_cli.commands.design import design
+from tendon_cli.commands.export import export
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.init import init
 from tendon_cli.commands.paper import paper
 from tendon_cli.commands.plot import plot
 from tendon_cli.commands.report import report
 from tendon_cli.commands.schema import schema
+from tendon_cli.commands.show import show
 from tendon_cli.commands.state import state
 from tendon_cli.commands.sweep import sweep
 from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
@@ -57,7 +59,7 @@ def _options(
     """Options of every command."""
 
 
-for _command in (init, schema, state, sweep, design, plot, paper, report):
+for _command in (init, schema, state, sweep, design, plot, show, export, paper, report):
     app.command()(_command)
 app.command("fit-friction")(fit_friction)
 

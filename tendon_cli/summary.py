@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tendon_cli.sweep.sweep import share
+from tendon_cli.units import UNITS
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from tendon_cli.rows import Rows
     from tendon_cli.sweep.estimate import Estimate
     from tendon_cli.sweep.results import Run
 
@@ -19,9 +23,9 @@ def run_text(run: Run) -> str:
     took = f" in {record['seconds']:.3g} s"
     took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
     lines = [head + (", up to date" if run.up_to_date else took)]
-    lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut and stable, within every limit"]
-    lines += [f"    taut         {share(record['taut'], designs, 'designs')} in every state"]
-    lines += [f"    stable       {share(record['stable'], designs, 'designs')} in every state"]
+    lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut and stable in every state"]
+    lines += [f"    taut         {share(record['taut'], designs, 'designs')}"]
+    lines += [f"    stable       {share(record['stable'], designs, 'designs')}"]
     if record["suits"] != designs:
         found = share(record["feasible_suits"], record["suits"], "suits")
         lines += [f"  suits          {found} feasible at every load, case and person at once"]
@@ -50,6 +54,35 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(f"  time         about {_duration(estimate.seconds)}{drawn}")
     lines.append(f"  peak memory  about {_size(estimate.peak_memory)}")
     return "\n".join(lines)
+
+
+def rows_text(rows: Rows, shown: pa.Table, total: int, width: int) -> str:
+    """Rows as a table that is at most so wide, in the units that people read; further columns come below."""
+    cells = [_column_text(rows, name, shown[name].to_pylist()) for name in rows.names]
+    lines: list[str] = []
+    while cells:
+        taken, used = 0, 0
+        while taken < len(cells) and (taken == 0 or used + 2 + len(cells[taken][0]) <= width):
+            used += len(cells[taken][0]) + (2 if taken else 0)
+            taken += 1
+        lines += [*([""] if lines else []), *("  ".join(row).rstrip() for row in zip(*cells[:taken], strict=True))]
+        cells = cells[taken:]
+    return "\n".join([*lines, "", f"{shown.num_rows:,} of {_counted(total, 'row')}"])
+
+
+def _column_text(rows: Rows, name: str, values: list[Any]) -> list[str]:
+    """A column's cells, its name and unit first, all of one width."""
+    quantity = rows.quantity(name)
+    unit = quantity.shown_in if quantity is not None else "1"
+    factor = float(UNITS[unit].factor) if unit in UNITS else 1.0
+    texts = [name, "" if unit == "1" else unit]
+    for value in values:
+        if isinstance(value, float):
+            texts.append("-" if value != value else f"{value / factor:.6g}")  # noqa: PLR0124 - NaN differs from itself
+        else:
+            texts.append("-" if value is None else str(value).lower() if isinstance(value, bool) else str(value))
+    width = max(map(len, texts))
+    return [text.ljust(width) if quantity is None else text.rjust(width) for text in texts]
 
 
 def _counted(count: int, noun: str) -> str:

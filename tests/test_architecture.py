@@ -36,7 +36,8 @@ MAY_IMPORT = {
     "report": {"design", "summary", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"design", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "sweep", *BELOW_THE_ROOMS},
-    "summary": {"sweep", *BELOW_THE_ROOMS},
+    "rows": BELOW_THE_ROOMS,
+    "summary": {"rows", "sweep", *BELOW_THE_ROOMS},
 }
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)

@@ -28,3 +28,14 @@ AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON obj
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Jobs = Annotated[int | None, typer.Option(min=1, help="parts computed at once; default all cores")]
 OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help="file or folder to write to")]
+
+# show, export
+Table = Annotated[Path, typer.Argument(metavar="TABLE_OR_RUN", help="a table, or the folder of a run or an answer")]
+TableName = Annotated[str | None, typer.Option("--table", metavar="NAME", help="which table of the folder")]
+Where = Annotated[list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")]
+Columns = Annotated[list[str] | None, typer.Option(metavar="NAMES", help="which columns, separated by commas")]
+
+
+def listed(names: list[str] | None) -> tuple[str, ...]:
+    """Names that are separated by commas, or given one by one."""
+    return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())

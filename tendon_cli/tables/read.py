@@ -56,6 +56,18 @@ class TableFiles:
             yield first, part
             first += part.num_rows
 
+    def stretches(self, columns: Sequence[str], rows: int = 1 << 16) -> Iterator[pa.Table]:
+        """Some columns, so many rows at a time, in the order of the rows and in constant memory."""
+        for file in self.files:
+            try:
+                with pq.ParquetFile(str(file), page_checksum_verification=True, buffer_size=1 << 20) as whole:
+                    for batch in whole.iter_batches(rows, columns=list(columns)):
+                        yield pa.Table.from_batches([batch])
+            except (pa.ArrowException, OSError) as error:
+                if is_memory_short(error):
+                    raise
+                raise _damaged(file, str(error).splitlines()[0]) from None
+
 
 def open_table(path: Path) -> TableFiles:
     """A table of ours, from its file or the folder of its parts, every byte verified; raises InputError."""

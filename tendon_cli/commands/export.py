@@ -1,0 +1,29 @@
+"""`tendon export`: a table as CSV."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendon_cli.commands import options
+from tendon_cli.terminal import as_json_text, print_result
+
+CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="what to write")]
+
+
+def export(
+    source: options.Table,
+    file: CsvFile,
+    table: options.TableName = None,
+    where: options.Where = None,
+    columns: options.Columns = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Write a table as CSV, in SI and with units in the header, for tools that cannot read Parquet."""
+    from tendon_cli.rows import Rows, table_in
+    from tendon_cli.rows import export as written
+
+    rows = Rows(table_in(source, table), tuple(where or ()), options.listed(columns))
+    count = written(rows, file)
+    text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
+    print_result(as_json_text({"file": str(file), "rows": count, "columns": rows.names}) if as_json else text)

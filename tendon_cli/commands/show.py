@@ -1,0 +1,52 @@
+"""`tendon show`: rows of a table in the terminal."""
+
+import io
+import math
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendon_cli.commands import options
+from tendon_cli.errors import UsageError
+from tendon_cli.terminal import as_json_text, print_result
+
+Sort = Annotated[str | None, typer.Option(metavar="COLUMN", help="by this column; -COLUMN for the largest first")]
+Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows")]
+AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV, in SI, with units in the header")]
+
+
+def show(
+    source: options.Table,
+    table: options.TableName = None,
+    where: options.Where = None,
+    sort: Sort = None,
+    columns: options.Columns = None,
+    head: Head = 20,
+    as_json: options.AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Look at a table in the terminal: of a run its designs, of an answer its choices, or any one by its file."""
+    from tendon_cli.rows import Rows, table_in, write_csv
+    from tendon_cli.summary import rows_text
+
+    if as_json and as_csv:
+        raise UsageError("--json and --csv exclude each other")
+    rows = Rows(table_in(Path(source), table), tuple(where or ()), options.listed(columns))
+    shown, total = rows.head(head, sort)
+    if as_csv:
+        text = io.BytesIO()
+        write_csv(rows, text, iter([shown]))
+        print_result(text.getvalue().decode().rstrip("\n"))
+    elif as_json:
+        units = {name: rows.unit(name) for name in rows.names}
+        print_result(as_json_text({"rows": total, "units": units, "data": [*map(_finite, shown.to_pylist())]}))
+    else:
+        print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
+
+
+def _finite(row: dict[str, object]) -> dict[str, object]:
+    """A row that JSON can hold."""
+    odd = {name for name, value in row.items() if isinstance(value, float) and not math.isfinite(value)}
+    return {name: None if name in odd else value for name, value in row.items()}

@@ -1,0 +1,167 @@
+"""`tendon show` and `tendon export`: the rows asked for, as the table has them, whatever reads them."""
+
+import csv
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+STUDY = """
+[tendon]
+pretension = ["90 N", "130 N", "170 N"]
+[load]
+mass = ["0 kg", "5 kg"]
+[motion]
+elbow_angle = { from = "0 deg", to = "170 deg", num = 18 }
+[[cases]]
+name = '=HYPERLINK("http://x")'
+[[cases]]
+name = "@sum"
+[cases.arm]
+b1 = "140 mm"
+[[cases]]
+name = 'say "a, b"'
+"""
+
+
+@pytest.fixture
+def run(tendon, workplace):
+    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
+    assert tendon("sweep", "study.toml", "--no-figures", "--out", "run", "--allow-no-equilibrium").exit == 0
+    return workplace / "run"
+
+
+def read_csv(text):
+    header, *rows = csv.reader(io.StringIO(text))
+    return [name.partition(" (")[0] for name in header], rows
+
+
+@pytest.mark.parametrize("table", ["designs", "states"])
+def test_an_export_says_every_value_as_the_table_does(tendon, run, table):
+    ran = tendon("export", run, "all.csv", "--table", table, "--json")
+    expected = pd.read_parquet(run / f"{table}.parquet")
+    assert (ran.exit, ran.json["rows"], ran.json["columns"]) == (0, len(expected), list(expected.columns))
+    names, _ = read_csv(Path("all.csv").read_text("utf-8"))
+    assert names == list(expected.columns)
+    found = pd.read_csv("all.csv")
+    found.columns = names
+    for name in names:
+        column = expected[name]
+        if column.dtype == "category":
+            words = column.astype(object).where(column.notna(), "").str.replace(r"^([=+\-@])", r"'\1", regex=True)
+            assert list(found[name].fillna("")) == list(words)
+        else:
+            np.testing.assert_array_equal(found[name].to_numpy(), column.to_numpy(), strict=False)
+    assert expected.attrs["units"]["pretension"] == "N"
+    assert '"pretension (N)"' in Path("all.csv").read_text("utf-8").splitlines()[0]
+
+
+def test_nothing_in_an_export_is_run_by_a_spreadsheet(tendon, run):
+    assert tendon("export", run, "all.csv").exit == 0
+    _, rows = read_csv(Path("all.csv").read_text("utf-8"))
+    numbers = {cell for row in rows for cell in row if cell[:1] == "-"}
+    for cell in numbers:
+        float(cell)
+    assert not [cell for row in rows for cell in row if cell[:1] in ("=", "+", "@", "\t")]
+    assert any(cell == "'@sum" for row in rows for cell in row)
+
+
+@pytest.mark.parametrize(
+    ("words", "query"),
+    [
+        (("--where", "load_mass = 5 kg"), "load_mass == 5.0"),
+        (("--where", "load.mass = 5 kg", "--where", "pretension >= 130 N"), "load_mass == 5.0 and pretension >= 130"),
+        (("--where", "taut = true"), "taut"),
+        (("--where", "required_pretension <= 1 kN"), "required_pretension <= 1000"),
+        (("--where", "case = @sum"), "case == '@sum'"),
+    ],
+)
+def test_filters_and_sorting_give_what_pandas_does(tendon, run, words, query):
+    expected = pd.read_parquet(run / "designs.parquet").query(query)
+    shown = tendon("show", run, *words, "--json", "--columns", "design").json
+    assert (shown["rows"], [row["design"] for row in shown["data"]]) == (len(expected), list(expected["design"]))
+    for sort, rising in (("max_tension", True), ("-max_tension", False)):
+        shown = tendon("show", run, *words, "--json", "--columns", "max_tension", "--sort", sort, "--head", 3).json
+        column = expected["max_tension"].sort_values(ascending=rising).head(3)
+        assert [row["max_tension"] for row in shown["data"]] == list(column.where(column.notna(), None))
+
+
+def test_what_is_shown_fits_the_terminal_in_units_that_people_read(tendon, run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    ran = tendon("show", run, "--table", "states", "--head", 2)
+    assert max(map(len, ran.out.splitlines())) <= 80
+    assert "2 of 648 rows" in ran.out
+    ran = tendon("show", run / "states.parquet", "--columns", "elbow_angle,motor_torque", "--head", "2")
+    assert ran.out.splitlines()[:2] == ["elbow_angle  motor_torque", "        deg           N m"]
+    assert ran.out.splitlines()[3].split()[0] == "10"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        (("show", "run", "--columns", "load_mas"), 2, 'did you mean "load_mass"'),
+        (("show", "run", "--where", "load_mas = 5 kg"), 2, 'did you mean "load_mass"'),
+        (("show", "run", "--where", "load_mass = 5 N"), 2, "load_mass = 5 N"),
+        (("show", "run", "--where", "x"), 2, "is not a filter"),
+        (("show", "run", "--sort", "nothing"), 2, "no column"),
+        (("show", "run", "--table", "sattes"), 2, "there is designs, states"),
+        (("show", "nothing"), 3, "no such"),
+        (("show", "."), 3, "no table"),
+        (("show", "study.toml"), 2, "is a study"),
+        (("export", "run", "run/designs.parquet"), 2, ".csv"),
+        (("export", "run", "missing/all.csv"), 5, "cannot be written"),
+    ],
+)
+def test_what_cannot_be_shown_is_one_message(tendon, run, words, code, said):
+    ran = tendon(*words)
+    assert (ran.exit, ran.out, said in ran.err) == (code, "", True), ran.err
+    assert not [path.name for path in Path().iterdir() if path.name.endswith((".tmp", ".csv"))]
+
+
+def test_json_and_csv_exclude_each_other(tendon, run):
+    assert tendon("show", run, "--json", "--csv").json["error"]["kind"] == "usage"
+
+
+def test_a_damaged_table_is_neither_shown_nor_exported(tendon, run):
+    with (run / "designs.parquet").open("r+b") as file:
+        file.seek(600)
+        file.write(b"\0\0\0\0")
+    assert tendon("show", run).exit == 3
+    assert tendon("export", run, "all.csv").exit == 3
+    assert not Path("all.csv").exists()
+
+
+def test_nothing_is_left_is_no_error(tendon, run):
+    ran = tendon("show", run, "--where", "load_mass > 5 kg", "--json")
+    assert (ran.exit, ran.json["rows"], ran.json["data"]) == (0, 0, [])
+    assert tendon("show", run, "--where", "load_mass > 5 kg").exit == 0
+    assert tendon("export", run, "none.csv", "--where", "load_mass > 5 kg").exit == 0
+    assert len(Path("none.csv").read_text("utf-8").splitlines()) == 1
+
+
+LIMITED = """
+import resource, sys
+from tendon_cli.cli import main
+try:
+    main(sys.argv[1:])
+finally:
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
+"""
+
+
+@pytest.mark.torture
+def test_ten_million_rows_are_exported_in_constant_memory(tendon, workplace):
+    content = '[tendon]\npretension = { from = "60 N", to = "240 N", num = 55000 }\n[output]\ntables = ["states"]\n'
+    (workplace / "large.toml").write_text(content, encoding="utf-8")
+    assert tendon("sweep", "large.toml", "--out", "large", "--no-figures").exit == 0
+    ran = subprocess.run(
+        [sys.executable, "-c", LIMITED, "export", "large", "large.csv"], capture_output=True, text=True, check=True
+    )
+    unit = 1 if sys.platform == "darwin" else 1024
+    assert int(ran.stderr.split()[-1]) * unit < 300e6
+    with Path("large.csv").open("rb") as file:
+        assert sum(1 for _ in file) == 55000 * 182 + 1
