@@ -56,12 +56,13 @@ class TableFiles:
             yield first, part
             first += part.num_rows
 
-    def stretches(self, columns: Sequence[str], rows: int = 1 << 16) -> Iterator[pa.Table]:
+    def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
         """Some columns, so many rows at a time, in the order of the rows and in constant memory."""
         for file in self.files:
             try:
-                with pq.ParquetFile(str(file), page_checksum_verification=True, buffer_size=1 << 20) as whole:
-                    for batch in whole.iter_batches(rows, columns=list(columns)):
+                how = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
+                with pq.ParquetFile(str(file), **how) as whole:
+                    for batch in whole.iter_batches(rows, columns=list(columns), use_threads=False):
                         yield pa.Table.from_batches([batch])
             except (pa.ArrowException, OSError) as error:
                 if is_memory_short(error):
