@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from tendon_cli.design.coverage import grouped, share_served
+from tendon_cli.design.question import question
 from tendon_cli.model.window import Bounds
 from tendon_cli.model.window import window as window_of
 from tendon_cli.paper.runs import Array, Run
+from tendon_cli.study.load import study_from
 
 DIRECTIONS = ("flexion", "extension")
 SIDES = ("flexor", "extensor")
@@ -57,6 +60,20 @@ def window(run: Run, **fixed: float) -> tuple[float, float]:
 def shared(windows: list[tuple[float, float]]) -> tuple[float, float]:
     """What is common to windows; empty where the first is the larger."""
     return max(low for low, _ in windows), min(high for _, high in windows)
+
+
+def served(people: int, stiffness: float, ratio: float, loads: list[float]) -> float:
+    """The share of men and women drawn from the survey whom one pretension serves for all loads, every 5°."""
+    content = {
+        "people": {"count": people},
+        "spring": {"stiffness": stiffness},
+        "spool": {"ratio": ratio},
+        "load": {"mass": loads},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+    }
+    asked = question(study_from(content))
+    found = asked.windows({}, 1)
+    return float(share_served(*grouped(found.low, found.high, asked.groups), asked.weighting).served[0])
 
 
 def falls(values: Array | list[float]) -> bool:
