@@ -30,7 +30,7 @@ from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
 
 MOST_QUANTITIES = 8
 OF_STATES = (*quantities.OF_STATES, *DERIVED)
-OF_DESIGNS = quantities.OF_DESIGNS
+OF_DESIGNS = (*quantities.OF_DESIGNS, *quantities.OF_CYCLES)
 WORDS = ("direction", "status", "case", "taut", "stable", "feasible", "design")
 """Columns that are no quantities."""
 

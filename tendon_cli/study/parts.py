@@ -179,7 +179,7 @@ class Motion(Part):
     elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS, uncertain=False)] = written(
         {"from": "0 deg", "to": "90 deg", "num": 91}
     )
-    speed: Annotated[Values | None, Single("speed", 1e-9, 1e6)] = None
+    speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
 
 
 class Model(Part):

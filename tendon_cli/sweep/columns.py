@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES
+from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.study.study import LINKED_AXES, SIDES, keys, split_side
 from tendon_cli.sweep.inputs import Inputs, Source
 from tendon_cli.sweep.plan import Axis, Block
@@ -63,7 +63,8 @@ class Tables:
     @cached_property
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
-        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_DESIGNS]
+        of_cycles = OF_CYCLES if self.inputs.plan.study.motion.speed is not None else ()
+        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in (*OF_DESIGNS, *of_cycles)]
         return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
 
     @cached_property
@@ -91,7 +92,7 @@ class Tables:
         """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""
         if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
             return False
-        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
+        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle", *OF_CYCLES):
             return True
         if result == "spool_angle" and self.inputs.may_be_unilateral:
             return True

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.model import extremes
+from tendon_cli.sweep.cycles import cycle_columns
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block
 
@@ -62,7 +63,7 @@ class DesignRows:
         for block in self._small(self.block):
             self.go_on()
             found = self._found(block)
-            results = extremes.finished(found, plan.states_per_design)
+            results = extremes.finished(found, plan.states_per_design) | cycle_columns(self.inputs, block)
             judged = extremes.judged(results, plan.study.limits["min_elbow_stiffness"])
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
             self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})

@@ -1,0 +1,28 @@
+"""What the motor of each design does over both strokes: the columns of designs that a speed of the elbow adds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tendon_cli.model.cycle import cycle
+from tendon_cli.model.kinematics import Array
+from tendon_cli.quantities import OF_CYCLES
+from tendon_cli.sweep.inputs import Inputs
+from tendon_cli.sweep.plan import Block
+
+_STATES = 2**18
+"""States that are worked out at once; between two elbow angles there are some more."""
+
+
+def cycle_columns(inputs: Inputs, block: Block) -> dict[str, Array]:
+    """The columns for the designs of a block, in its shape; none where the study has no speed."""
+    speed = inputs.plan.study.motion.speed
+    if speed is None:
+        return {}
+    shape = block.shape[:-2]
+    long = max(range(len(shape)), key=lambda axis: shape[axis], default=None)
+    if long is not None and shape[long] > 1 and block.design_count * inputs.plan.states_per_design > _STATES:
+        halves = [cycle_columns(inputs, half) for half in block.halves(long)]
+        return {name: np.concatenate([half[name] for half in halves], axis=long) for name in OF_CYCLES}
+    found = cycle(inputs.design(block), *inputs.motion(block), speed.single)
+    return {name: np.broadcast_to(getattr(found, name), shape) for name in OF_CYCLES}

@@ -1,0 +1,83 @@
+"""The columns of designs that a speed adds, against the cycle of each design alone, and against its states."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon_library
+from tendon_cli.quantities import OF_CYCLES
+from tendon_cli.sweep import cycles
+from tendon_cli.tables.read import open_table
+
+STUDY = {
+    "tendon": {"pretension": ["80 N", "160 N"]},
+    "spool": {"ratio": {"from": 0.6, "to": 1.0, "num": 3}},
+    "load": {"mass": ["0 kg", "3 kg", "10 kg"]},
+    "motion": {"speed": "60 deg/s", "elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+}
+
+
+@pytest.fixture(scope="module")
+def run():
+    return tendon_library.sweep(tendon_library.study(STUDY))
+
+
+def test_every_design_has_what_it_has_alone(run):
+    assert set(OF_CYCLES) <= set(run.designs)
+    for design in (0, 7, 17):
+        row = run.designs.iloc[design]
+        alone = {
+            **STUDY,
+            "tendon": {"pretension": float(row["pretension"])},
+            "spool": {"ratio": float(row["spool_ratio"])},
+            "load": {"mass": float(row["load_mass"])},
+        }
+        single = tendon_library.sweep(tendon_library.study(alone)).designs.iloc[0]
+        for name in OF_CYCLES:
+            assert row[name] == pytest.approx(single[name], rel=1e-9, abs=1e-12, nan_ok=True), name
+
+
+def test_the_columns_agree_with_the_states(run):
+    for design, states in run.states.groupby("design"):
+        row = run.designs.iloc[design]
+        there, back = (
+            states[states["direction"] == way].sort_values("elbow_angle") for way in ("flexion", "extension")
+        )
+        band = np.abs(there["motor_torque"].to_numpy() - back["motor_torque"].to_numpy()).max()
+        assert row["max_torque_band"] == pytest.approx(band, rel=1e-9)
+        assert 0.0 < row["max_backlash"] < 0.05
+        # The zero of the angle differs between the directions by less than a hundredth of a radian.
+        span = states["spool_angle"].max() - states["spool_angle"].min()
+        assert row["spool_travel"] == pytest.approx(span, abs=0.02)
+        assert row["efficiency"] == pytest.approx(1.0 - row["friction_loss"] / row["motor_work_in"])
+        assert row["peak_motor_power"] <= row["peak_motor_speed"] * states["motor_torque"].abs().max() * (1 + 1e-12)
+
+
+def test_without_a_speed_there_are_no_such_columns_and_with_one_units_stand_beside_them(run):
+    still = {**STUDY, "motion": {"elbow_angle": "45 deg"}}
+    assert not set(OF_CYCLES) & set(tendon_library.sweep(tendon_library.study(still)).designs)
+    units = run.designs.attrs["units"]
+    assert (units["peak_motor_speed"], units["friction_loss"], units["max_backlash"]) == ("rad/s", "J", "rad")
+
+
+def test_works_are_null_without_equilibrium_and_everything_where_nothing_moves(tmp_path):
+    asked = {**STUDY, "motion": {"speed": "60 deg/s", "elbow_angle": ["90 deg", "170 deg"]}}
+    designs = tendon_library.sweep(tendon_library.study(asked), tmp_path / "run").designs
+    assert designs[["motor_work_in", "friction_loss", "efficiency"]].isna().all(axis=None)
+    assert designs["peak_motor_speed"].notna().all()
+    stored = open_table(tmp_path / "run" / "designs.parquet").read()
+    assert stored["motor_work_in"].null_count == len(designs)
+
+
+@pytest.mark.parametrize("states", [1, 40, 200])
+def test_the_columns_do_not_depend_on_what_is_worked_out_at_once(run, monkeypatch, states):
+    monkeypatch.setattr(cycles, "_STATES", states)
+    again = tendon_library.sweep(tendon_library.study(STUDY)).designs
+    for name in OF_CYCLES:
+        np.testing.assert_allclose(again[name], run.designs[name], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("speed", ["0 deg/s", "1000000 deg/s", "-60 deg/s", "60 deg"])
+def test_a_speed_that_no_elbow_has_is_one_message(tendon, workplace, speed):
+    (workplace / "study.toml").write_text(f'[motion]\nspeed = "{speed}"\n')
+    ran = tendon("sweep", "study.toml")
+    assert (ran.exit, ran.err.count("motion.speed")) == (2, 1)
