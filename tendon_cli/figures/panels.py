@@ -12,7 +12,7 @@ from tendon_cli.figures.engine import Axes, FigureCanvasAgg
 from tendon_cli.figures.frame import Page
 from tendon_cli.figures.style import MM
 
-_PAD, _GAP, _TITLE_LINE, _TITLE_PAD = 1.2, 3.0, 3.6, 2.0
+_PAD, _GAP, _TITLE_LINE, _TITLE_PAD = 1.2, 4.5, 3.6, 2.0
 """Around the panels, between them, and for each line of a title, mm."""
 _BAR, _BAR_GAP = 4.0, 4.0
 _SMALLEST = 4.0
