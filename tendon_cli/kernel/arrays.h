@@ -21,8 +21,8 @@
 
 /* What a design comes to over its states: smallest, largest, counted. */
 #define EXTREMES(X)                                                                                                    \
-    X(min_flexor_tension) X(min_extensor_tension) X(max_tension) X(max_spring_extension) X(max_slack)                  \
-    X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)                      \
+    X(min_flexor_tension) X(min_extensor_tension) X(max_tension) X(max_extensor_distal) X(max_spring_extension)        \
+    X(max_slack) X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)                      \
     X(min_elbow_stiffness) X(first_slack_angle) X(required_pretension) X(margin) X(slack) X(unstable) X(no_equilibrium)
 
 #define IN_ENUM(name) IN_##name,

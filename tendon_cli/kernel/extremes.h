@@ -80,6 +80,7 @@ INLINE void note(const Array *a, long axis, long offset, const Found *f, const B
     least(ACCUMULATED(min_extensor_tension), low_y), least(ACCUMULATED(min_extensor_tension), low_y / capstan_y);
     most(ACCUMULATED(max_tension), high_x), most(ACCUMULATED(max_tension), high_x / capstan_x);
     most(ACCUMULATED(max_tension), high_y), most(ACCUMULATED(max_tension), high_y / capstan_y);
+    most(ACCUMULATED(max_extensor_distal), high_y);
     most(ACCUMULATED(max_spring_extension), high_x * one(a, IN_flexor_spring));
     most(ACCUMULATED(max_spring_extension), high_y * one(a, IN_extensor_spring));
     most(ACCUMULATED(max_slack), highest_of(f->longest));

@@ -7,12 +7,16 @@ are the extremes of the rows to the last bit.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import statics
 from tendon_cli.model.actuator import State
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.window import contact_pressure, spool_to_tendon
 
 Found = dict[str, Array]
 """Over designs, by name."""
@@ -22,8 +26,8 @@ _SMALLEST = (
     "lowest_elbow_torque", "lowest_motor_torque",
 )  # fmt: skip
 _LARGEST = (
-    "max_tension", "max_spring_extension", "max_slack", "required_pretension", "highest_elbow_torque",
-    "highest_motor_torque",
+    "max_tension", "max_extensor_distal", "max_spring_extension", "max_slack", "required_pretension",
+    "highest_elbow_torque", "highest_motor_torque",
 )  # fmt: skip
 COUNTS = ("slack", "no_equilibrium", "unstable")
 
@@ -44,6 +48,7 @@ def fold(found: Found, state: State, elbow_angle: Array) -> None:
         "min_flexor_tension": (flexor, state.flexor_tension_proximal),
         "min_extensor_tension": (extensor, state.extensor_tension_proximal),
         "max_tension": (flexor, extensor, state.flexor_tension_proximal, state.extensor_tension_proximal),
+        "max_extensor_distal": (extensor,),
         "max_spring_extension": (flexor * at.flexor.spring, extensor * at.extensor.spring),
         "max_slack": (state.flexor_slack, state.extensor_slack),
         "lowest_elbow_torque": (state.elbow_torque,),
@@ -77,7 +82,7 @@ def finished(found: Found, states: int) -> Found:
     """The result columns of designs, from the extremes over all `states` of each; NaN where no state has a result."""
     unanswerable, failing = found["no_equilibrium"] > 0, found["slack"] + found["no_equilibrium"]
     known = {name: np.where(np.isinf(found[name]), np.nan, found[name]) for name in (*_SMALLEST, *_LARGEST)}
-    columns = {name: values for name, values in known.items() if not name.endswith("_torque")} | {
+    columns = {name: values for name, values in known.items() if not name.endswith(("_torque", "_distal"))} | {
         "peak_elbow_torque": _with_sign(known["lowest_elbow_torque"], known["highest_elbow_torque"]),
         "peak_motor_torque": _with_sign(known["lowest_motor_torque"], known["highest_motor_torque"]),
         "slack_fraction": failing / states,
@@ -89,10 +94,30 @@ def finished(found: Found, states: int) -> Found:
     return {name: values + 0.0 for name, values in columns.items()}
 
 
-def judged(columns: Found, least_stiffness: float) -> dict[str, npt.NDArray[np.bool_]]:
-    """Which designs are taut in every state, stable (of at least this elbow stiffness in each, N m/rad), and both."""
-    taut, stable = columns["slack_fraction"] == 0.0, ~(columns["min_elbow_stiffness"] < least_stiffness)
-    return {"taut": taut, "stable": stable, "feasible": taut & stable}
+def judged(columns: Found, limits: Mapping[str, float]) -> dict[str, npt.NDArray[np.bool_]]:
+    """Which designs are taut in every state, stable in each, and within every limit on a column as well, SI.
+
+    A limit bounds the column of its name: from below (min_), above (max_) or in magnitude (peak_), with the tolerance
+    of slack. Limits on what `columns` have not are left out.
+    """
+    taut, stable = columns["slack_fraction"] == 0.0, ~(columns["min_elbow_stiffness"] < limits["min_elbow_stiffness"])
+    feasible = taut & stable
+    for name, limit in limits.items():
+        if name in columns and name != "min_elbow_stiffness":
+            beyond = limit - columns[name] if name.startswith("min_") else np.abs(columns[name]) - limit
+            feasible = feasible & (beyond <= statics.SLACK_TOLERANCE * abs(limit))
+    return {"taut": taut, "stable": stable, "feasible": feasible}
+
+
+def of_design(design: Design, found: Found) -> Found:
+    """What limits bound of designs that no state has: the pretension, contact pressure (Pa), and spool over tendon."""
+    values = {
+        "max_pretension": np.maximum(design.flexor.pretension, design.extensor.pretension),
+        "max_contact_pressure": contact_pressure(design, found["max_extensor_distal"][..., np.newaxis, np.newaxis]),
+        "min_spool_to_tendon": spool_to_tendon(design),
+    }
+    shape = found["slack"].shape
+    return {name: np.broadcast_to(value, (*shape, 1, 1))[..., 0, 0] for name, value in values.items()}
 
 
 def _with_sign(lowest: Array, highest: Array) -> Array:

@@ -33,7 +33,7 @@ ALWAYS = (
 JUDGEMENTS = {
     "taut": "no state is slack or without equilibrium",
     "stable": "no state has less than the least elbow stiffness",
-    "feasible": "taut and stable",
+    "feasible": "taut, stable and within every limit",
 }
 """Truths of `designs`, with what they mean; `Totals` counts each."""
 

@@ -64,7 +64,8 @@ class DesignRows:
             self.go_on()
             found = self._found(block)
             results = extremes.finished(found, plan.states_per_design) | cycle_columns(self.inputs, block)
-            judged = extremes.judged(results, plan.study.limits["min_elbow_stiffness"])
+            bounded = results | extremes.of_design(self.inputs.design(block), found)
+            judged = extremes.judged(bounded, plan.study.limits)
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
             self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})
             places = zip(block.designs, self.block.designs, strict=True)

@@ -132,7 +132,8 @@ class Inputs:
     @cached_property
     def _all(self) -> dict[str, Source]:
         """Every number the model takes, once."""
-        arm = {f"arm.{name}": self.source(f"arm.{name}") for name in _ARM}
+        strap = ("contact_width",) if "arm.contact_width" in self.plan.study.numbers else ()
+        arm = {f"arm.{name}": self.source(f"arm.{name}") for name in (*_ARM, *strap)}
         sides = {f"{side} {key}": self.source(key, side) for side in SIDES for key in _SIDE.values()}
         rest = {key: self.source(key) for key in ("spool.flexor_radius", "spool.ratio", "load.mass")}
         return arm | sides | rest
@@ -201,8 +202,10 @@ class Inputs:
             return choice if isinstance(choice, bool) else np.asarray(choice.within(block), dtype=bool)
 
         anchors = Anchors(**{name: number[f"arm.{name}"] for name in _ANCHORS})
+        weight = {name: number[f"arm.{name}"] for name in _ARM if name not in _ANCHORS}
+        weight["contact_width"] = number.get("arm.contact_width", np.nan)
         return Design(
-            arm=Arm(anchors, **{name: number[f"arm.{name}"] for name in _ARM if name not in _ANCHORS}),
+            arm=Arm(anchors, **weight),
             flexor=side("flexor"),
             extensor=side("extensor"),
             flexor_radius=number["spool.flexor_radius"],
