@@ -14,7 +14,7 @@ import pyarrow as pa
 from tendon_cli.errors import InputError
 from tendon_cli.figures.axes import ANGLE, LOAD, Axis, Ints, axes_of
 from tendon_cli.figures.labels import Shown, quantity_in
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
 from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.study.study import SIDES, Study, keys
@@ -160,7 +160,9 @@ def product_to_come(study: Study, kind: str) -> Product:
     results = OF_STATES if kind == "states" else OF_DESIGNS
     words = ("case", "direction", "status") if kind == "states" else ("case", "taut", "stable", "feasible")
     columns: dict[str, Quantity | None] = {**numbers, **dict.fromkeys(words)}
-    columns |= {name: QUANTITIES[name] for name in results if name not in DERIVED}
+    kept = study.output.states or results if kind == "states" else results
+    unmoved = OF_CYCLES if study.motion.speed is None else ()
+    columns |= {name: QUANTITIES[name] for name in results if name in kept and name not in (*DERIVED, *unmoved)}
     linked = {axis.key: axis.names for axis in study.linked}
     record = study.record()
     axes = axes_of(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)

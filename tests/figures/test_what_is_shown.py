@@ -271,6 +271,8 @@ def test_truths_are_filtered_by_their_word(tmp_path: Path, text: str, kept: bool
         ("flexor_slack", {"model": {"slack": "bilateral"}}, "quantity", "null in every row"),
         ("motor_torque", {"output": {"tables": ["designs"]}}, "quantity", "not written"),
         ("margin", {}, "", "one design"),
+        ("efficiency", {"tendon": PRETENSION}, "quantity", "no column"),
+        ("motor_torque", {"output": {"states": ["status", "spool_angle"]}}, "quantity", "no column"),
         ("motor_torque", {"figure": {"where": "elbow_angle = 200 deg"}}, "where", "nothing is left"),
         ("motor_torque", {"figure": {"colour": "elbow_angle", "panels": "elbow_angle"}}, "", "two parts"),
     ],
