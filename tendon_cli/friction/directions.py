@@ -15,13 +15,15 @@ from tendon_cli.units import shorten
 _PULLED = {
     "up", "upward", "upwards", "raising", "raise", "rising", "lifting", "lift", "pull", "pulling", "pulled",
     "toward motor", "towards motor", "to motor", "loading", "winding", "weight is moving in upward direction",
+    "auf", "hoch", "heben", "ziehen",
 }  # fmt: skip
 _DRAGGED = {
     "down", "downward", "downwards", "lowering", "lower", "falling", "release", "releasing", "released", "toward load",
     "towards load", "to load", "toward elbow", "towards elbow", "unloading", "unwinding",
-    "weight is moving in downward direction",
+    "weight is moving in downward direction", "ab", "runter", "senken", "nachlassen",
 }  # fmt: skip
 _MANY = 40
+_STILL = 0.3
 _RESTING = {"rest", "at rest", "stop", "stopped", "hold", "holding", "idle", "pause", "paused", "still", "none"}
 
 
@@ -35,6 +37,8 @@ class Directions:
     """"1" or "2", the cell at the motor."""
     notes: tuple[str, ...]
     """What was inferred and not given, to be said aloud."""
+    warnings: tuple[str, ...] = ()
+    """What speaks against it."""
 
 
 def meanings(readings: Readings) -> tuple[list[str], list[int | None]]:
@@ -128,21 +132,37 @@ def find_motor(
             f"cell {by_name} is taken as the motor's: it reads more where the tendon is pulled toward the motor"
         )
     chosen = told or by_name
+    warnings: tuple[str, ...] = ()
+    if (
+        readings.motor
+        and not motor
+        and _changes(readings, sides, used)[int(readings.motor) - 1] < _STILL * max(_changes(readings, sides, used))
+    ):
+        warnings = (
+            f'"{shorten(header, 30)}" hardly changes between the directions, the other does: are the headers swapped?',
+        )
     if chosen is None:
         chosen, note = _by_steadiness(readings, sides, used)
         notes.append(note)
-    return Directions(sides if chosen == "1" else -sides, chosen, tuple(notes))
+    return Directions(sides if chosen == "1" else -sides, chosen, tuple(notes), warnings)
+
+
+def _changes(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -> tuple[float, float]:
+    """How much each cell changes between the directions, in the log; 0 where there is one direction only."""
+    upper, lower = used & (sides > 0), used & (sides < 0)
+    if not upper.any() or not lower.any():
+        return 0.0, 0.0
+    one, two = (
+        abs(float(np.mean(np.log(cell[upper])) - np.mean(np.log(cell[lower]))))
+        for cell in (readings.cell_1, readings.cell_2)
+    )
+    return one, two
 
 
 def _by_steadiness(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -> tuple[str, str]:
     """The load's force changes less between the directions than the motor's."""
-    upper, lower = used & (sides > 0), used & (sides < 0)
-    if upper.any() and lower.any():
-        change = [
-            abs(float(np.mean(np.log(cell[upper])) - np.mean(np.log(cell[lower]))))
-            for cell in (readings.cell_1, readings.cell_2)
-        ]
-        for number, mine, other in (("1", change[0], change[1]), ("2", change[1], change[0])):
-            if mine > 2.0 * other:
-                return number, f"cell {number} is taken as the motor's: it changes more between the two directions"
+    one, two = _changes(readings, sides, used)
+    for number, mine, other in (("1", one, two), ("2", two, one)):
+        if mine > 2.0 * other:
+            return number, f"cell {number} is taken as the motor's: it changes more between the two directions"
     return "1", "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"

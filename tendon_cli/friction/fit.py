@@ -93,7 +93,7 @@ def fit_readings(
         set_aside=_set_aside(readings, chosen.reasons),
         checks=(),
         notes=way.notes,
-        warnings=(),
+        warnings=way.warnings,
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,

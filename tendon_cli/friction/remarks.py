@@ -30,7 +30,7 @@ def judged(fit: FrictionFit, fitted: Fitted, known: dict[str, Effect]) -> Fricti
     }
     checks = _checks(fit, fitted, known, tried)
     notes = list(fit.notes)
-    warnings: list[str] = []
+    warnings = list(fit.warnings)
     _about_effects(fitted, checks, notes, warnings)
     _about_offsets(fit, fitted, known, tried, notes, warnings)
     _about_sample(fit, fitted, notes, warnings)
@@ -117,7 +117,9 @@ def _about_offsets(
     """The second opinion of slopes where the force varies; else what a zero error would do."""
     if _has(fitted, OFFSETS) or not fitted.with_gain:
         return
-    newton = 1.0 / (force_factor(fit.unit or "N") or 1.0)
+    # Without a unit, a share of the force stands for 1 N.
+    usual = 0.01 * float(np.mean(fitted.points.force))
+    newton = 1.0 / (force_factor(fit.unit) or 1.0) if fit.unit else usual
     motor, load = (abs(fitted.bias(column)) * newton / fitted.friction for column in offset_columns(fitted))
     if OFFSETS in known and not tried[OFFSETS].assumed:
         slopes, error = float(tried[OFFSETS].values[0]), tried[OFFSETS].error(0)
@@ -129,7 +131,8 @@ def _about_offsets(
                     " force make the two differ"
                 )
             return
-    text = f"1 N of zero error in a cell would move μ by {100.0 * max(motor, load):.1f} %"
+    amount = "1 N" if fit.unit else "1 % of the force"
+    text = f"{amount} of zero error in a cell would move μ by {100.0 * max(motor, load):.1f} %"
     if load > _MATTERS:
         warnings.append(f"the forces of the two directions lie far apart: {text}, and an offset cannot be told")
     elif motor > 0.002:

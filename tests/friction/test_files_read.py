@@ -6,6 +6,7 @@ import codecs
 
 import pytest
 
+from tendon_cli.errors import UsageError
 from tendon_cli.friction import fit_file
 
 from .tables import BARE_ROWS, CELLS_ONLY, GERMAN, GRAMS, NAMED, TABLE, WIDE
@@ -68,6 +69,21 @@ READ_RIGHT: dict[str, str | bytes] = {
         f"{'timestamp' if number == 0 else f'2024-05-01 12:00:0{number}'},{line}\n"
         for number, line in enumerate(TABLE.splitlines())
     ),
+    "Latin-1": TABLE.replace("case", "case,Prüfer")
+    .replace("\n1,", "\n1,Müller,")
+    .replace("\n2,", "\n2,Müller,")
+    .encode("latin-1"),
+    "German headers": GERMAN.replace("case", "Richtung")
+    .replace("load_cell_1_kg", "Kraft Motor (N)")
+    .replace("load_cell_2_kg", "Kraft Last (N)")
+    .replace("\n1;", "\nauf;")
+    .replace("\n2;", "\nab;"),
+    "a column of comments, often empty": TABLE.replace("2_kg", "2_kg,Comment").replace(
+        "0.857,1.036", "0.857,1.036,dry"
+    ),
+    "LabVIEW": "LabVIEW Measurement\t\nDecimal_Separator\t.\n***End_of_Header***\t\n\nChannels\t2\nSamples\t6\t6\n"
+    "***End_of_Header***\t\t\nX_Value\tload cell 1\tload cell 2\tComment\n"
+    + "".join(f"{row}.0\t" + line.replace(",", "\t")[2:] + "\n" for row, line in enumerate(BARE_ROWS.splitlines())),
     "exponents": TABLE.replace("1.236", "1.236e0").replace("0.858", "8.58E-1"),
     "plus signs and bare points": TABLE.replace("1.236", "+1.236").replace("0.858", ".858"),
     "a header that looks like a formula": TABLE.replace("case,", "=cmd()|x,case,")
@@ -93,6 +109,28 @@ def test_a_row_that_is_no_reading_is_set_aside(row: str, reason: str, line: int,
     fit = fit_file(csv_file("\n".join(lines)), bend_angle="144 deg")
     assert fit.friction == pytest.approx(0.0743, abs=2e-4)
     assert [(part.reason.startswith(reason), part.lines) for part in fit.set_aside] == [(True, ((line, line),))]
+
+
+def test_headers_that_the_forces_contradict_are_warned_of(csv_file) -> None:
+    swapped = TABLE.replace("load_cell_1_kg", "force load (kg)").replace("load_cell_2_kg", "force motor (kg)")
+    right = TABLE.replace("load_cell_1_kg", "force motor (kg)").replace("load_cell_2_kg", "force load (kg)")
+    said = [fit_file(csv_file(text), bend_angle="144 deg").warnings for text in (swapped, right)]
+    assert [any("swapped" in text for text in warnings) for warnings in said] == [True, False]
+
+
+def test_the_uncertainty_of_angles_in_a_column(csv_file) -> None:
+    header, *rows = TABLE.splitlines()
+    plain = "\n".join([f"{header},bend_angle_deg", *(f"{row},144" for row in rows)])
+    column = "\n".join([f"{header},bend_angle_deg,bend angle uncertainty (deg)", *(f"{row},144,2" for row in rows)])
+    by_column = fit_file(csv_file(column), bend_angle=None).uncertainty
+    by_option = fit_file(csv_file(plain), bend_angle="+/- 2 deg").uncertainty
+    at_once = fit_file(csv_file(TABLE), bend_angle="144 deg +/- 2 deg").uncertainty
+    assert by_column.bend_angle == pytest.approx(at_once.bend_angle, rel=1e-12)
+    assert by_option.bend_angle == pytest.approx(at_once.bend_angle, rel=1e-12)
+    with pytest.raises(UsageError, match="twice"):
+        fit_file(csv_file(column), bend_angle="+/- 2 deg")
+    with pytest.raises(UsageError, match="not given"):
+        fit_file(csv_file(TABLE), bend_angle="+/- 2 deg")
 
 
 @pytest.mark.parametrize("name", READ_RIGHT)

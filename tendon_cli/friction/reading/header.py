@@ -13,12 +13,18 @@ from tendon_cli.units import UNITS, shorten
 
 STANDARD_GRAVITY = Fraction("9.80665")
 
-_FORCE_WORDS = {"cell", "lc", "force", "forces", "tension", "f", "sensor", "reading", "weight"}
+_FORCE_WORDS = {"cell", "lc", "force", "forces", "tension", "f", "sensor", "reading", "weight",
+                "kraft", "zugkraft", "kraftsensor", "kraftmessdose"}  # fmt: skip
 _FIRST = {"1", "i", "one", "a", "first"}
 _SECOND = {"2", "ii", "two", "b", "second"}
-_MOTOR_WORDS = {"motor", "proximal", "prox", "input", "in", "drive", "actuator", "spool"}
-_LOAD_WORDS = {"load", "distal", "dist", "output", "out", "elbow", "weight"}
-_TIME_WORDS = {"time", "t", "timestamp", "date", "datetime", "elapsed", "clock"}
+_MOTOR_WORDS = {"motor", "proximal", "prox", "input", "in", "drive", "actuator", "spool",
+                "antrieb", "motorseite", "motorkraft", "eingang"}  # fmt: skip
+_LOAD_WORDS = {"load", "distal", "dist", "output", "out", "elbow", "weight",
+               "last", "lastseite", "lastkraft", "abtrieb", "ausgang"}  # fmt: skip
+_TIME_WORDS = {"time", "t", "timestamp", "date", "datetime", "elapsed", "clock", "zeit",
+               "zeitstempel"}  # fmt: skip
+_UNCERTAINTY = {"uncertainty", "std", "sd", "sigma", "error", "unsicherheit"}
+_STROKE_NAMES, _DIRECTION_NAMES = {"stroke", "hub"}, {"direction", "dir", "richtung"}
 _ANGLE_KINDS = {"bend", "wrap", "bending", "wrapping", "contact"}
 _NOT_A_FORCE = {
     "position", "pos", "speed", "velocity", "current", "angle", "torque", "temperature", "temp", "voltage", "status",
@@ -31,7 +37,9 @@ _SPOKEN_UNITS = {
     "gram": "g", "grams": "g", "kilogram": "kg", "kilograms": "kg", "newton": "N", "newtons": "N",
     "deg": "deg", "degree": "deg", "degrees": "deg", "rad": "rad", "radian": "rad", "radians": "rad", "°": "deg",
     "s": "s", "sec": "s", "ms": "ms", "mrad": "mrad", "mm": "mm", "cm": "cm", "v": "V",
+    "volt": "V", "volts": "V", "mv": "mV", "mv/v": "mV/V",
 }  # fmt: skip
+_VOLTS = {"V", "mV", "mV/V"}
 _LABELS = (
     re.compile(r"\bcase\s*(\w+?)\b\*{0,2}(?=[\s,:*-]|$)", re.IGNORECASE),
     re.compile(r"\b(up|down|raising|lowering|rising|falling|upward|downward)\b", re.IGNORECASE),
@@ -91,9 +99,11 @@ def read_column(index: int, header: str) -> Column:
     known = set(words)
     column = Column(index, header, "", unit, label=label)
     if "angle" in known and known & _ANGLE_KINDS:
-        return replace(column, role="bend angle")
-    if unit is None and known in ({"direction"}, {"dir"}, {"stroke"}):
-        return replace(column, role="stroke" if known == {"stroke"} else "direction")
+        return replace(column, role="bend angle uncertainty" if known & _UNCERTAINTY else "bend angle")
+    if unit is None and len(known) == 1 and known <= _STROKE_NAMES | _DIRECTION_NAMES:
+        return replace(column, role="stroke" if known <= _STROKE_NAMES else "direction")
+    if known == {"x", "value"}:  # LabVIEW's name for time
+        return replace(column, role="time")
     if known & _TIME_WORDS and not known & (_FORCE_WORDS | _MOTOR_WORDS | _LOAD_WORDS):
         return replace(column, role="time")
     return _as_cell(column, known)
@@ -194,6 +204,12 @@ def named_pair(columns: list[Column], cell_1: str, cell_2: str) -> list[CellPair
 def check_units(pair: CellPair, source: Source, line: int) -> tuple[float, float]:
     """Factors that bring both cells to one unit; only their ratio matters, so equal units need not be known."""
     one, two = pair.first.unit, pair.second.unit
+    if one == two and one in _VOLTS:
+        raise InputError(
+            f'the cells are in "{one}", before their calibration',
+            where=source.place(line, pair.first.index),
+            hint="take off each cell's reading without load, multiply by its factor, and save forces in N",
+        )
     if one == two:
         return 1.0, 1.0
     if one is None or two is None:

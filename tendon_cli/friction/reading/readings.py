@@ -91,6 +91,7 @@ class _Table:
     labels: list[str] = field(default_factory=list)
     strokes: list[str] = field(default_factory=list)
     angles: list[float] = field(default_factory=list)
+    doubts: list[float] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     units: dict[int, str] = field(default_factory=dict)
 
@@ -99,6 +100,7 @@ class _Table:
         self.time = self.layout.find("time", place)
         self.stroke = self.layout.find("stroke", place)
         self.angle = self.layout.find("bend angle", place)
+        self.doubt = self.layout.find("bend angle uncertainty", place)
         self.label = self.layout.find("direction", place) or self.layout.find("case", place)
 
     def add(self, line: int, cells: list[str]) -> None:
@@ -107,6 +109,8 @@ class _Table:
             return
         while len(cells) > self.layout.width and not cells[-1]:
             cells.pop()
+        if len(cells) < self.layout.width and all(not column.role for column in self.layout.columns[len(cells) :]):
+            cells += [""] * (self.layout.width - len(cells))  # a column of comments that is often empty
         if len(cells) != self.layout.width:
             raise ragged(self.source, line, len(cells), self.layout.width, self.numbers.separator)
         if not self.lines and not self.units and self._take_units(cells):
@@ -130,6 +134,8 @@ class _Table:
             self.strokes.append(cells[self.stroke.index])
         if self.angle is not None:
             self.angles.append(self._angle(cells, line, self.angle.index))
+        if self.doubt is not None:
+            self.doubts.append(self._angle(cells, line, self.doubt.index))
         if self.time is not None:
             self.times.append(_plain_number(cells[self.time.index]))
 
@@ -174,6 +180,10 @@ class _Table:
         forces = forces * np.array(factors.pop())
         first = pairs[0]
         times = np.array(self.times, dtype=np.float64)
+        angles = self._radians(self.angle, self.angles)
+        if angles is not None and not 0.0 < angles.max() <= LARGEST:
+            place = self.source.place(self.layout.line, self.angle.index if self.angle else None)
+            raise InputError(f"bend angles reach {angles.max():.4g} rad, expected above 0 and at most 100", where=place)
         return Readings(
             source=self.source.name,
             sha256=self.source.sha256,
@@ -183,28 +193,26 @@ class _Table:
             names=(first.first.header, first.second.header),
             directions=tuple(self.labels) or None,
             strokes=tuple(self.strokes) or None,
-            bend_angle=self._radians(),
+            bend_angle=angles,
+            bend_uncertainty=self._radians(self.doubt, self.doubts) if angles is not None else None,
             time=times if len(times) and bool(np.all(np.isfinite(times))) else None,
             timed=self.time is not None,
             unit=first.first.unit if first.first.unit == first.second.unit else "N",
             motor=_motor_of(first),
         )
 
-    def _radians(self) -> Floats | None:
-        if self.angle is None:
+    def _radians(self, column: Column | None, values: list[float]) -> Floats | None:
+        if column is None:
             return None
-        place = self.source.place(self.layout.line, self.angle.index)
-        unit = self._unit(self.angle).unit
+        place = self.source.place(self.layout.line, column.index)
+        unit = self._unit(column).unit
         if unit not in {"deg", "rad", "mrad"}:
             raise InputError(
-                f'"{shorten(self.angle.header)}" has no unit of angle',
+                f'"{shorten(column.header)}" has no unit of angle',
                 where=place,
                 hint="call the column bend_angle_deg or bend_angle_rad",
             )
-        angles = np.array(self.angles) * {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3}[unit]
-        if not 0.0 < angles.max() <= LARGEST:
-            raise InputError(f"bend angles reach {angles.max():.4g} rad, expected above 0 and at most 100", where=place)
-        return angles
+        return np.array(values) * {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3}[unit]
 
 
 def _plain_number(text: str) -> float:

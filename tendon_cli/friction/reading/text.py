@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,9 @@ from tendon_cli.files import open_file
 
 LARGEST_FILE = 64 * 2**20
 LONGEST_LINE = 64 * 2**10
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f-\x9f]")
+"""Signs that no Latin-1 text has."""
+_AS_CSV_THERE = 'in the spreadsheet: "Save as", then the type "CSV UTF-8"'
 _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 
 
@@ -82,14 +86,24 @@ def _too_large(name: str, size: int) -> InputError:
     )
 
 
+def _is_utf_8(data: bytes) -> bool:
+    try:
+        data.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
 def _encoding(name: str, data: bytes) -> str:
     if data.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
         raise InputError("the file is in UTF-32", where=name, hint=_AS_CSV)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "utf-16"
+    if data.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise InputError("is a workbook of a spreadsheet, not text", where=name, hint=_AS_CSV_THERE)
     zero = data.find(b"\0")
     if zero < 0:
-        return "utf-8-sig"
+        return "utf-8-sig" if _is_utf_8(data) or _CONTROL.search(data) else "latin-1"
     # UTF-16 without a mark: in European text every second byte is zero, and no other.
     sample = data[: min(len(data), 4096) // 2 * 2]
     low, high = sample[0::2].count(0), sample[1::2].count(0)
