@@ -10,11 +10,15 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.engine import Axes, Figure
-from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style, new_figure, save
+from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style, new_figure, plain, save
 
 _PULLED, _DRAGGED, _ASIDE, _LINE = "#0063a6", "#b4490a", "#a6a6a6", "#1a1a1a"
-_HEIGHT = 130.0
+_HEIGHT = 185.0
+MARK = "tendon fit-friction"
+"""In what a figure says of itself; a file without it is nobody's to write over."""
 _MOST_POINTS = 20_000
+_LEVEL = 0.02
+"""A force that varies by less, as a share, is drawn as the constant it is."""
 _WAYS = ((1, _PULLED, "o", "toward motor"), (-1, _DRAGGED, "s", "toward load"))
 
 
@@ -49,6 +53,26 @@ class DrawnFit(Protocol):
     def rows(self) -> Any:
         """Arrays `line`, `log_ratio`, `way`, `bend_angle`, `stroke`, `residual`, `used`, and `time` or None."""
 
+    @property
+    def parts(self) -> Any:
+        """Arrays `way`, `force`, `misfit`, `effects`, and `rate` or None."""
+
+    @property
+    def unit(self) -> str | None:
+        """Of the forces."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What may make the number wrong."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was inferred and fitted."""
+
+    @property
+    def sha256(self) -> str:
+        """Of the file."""
+
 
 def draw(fit: DrawnFit, path: Path) -> None:
     """Write the figure as PNG, SVG or PDF, by the file's ending; the same fit gives the same bytes.
@@ -60,11 +84,18 @@ def draw(fit: DrawnFit, path: Path) -> None:
     with house_style():
         figure = new_figure(PAGE_WIDTH, _HEIGHT)
         _compose(figure, fit)
-    save(figure, path)
+    about = {"title": MARK, "says": f"friction coefficient {fit.friction:.6g}", "study": f"SHA-256 {fit.sha256}"}
+    save(figure, path, about=about)
 
 
 def _compose(figure: Figure, fit: DrawnFit) -> None:
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=[2.4, 1.0])
+    grid = figure.add_gridspec(3, 2, height_ratios=[2.2, 1.0, 1.2])
+    upper = figure.add_subplot(grid[0, :])
+    lower = figure.add_subplot(grid[1, :], sharex=upper)
+    upper.tick_params(labelbottom=False)
+    by_force, by_rate = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
+    by_rate.sharey(by_force)
+    _draw_checks(by_force, by_rate, fit)
     if fit.is_log:
         _draw_log(upper, lower, fit)
     else:
@@ -81,6 +112,8 @@ def _compose(figure: Figure, fit: DrawnFit) -> None:
     # A symmetrical scale, so that a one-sided residual looks one-sided.
     largest = 1.15 * float(np.nanmax(np.abs(fit.rows.residual), initial=1e-9))
     lower.set_ylim(-largest, largest)
+    words, colour = _verdict(fit)
+    figure.suptitle(words, x=0.01, ha="left", fontsize=7.5, color=colour)
     handles, labels = upper.get_legend_handles_labels()
     if fit.is_log:
         figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=2.5)
@@ -93,6 +126,40 @@ def _compose(figure: Figure, fit: DrawnFit) -> None:
         xy=(1.0, 1.0), xycoords="axes fraction", xytext=(0, 3), textcoords="offset points",
         ha="right", va="bottom", color="#555555",
     )  # fmt: skip
+
+
+def _verdict(fit: DrawnFit) -> tuple[str, str]:
+    """What is wrong in words, if anything, and its colour."""
+    found = [text for text in fit.notes if "found in the readings" in text or "zero error" in text]
+    said = [f"Warning: {text}" for text in fit.warnings] or ["Nothing was found that makes this number wrong."]
+    lines = [plain(text, width=125) for text in [*said, *found]]
+    return "\n".join(lines), _DRAGGED if fit.warnings else _LINE
+
+
+def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
+    """What offsets (along 1/F) and a delay (along d ln F/dt) make of the log ratio: nothing where points lie level."""
+    parts = fit.parts
+    unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
+    for axes, along, label in (
+        (by_force, 1.0 / parts.force, f"1 / force at load{unit}   (a slope: zero offset)"),
+        (by_rate, parts.rate, "d ln F/dt, per unit of time   (a slope: delay)"),
+    ):
+        axes.set_xlabel(label)
+        axes.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
+        if along is None:
+            axes.text(0.5, 0.8, "no time in the file: no delay can be told", transform=axes.transAxes, ha="center")
+            axes.set_xticks([])
+            continue
+        for way, colour, marker, _ in _WAYS:
+            mine = parts.way == way
+            axes.plot(along[mine], parts.misfit[mine], marker, color=colour, markersize=2.5, alpha=0.6)
+            if np.any(parts.effects):
+                order = np.flatnonzero(mine)[np.argsort(along[mine])]
+                axes.plot(along[order], parts.effects[order], ".", color=_LINE, markersize=2.0)
+        if np.ptp(along) < _LEVEL * float(np.max(np.abs(along), initial=0.0)):
+            axes.margins(x=0.5)
+    by_force.set_ylabel("residual before\noffsets and delay")
+    by_rate.tick_params(labelleft=False)
 
 
 def _draw_settled(upper: Axes, lower: Axes, fit: DrawnFit) -> None:

@@ -28,8 +28,11 @@ _AS_GOOD = 3.0
 _NAMES = {OFFSETS: "the zero offsets", DELAY: "the delay of a cell"}
 _PLAUSIBLE_GAIN = 0.05
 _MOST = 3
-_WORST = 0.03
-"""An effect is not fitted where it would leave μ known to no better than this share: it is the same as another."""
+_WORST, _WORST_OF_ONE = 0.03, 0.2
+"""A further effect is not fitted where it would leave μ known to no better than this share: it is the same as another.
+
+One alone may: an effect that shows, although its size is hardly known, makes the interval as wide as it has to be.
+"""
 _LEAST_SPREAD = 0.015
 """Standard deviation of the log force, below which neither offsets nor delay nor force dependence can be told."""
 
@@ -74,13 +77,13 @@ class Fitted:
             at += len(effect.columns)
         return None
 
-    def of_effects(self) -> Floats:
-        """What the fitted effects add to the log ratio of each reading."""
+    def of_effects(self, *, per_point: bool = False) -> Floats:
+        """What the fitted effects add to the log ratio of each reading, or of each point."""
         columns = [column for effect in self.effects for column in effect.columns]
         added = np.zeros(len(self.points.force))
         for column, value in zip(columns, self.linear.values[1 + int(self.with_gain) :], strict=True):
             added += column * value
-        return np.asarray(added[self.points.part])
+        return added if per_point else np.asarray(added[self.points.part])
 
     def bias(self, column: Floats) -> float:
         """What leaving a column out of the plain fit does to μ, per unit of its value."""
@@ -216,7 +219,8 @@ def _is_shown(fitted: Fitted, effect: Effect, linear: Linear) -> bool:
     """Whether an effect explains more than chance does, and enough to matter."""
     from scipy.special import fdtrc
 
-    if linear.assumed or linear.degrees_of_freedom < 1 or linear.error(0) > _WORST * abs(fitted.friction):
+    worst = _WORST if fitted.effects else _WORST_OF_ONE
+    if linear.assumed or linear.degrees_of_freedom < 1 or linear.error(0) > worst * abs(fitted.friction):
         return False
     if fitted.with_gain and abs(linear.values[1]) > abs(fitted.log_gain) + _PLAUSIBLE_GAIN:
         return False  # the effect stands for something else

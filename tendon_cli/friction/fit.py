@@ -16,7 +16,7 @@ from tendon_cli.friction.directions import find_motor
 from tendon_cli.friction.effects import DELAY, OFFSETS, Fitted, fit_effects
 from tendon_cli.friction.estimate import Slipping, log_ratio_of, points_of, solve
 from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
-from tendon_cli.friction.result import DirectionFit, FrictionFit, Rows, SetAside
+from tendon_cli.friction.result import DirectionFit, FrictionFit, Parts, Rows, SetAside
 from tendon_cli.friction.selection import Selection, drop_inside, select
 from tendon_cli.friction.uncertainty import uncertainty_of
 
@@ -90,6 +90,7 @@ def fit_readings(
         robust=robust,
         strokes=int(slipping.stroke.max()) + 1,
         rows=rows,
+        parts=_parts(fitted),
         set_aside=_set_aside(readings, chosen.reasons),
         checks=(),
         notes=way.notes,
@@ -147,6 +148,12 @@ def _rows(
     residual = np.where(used, log_ratio - line, np.nan)
     force = np.sqrt(np.where(positive, cells[0] * cells[1], np.nan))
     return Rows(readings.lines, log_ratio, way, angles, chosen.stroke, residual, force, readings.time)
+
+
+def _parts(fitted: Fitted) -> Parts:
+    points = fitted.points
+    effects = fitted.of_effects(per_point=True)
+    return Parts(points.way, points.force, points.rate, fitted.linear.residual + effects, effects)
 
 
 def _set_aside(readings: Readings, reasons: tuple[str, ...]) -> tuple[SetAside, ...]:

@@ -93,6 +93,21 @@ class Rows:
 
 
 @dataclass(frozen=True, eq=False)
+class Parts:
+    """Means over parts of strokes, by which the rig is checked."""
+
+    way: Integers
+    force: Floats
+    """At the load, in the unit of the file."""
+    rate: Floats | None
+    """d ln F/dt, in the file's unit of time; None where it has none."""
+    misfit: Floats
+    """Log ratio less ±μφ and the gain, but before offsets, delay and the like."""
+    effects: Floats
+    """What the effects that were fitted make of it."""
+
+
+@dataclass(frozen=True, eq=False)
 class FrictionFit:
     """A friction coefficient with its uncertainty and provenance."""
 
@@ -117,6 +132,7 @@ class FrictionFit:
     strokes: int
     """Strokes used; settled readings count one each unless a column `stroke` says otherwise."""
     rows: Rows
+    parts: Parts
     set_aside: tuple[SetAside, ...]
     checks: tuple[Check, ...]
     notes: tuple[str, ...]

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.friction.levels import levels_of, noise_of, smoothed
 from tendon_cli.friction.reading.readings import Floats, Integers
 
 NOT_YET = "not yet slipping (before the first full stroke)"
@@ -21,12 +22,13 @@ TURNING = "turning (next to a reversal)"
 PARTIAL = "sticking, slip was not reached in this stroke"
 INSIDE = "inside both limits (at rest or sticking within a stroke)"
 
-_WIDEST = 501
 _OUTER = 0.5
 """A stroke's rows lie beyond this share of the way from the middle to the limit."""
 _MARGIN = 0.3
 """Share of the rise that is left out after the corner, since the corner itself is found from noisy rows."""
 _FEWEST_FOR_CORNER = 16
+_PAUSED = 0.4
+"""Where less than this share of a run is left, the motor may have paused on the way."""
 _BINS = 96
 _LONG, _STRAY = 5, 0.3
 """Where runs have several rows, one with less than this share of the usual number is what is left of another."""
@@ -62,9 +64,9 @@ def separate(
     the resolution of the log ratio.
     """
     size = len(log_ratio)
-    noise = max(_noise(log_ratio), step / np.sqrt(12.0))
-    smooth, left, width = _smooth(log_ratio, noise)
-    middle, half = _levels(smooth)
+    noise = max(noise_of(log_ratio), step / np.sqrt(12.0))
+    smooth, left, width = smoothed(log_ratio, noise)
+    middle, half = levels_of(smooth)
     one_name = named is not None and len(set(named) - {0}) < 2
     way_of = np.zeros(size, dtype=np.int64) if one_name else _sides(smooth, middle, half, left)
     if not np.any(way_of):  # the noise hides the limits: all rows are of one direction, or as the file says
@@ -104,52 +106,6 @@ def separate(
     return Slip(number, side, reasons, one_sided, _still_moving(log_ratio, forces, runs, kept, half), against)
 
 
-def _noise(log_ratio: Floats) -> float:
-    """Standard deviation of a row: about its level, but no more than thrice what successive rows show."""
-    if len(log_ratio) < 3:
-        return 0.0
-    middle, half = _levels(log_ratio)
-    about = np.abs(np.abs(log_ratio - middle) - half)
-    steps = np.diff(log_ratio)
-    successive = 1.4826 * float(np.median(np.abs(steps - np.median(steps)))) / np.sqrt(2.0)
-    # Steps of one unit of resolution, most of them zero, still scatter.
-    successive = max(successive, float(np.std(steps)) / 10.0)
-    # A steady climb is no noise.
-    successive = min(successive, float(np.std(np.diff(steps))) / np.sqrt(6.0))
-    return float(min(1.4826 * float(np.median(about)), 3.0 * successive))
-
-
-def _smooth(log_ratio: Floats, noise: float) -> tuple[Floats, float, int]:
-    """A running median wide enough for the noise, the noise that is left in it, and its width."""
-    from scipy.ndimage import median_filter
-
-    low, high = np.quantile(log_ratio, (0.02, 0.98))
-    wanted = (noise / max(0.03 * (high - low), 1e-12)) ** 2
-    width = int(np.clip(2 * round(wanted / 2.0) + 1, 1, min(max(5, len(log_ratio) // 60 * 2 + 1), _WIDEST)))
-    if width == 1:
-        return log_ratio, noise, width
-    return median_filter(log_ratio, size=width, mode="nearest"), 1.25 * noise / np.sqrt(width), width
-
-
-def _levels(smooth: Floats) -> tuple[float, float]:
-    """Middle and half distance of the two levels, by the outer quartiles of the two sides in turn.
-
-    Outer quartiles and not medians, so that the level is met even where more than half of a stroke sticks.
-    """
-    middle = float(np.mean(np.quantile(smooth, (0.02, 0.98))))
-    half = 0.0
-    for _ in range(20):
-        above, below = smooth[smooth > middle], smooth[smooth <= middle]
-        if not len(above) or not len(below):
-            return middle, 0.0
-        upper, lower = float(np.quantile(above, 0.75)), float(np.quantile(below, 0.25))
-        half = (upper - lower) / 2.0
-        if (upper + lower) / 2.0 == middle:
-            break
-        middle = (upper + lower) / 2.0
-    return middle, half
-
-
 def _sides(smooth: Floats, middle: float, half: float, noise: float) -> Integers:
     """+1 and -1 beyond half the way to a limit, 0 between and where noise hides the limits."""
     side = np.zeros(len(smooth), dtype=np.int64)
@@ -172,7 +128,12 @@ def _runs(side: Integers, border: Integers, gap: int) -> list[tuple[int, int, in
         if runs and runs[-1][2] == run[2] and first - runs[-1][1] <= gap and border[first] == border[runs[-1][0]]:
             run = (runs.pop()[0], *run[1:])
         runs.append(run)
-    return runs
+    sides = {(int(border[first]), side) for first, _, side in runs}
+    # What a stroke begins with on the other limit, going on from the stroke before, is not yet its own slip.
+    return [
+        run for before, run in zip([(0, -1, 0), *runs], runs, strict=False)
+        if (before[1:], (int(border[run[0]]), -run[2]) in sides) != ((run[0], run[2]), True)
+    ]  # fmt: skip
 
 
 def _trim(
@@ -194,8 +155,17 @@ def _trim(
         # The run begins at three quarters of the rise (half way from the middle to the limit): in a tendon that lets
         # go bit by bit, 0.56 of the time has then passed.
         begin += 2 + int(np.ceil(_MARGIN * begin / 0.44))
+        if end - begin < _PAUSED * end:
+            begin = min(begin, _after_pause(height[:end], way * smooth[first : first + end], level, step))
     fewest = min(_FEWEST_FOR_CORNER // 2, len(height) // 4)
     return (first + begin, first + end) if end - begin >= fewest else (first, first)
+
+
+def _after_pause(height: Floats, smooth: Floats, level: float, step: float) -> int:
+    """Where a rise that was held up ends: its last bit takes as long as the bit of the same height before it."""
+    below = [np.flatnonzero(smooth < level - deep) for deep in (step, 2.0 * step)]
+    near, far = (int(rows[-1]) if len(rows) else 0 for rows in below)
+    return min(near + 2 + int(np.ceil(1.5 * (near - far))), len(height))
 
 
 def _trim_short(height: Floats, first: int, half: float, noise: float) -> tuple[int, int]:

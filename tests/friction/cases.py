@@ -147,6 +147,7 @@ def _cases() -> Iterator[tuple[str, Case]]:
     yield "saturated, constant", Case(replace(CLEAN, saturation=1.2), names="saturat")
     yield "dwell", Case(replace(CLEAN, dwell=60), clean=True)
     yield "dwell, varying", Case(replace(VARYING, dwell=60), clean=True)
+    yield "dwell while sticking", Case(replace(CLEAN, dwell=60, sticking=(0.55, 0.8)))
     short = replace(CLEAN, rows_per_stroke=28, strokes=2, rows_at_rest=3, sticking=(0.15, 0.5))
     yield "59 rows, one reversal", Case(short)
     yield "56 rows, no time", Case(replace(short, rows_at_rest=0), make=untimed)
