@@ -76,9 +76,12 @@ class Attachments:
         content = self._read(name, key, MAX_ROUTE_BYTES)
         if content is None:
             return None
-        curvature, warnings = measure_route(content, shorten(name, 200), smoothing)
-        self._note(key, name, content, bend_angle=curvature.bend_angle, path_smoothing=smoothing, warnings=warnings)
-        return Values.of(curvature.bend_angle)
+        found, warnings = measure_route(content, shorten(name, 200), smoothing)
+        self._note(
+            key, name, content, bend_angle=found.bend_angle, standard_error=found.standard_error,
+            as_it_stands=found.as_it_stands, noise=found.noise, path_smoothing=smoothing, warnings=warnings,
+        )  # fmt: skip
+        return _estimate("sheath.bend_angle", f"{found.bend_angle!r} rad", f"{found.standard_error!r} rad", key)
 
     def _friction(self, name: str, key: str) -> Values | None:
         content = self._read(name, key, MAX_BYTES)
