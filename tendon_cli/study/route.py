@@ -74,6 +74,13 @@ def measure_route(content: bytes, where: str, smoothing: float) -> tuple[Measure
     return found, [f"{where}: {warning}" for warning in _warnings(found, smoothing)]
 
 
+def route_note(found: MeasuredRoute, where: str) -> str:
+    """The bend angle that was taken, as `--bend-angle` of `fit-friction` takes it, and the one as it stands."""
+    bend, error, raw = (math.degrees(a) for a in (found.bend_angle, found.standard_error, found.as_it_stands))
+    noise = "" if found.noise is None else f", its way-points scatter by {1e3 * found.noise:.2g} mm"
+    return f"{where} bends by {bend:.2f} deg +/- {error:.2g} deg; {raw:.2f} deg as it stands{noise}"
+
+
 def _warnings(found: MeasuredRoute, smoothing: float) -> Iterator[str]:
     """What may be wrong with a measured route; smoothing takes nothing of it away."""
     bend, noise = math.degrees(found.bend_angle), found.noise

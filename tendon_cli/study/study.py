@@ -138,6 +138,11 @@ class Study(Part):
         return {key: values.uncertain for key, values in self.numbers.items() if values.uncertain is not None}
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What was made of its files."""
+        return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader of its results has to know: of its files, and of numbers that it most likely does not mean."""
         of_files = [str(warning) for source in self.sources.values() for warning in source.get("warnings", ())]

@@ -642,6 +642,9 @@ def test_noise_that_dominates_is_warned_of_and_taken_off(load):
     assert "path_smoothing" in warning
     assert source["noise"] == pytest.approx(1e-3, rel=0.2)
     assert source["as_it_stands"] > 10 * math.pi
+    assert study.notes == (source["note"],)
+    assert source["note"].startswith(f"r.csv bends by {math.degrees(bend_of(study)):.2f} deg +/- ")
+    assert f"{math.degrees(source['as_it_stands']):.2f} deg as it stands" in source["note"]
     assert abs(bend_of(study) - math.pi) < 2 * source["standard_error"] < 0.2
 
 
