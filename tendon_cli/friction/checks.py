@@ -14,6 +14,7 @@ from tendon_cli.friction.resolution import resolution_of
 
 _PLAUSIBLE_GAIN = math.log(1.1)
 _MANY = 40
+_WEAKEST, _STRONGEST = 1e-9, 1e12
 _FINE = 30
 _LARGEST_RATIO = 20.0
 
@@ -21,6 +22,11 @@ _LARGEST_RATIO = 20.0
 def check_forces(readings: Readings) -> None:
     """Refuse forces that no two working cells give."""
     cells = (readings.cell_1, readings.cell_2)
+    largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in cells)
+    if largest and not _WEAKEST < largest < _STRONGEST:
+        raise InputError(
+            f"forces reach {largest:.3g}, which no load cell reads", where=readings.source, hint="is the unit right?"
+        )
     many = len(readings.lines) >= _MANY
     counts = [len(np.unique(cell[np.isfinite(cell)])) for cell in cells]
     fixed = [column for column, count in enumerate(counts, start=1) if count == 1]

@@ -151,7 +151,7 @@ def known_effects(points: Points, linear: Linear, with_gain: bool) -> dict[str, 
         OFFSETS: (np.exp(-fitted) / points.force, -1.0 / points.force),
         FORCE: (base[0] * away,),
     }
-    if points.rate is not None:
+    if points.rate is not None and np.any(points.rate):
         known[DELAY] = (points.rate,)
     if not _varies(points, solve(points, [*base, *known[OFFSETS]]).scatter[1]):
         known = {}

@@ -27,7 +27,7 @@ def summary_lines(fit: FrictionFit) -> str:
     lines.append(f"  standard error from {_parts_text(error)}")
     lines.append(f"  readings            {_used_text(fit)}")
     lines += [f"  set aside           {part.rows}: {part.reason}" for part in fit.set_aside]
-    lines += [_check_text(check) for check in fit.checks if check.found]
+    lines += [_check_text(check) for check in fit.checks if check.found and check.name != "gain"]
     lines += [f"note: {text}" for text in fit.notes]
     lines += [f"warning: {text}" for text in fit.warnings]
     return "\n".join(lines)

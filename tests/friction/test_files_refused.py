@@ -77,6 +77,11 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         "friction would help",
     ),
     "everything constant": ("case,cell 1,cell 2\n1,1,1\n1,1,1\n2,1,1\n", "cells.csv", "same in every row"),
+    "forces that no cell reads": (
+        "cell 1,cell 2\n1.2e-300,1e-300\n1.2e-300,1e-300\n1e-300,1.2e-300\n1e-300,1.2e-300\n",
+        "cells.csv",
+        "which no load cell reads",
+    ),
     "one reading": ("cell 1,cell 2\n1.236,1.028\n", "cells.csv", "fewer than the 2"),
     "one reading per direction": ("cell 1,cell 2\n1.236,1.028\n0.858,1.036\n", "cells.csv", "fewer than the 3"),
     "one unit missing": (TABLE.replace("cell_2_kg", "cell_2"), "line 1, column 3", "unit"),
