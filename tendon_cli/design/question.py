@@ -31,7 +31,7 @@ def question(study: Study) -> Problem:
         motor=motor_bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
-        notes=tuple(_left_out(study)),
+        notes=(*study.warnings, *_left_out(study), *_of_people_and_draws(study)),
     )
 
 
@@ -74,4 +74,15 @@ def _left_out(study: Study) -> list[str]:
     several = [name for name in _SEVERAL if name in study.limits]
     if several:
         notes.append(f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used")
+    return notes
+
+
+def _of_people_and_draws(study: Study) -> list[str]:
+    """What was supposed of persons, and where doubt is asked for and none is stated, or stated and not asked for."""
+    drawn = study.people is not None and study.people.content is None
+    notes = list(study.people.population.notes) if study.people is not None and drawn else []
+    if study.uncertain and study.uncertainty is None:
+        notes.append("uncertain numbers stand at their middle; [uncertainty] draws them")
+    if study.uncertainty is not None and not study.uncertain:
+        notes.append("nothing in this study is uncertain, so that [uncertainty] draws nothing")
     return notes

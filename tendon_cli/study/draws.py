@@ -34,12 +34,3 @@ def drawn(uncertain: Mapping[str, Uncertain], count: int, seed: int) -> dict[str
 def draw_axis(key: str, uncertain: Mapping[str, Uncertain], count: int, seed: int) -> Linked:
     """The axis of draws."""
     return Linked(key, tuple(f"draw {at + 1}" for at in range(count)), drawn(uncertain, count, seed))
-
-
-def truncations(uncertain: Mapping[str, Uncertain]) -> list[str]:
-    """What is said of normal distributions that reach where their number is impossible."""
-    return [
-        f"{key}: {known.cut_share:.2g} of its normal distribution is impossible and cut off"
-        for key, known in uncertain.items()
-        if known.cut_share > 1e-6
-    ]

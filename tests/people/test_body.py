@@ -7,15 +7,17 @@ from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.body import Body, anchors_on, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.statics import respond
+from tendon_cli.model.window import Bounds, window
 from tendon_cli.study.people.population import draw
 from tendon_cli.study.people.survey import ansur2
-from tests.model import designs
+from tests.model import designs, rig
 
 SURVEY = ansur2()
 PAPER = Anchors(0.040, 0.150, 0.020, 0.150, 0.045)
 
 # Stature, weight, acromion-radiale, radiale-stylion, forearm-grip, biceps, forearm and wrist, as tape and scale say;
 # then a1, b1, a2, b2, R_elb, forearm mass, its centre and the load's distance, worked out with a pocket calculator.
+ARM = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_mass", "forearm_com", "load_distance")
 BY_HAND = {
     "the mean man": (
         (1.75621, 85.52, 0.33524, 0.26788, 0.34901, 0.35814, 0.31006, 0.17592),
@@ -65,3 +67,24 @@ def test_percentiles_of_required_pretension_of_20000_men(spring_stiffness, ratio
     people = draw(SURVEY, "male", 20_000, seed=1)
     found = required(people, spring_stiffness=spring_stiffness, ratio=ratio, load_mass=load_mass)
     np.testing.assert_allclose(np.percentile(found, [5, 50, 95]), expected, rtol=0.01)
+
+
+# The windows of these three, by brute force from an integration along the sheath and a spool that is turned until the
+# elbow balances (`tests.model.rig`): 5 kN/m, ratio 0.6, 0 and 5 kg.
+
+
+@pytest.mark.parametrize("person", BY_HAND)
+@pytest.mark.parametrize("load_mass", [0.0, 5.0])
+def test_the_window_of_a_person_worked_by_hand_is_where_the_rig_is_taut_and_stable(person, load_mass):
+    arm = dict(zip(ARM, BY_HAND[person][1], strict=True))
+    p = designs.baseline(**arm, spring_stiffness=5e3, ratio=0.6, load_mass=load_mass)
+    angles = np.radians([1e-9, 30.0, 60.0, 90.0])
+    found = window(designs.design(p), angles[np.newaxis], np.array([[True], [False]]), Bounds())
+    low, high = float(found.low), float(found.high)
+    assert 0.0 < low < high < np.inf
+    for pretension, is_kept in ((low - 1.0, False), (low + 1.0, True), (high - 1.0, True), (high + 1.0, False)):
+        q = p | {"flexor_pretension": pretension, "extensor_pretension": pretension}
+        flat = {name: np.full(2 * len(angles), value) for name, value in q.items()}
+        outcomes = rig.run(flat, np.tile(angles, 2), np.repeat([True, False], len(angles)))
+        kept = all(outcome.status == "taut" and outcome.stiffness >= 0.0 for outcome in outcomes)
+        assert kept == is_kept, pretension
