@@ -8,6 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from tendon_cli.commands.check import check
 from tendon_cli.commands.design import design
 from tendon_cli.commands.export import export
 from tendon_cli.commands.fit_friction import fit_friction
@@ -34,7 +35,7 @@ from tendon_cli.version import __version__
 app = typer.Typer(
     name="tendon",
     help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
-    epilog="Exit codes: 0 done, 1 bug, 2 usage or study, 3 input, 4 not as hoped, 5 output, 6 workers, 7 folder.",
+    epilog="Exit codes: 0 done, 1 bug, 2 usage or study, 3 input, 4 no equilibrium, 5 output, 6 workers, 7 folder.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -59,7 +60,7 @@ def _options(
     """Options of every command."""
 
 
-for _command in (init, schema, state, sweep, design, plot, show, export, paper, report):
+for _command in (init, schema, state, sweep, design, check, plot, show, export, paper, report):
     app.command()(_command)
 app.command("fit-friction")(fit_friction)
 

@@ -33,6 +33,7 @@ MAY_IMPORT = {
     "kernel": {"model"},
     "sweep": {"kernel", *BELOW_THE_ROOMS},
     "design": {"sweep", "kernel", "figures", *BELOW_THE_ROOMS},
+    "check": {"design", *ROOMS, *BELOW_THE_ROOMS},
     "report": {"design", "summary", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"design", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "sweep", *BELOW_THE_ROOMS},

@@ -1,0 +1,47 @@
+"""`tendon check`: is every design within its limits, or what changed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tendon_cli.commands import options
+from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
+from tendon_cli.terminal import as_json_text, print_result
+
+RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="folder of a sweep or a design")]
+Baseline = Annotated[Path | None, typer.Option(metavar="RUN", help="tell only what changed since this other run")]
+Tolerance = Annotated[
+    float, typer.Option(metavar="SHARE", help="of a column's scale, by which numbers of the runs may differ")
+]
+Apart = Annotated[
+    list[str] | None, typer.Option("--except", metavar="KEY", help="key of the study that may differ; repeatable")
+]
+Worst = Annotated[int, typer.Option(metavar="N", min=0, help="how many designs are told, the worst first")]
+Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a job")]
+
+
+def check(
+    run: RunFolder,
+    baseline: Baseline = None,
+    tolerance: Tolerance = 1e-9,
+    apart: Apart = None,
+    worst: Worst = 10,
+    markdown: Markdown = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Check that every design of a run is within its limits (of a design: one choice); exit 4 where not."""
+    from tendon_cli.check.check import check as check_run
+    from tendon_cli.check.check import compare
+    from tendon_cli.check.text import as_markdown
+
+    if not 0.0 <= tolerance < float("inf"):
+        raise UsageError("--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9")
+    if baseline is None:
+        found = check_run(run, worst=worst)
+    else:
+        found = compare(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
+    text = as_markdown(found.text, holds=found.holds) if markdown else found.text
+    print_result(as_json_text(found.record) if as_json else text)
+    if not found.holds:
+        raise typer.Exit(EXIT_NOT_AS_HOPED)

@@ -1,0 +1,87 @@
+"""A comparison finds every change, nothing else, and matches designs by the values of their axes."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.check.check import compare
+from tendon_cli.check.compare import Shared, _change
+from tendon_cli.errors import UsageError
+from tests.check.conftest import swept
+
+
+@pytest.fixture(scope="session")
+def rougher(tmp_path_factory):
+    return swept(tmp_path_factory.mktemp("check") / "rougher", sheath={"friction": 0.0705})
+
+
+def test_a_run_is_as_it_is(plain):
+    found = compare(plain, plain, tolerance=0.0)
+    assert found.holds
+    assert "18 designs, 684 states in common" in found.text
+
+
+def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
+    with pytest.raises(UsageError, match=r"sheath\.friction was 0\.07, now 0\.0705"):
+        compare(rougher, plain, tolerance=1e-9)
+    assert not compare(rougher, plain, tolerance=1e-9, apart=["sheath.friction"]).holds
+
+
+def test_each_column_is_told_by_its_own_largest_difference(plain, rougher):
+    before, now = tendon.open_run(plain), tendon.open_run(rougher)
+    found = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record["changes"]
+    told = {(change["table"], change["column"]): change for change in found}
+    for table in ("designs", "states"):
+        first, second = getattr(now, table), getattr(before, table)
+        for column in ("max_tension", "margin", "motor_torque", "spool_angle"):
+            if column in first:
+                difference = (first[column] - second[column]).abs().max()
+                scale = max(first[column].abs().max(), second[column].abs().max())
+                assert told[table, column]["difference"] == pytest.approx(difference, rel=1e-12)
+                assert told[table, column]["share"] == pytest.approx(difference / scale, rel=1e-12)
+
+
+def test_a_tolerance_just_holds_and_just_fails(plain, rougher):
+    found = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record["changes"]
+    worst = max(change["share"] for change in found if change["difference"] is not None)
+    exact = {change["column"] for change in found if change["difference"] is None}
+    wide = compare(rougher, plain, tolerance=worst * (1 + 1e-9), apart=["sheath.friction"]).record["changes"]
+    assert {change["column"] for change in wide} == exact
+    tight = compare(rougher, plain, tolerance=worst * (1 - 1e-9), apart=["sheath.friction"]).record["changes"]
+    assert len(tight) == len(wide) + 1
+
+
+def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
+    stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
+    before, now = (tendon.open_run(folder).designs for folder in (plain, stiffer))
+    found = compare(stiffer, plain, tolerance=1e-9, apart=["spring.stiffness"], worst=1000).record
+    differs = now[now["feasible"] != before["feasible"]]
+    assert found["flipped"] == len(differs) > 0
+    told = {(flip["where"]["pretension"], flip["where"]["load_mass"]): flip["now"] for flip in found["flips"]}
+    assert told == {(row.pretension, row.load_mass): row.feasible for row in differs.itertuples()}
+
+
+def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
+    fewer = swept(tmp_path / "fewer", tendon={"pretension": ["160 N", "100 N"]}, load={"mass": "5 kg"})
+    found = compare(fewer, plain, tolerance=0.0)
+    assert found.holds
+    assert found.record["designs"] == 2
+    assert compare(plain, fewer, tolerance=0.0).record["designs"] == 2
+
+
+def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
+    other = swept(tmp_path / "other", tendon={"pretension": ["161 N", "163 N"]})
+    with pytest.raises(UsageError, match=r"no value of tendon\.pretension in common"):
+        compare(other, plain, tolerance=0.0)
+    alone = swept(tmp_path / "alone", load={"mass": "4 kg"})
+    with pytest.raises(UsageError, match=r"only one of the runs has the axis load\.mass"):
+        compare(alone, plain, tolerance=0.0)
+
+
+def test_a_null_against_a_number_is_a_change():
+    shared = Shared((), {}, {}, ())
+    one, none = np.array([1.0]), np.array([np.nan])
+    change = _change("designs", "margin", one, none, 1.0, 0.5, shared, 0)
+    assert (change.share, change.rows) == (np.inf, 1)
+    assert _change("designs", "margin", none, none, 1.0, 0.5, shared, 0) is None
+    assert _change("designs", "margin", one, one, 1.0, 0.0, shared, 0) is None
