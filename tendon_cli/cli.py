@@ -35,7 +35,7 @@ from tendon_cli.version import __version__
 app = typer.Typer(
     name="tendon",
     help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
-    epilog="Exit codes: 0 done, 1 bug, 2 usage or study, 3 input, 4 no equilibrium, 5 output, 6 workers, 7 folder.",
+    epilog="Exit codes: 0 done, 1 bug, 2 usage or study, 3 input, 4 not as hoped, 5 output, 6 workers, 7 folder.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from tendon_cli.errors import OutputError
+from tendon_cli.errors import OutputError, UsageError
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -79,6 +79,22 @@ def write_shared(path: Path, content: bytes) -> None:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
         sync_folder(path.parent)
+
+
+def check_ours(path: Path, mark: str, option: str) -> None:
+    """Refuse to write over a file that does not hold the mark that tendon writes into its own; raises UsageError."""
+    if not os.path.lexists(path):
+        return
+    try:
+        ours = mark.encode() in read_file(path, 64 * 10**6)
+    except OSError:
+        ours = False
+    if not ours:
+        raise UsageError(
+            f"{path.name!r} stands there, and tendon did not write it",
+            where=option,
+            hint="choose another name, or move it away",
+        )
 
 
 def write_new(path: Path, content: bytes) -> bool:

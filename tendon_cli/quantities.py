@@ -154,3 +154,38 @@ OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
 """Results that each design has, over all its states."""
 OF_CYCLES = tuple(quantity.name for quantity in _OF_CYCLES)
 """Results that each design has besides where the study has a speed."""
+
+PLAUSIBLE: dict[str, tuple[float, float]] = {
+    **dict.fromkeys(("a1", "a2"), (0.0, 0.3)),
+    **dict.fromkeys(("b1", "b2"), (0.01, 0.6)),
+    "elbow_radius": (0.005, 0.2),
+    "forearm_mass": (0.0, 10.0),
+    "forearm_com": (0.0, 0.6),
+    "load_distance": (0.0, 1.0),
+    "contact_width": (0.002, 0.3),
+    "friction": (0.0, 1.0),
+    "bend_angle": (0.0, 25.0),
+    "path_smoothing": (0.0, 0.02),
+    "tendon_length": (0.05, 10.0),
+    "tendon_diameter": (1e-4, 0.01),
+    "youngs_modulus": (1e8, 1e12),
+    "pretension": (0.0, 2000.0),
+    "spring_stiffness": (10.0, 1e7),
+    "flexor_radius": (0.003, 0.2),
+    "spool_ratio": (0.1, 10.0),
+    "load_mass": (0.0, 100.0),
+    "speed": (0.01, 20.0),
+    **dict.fromkeys(("min_flexor_tension", "min_extensor_tension"), (0.0, 500.0)),
+    **dict.fromkeys(("max_tension", "max_pretension"), (1.0, 1e4)),
+    "max_spring_extension": (1e-3, 1.0),
+    **dict.fromkeys(("peak_motor_torque", "max_torque_band"), (0.01, 1000.0)),
+    "max_contact_pressure": (100.0, 1e6),
+    "min_elbow_stiffness": (-100.0, 100.0),
+    "min_spool_to_tendon": (1.0, 200.0),
+    "max_spool_travel": (0.1, 200.0),
+    "max_backlash": (1e-4, 20.0),
+    "peak_motor_speed": (0.01, 1000.0),
+    "peak_motor_power": (0.01, 1e4),
+    **dict.fromkeys(("max_motor_work_in", "max_friction_loss"), (1e-3, 1e4)),
+}
+"""Range, in SI, of each quantity on any arm: wide, so that what lies outside of it is most likely a slip."""

@@ -23,7 +23,7 @@ def run_text(run: Run) -> str:
     took = f" in {record['seconds']:.3g} s"
     took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
     lines = [head + (", up to date" if run.up_to_date else took)]
-    lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut and stable in every state"]
+    lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut, stable and within every limit"]
     lines += [f"    taut         {share(record['taut'], designs, 'designs')}"]
     lines += [f"    stable       {share(record['stable'], designs, 'designs')}"]
     if record["suits"] != designs:

@@ -1,5 +1,6 @@
 """`tendon fit-friction`: the friction coefficient from load-cell readings."""
 
+import contextlib
 from pathlib import Path
 from typing import Annotated
 
@@ -7,6 +8,7 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
+from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
 Readings = Annotated[
@@ -45,6 +47,7 @@ def fit_friction(
     as_json: options.AsJson = False,
 ) -> None:
     """Fit the friction coefficient to load-cell readings, with its uncertainty."""
+    _check_places(csv, plot, out)
     fit = tendon.fit_friction(
         csv, bend_angle, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, delay=delay, robust=robust
     )
@@ -57,3 +60,18 @@ def fit_friction(
     if out is not None:
         friction.write_fragment(fit, out)
     print_result(as_json_text(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
+
+
+def _check_places(csv: Path, plot: Path | None, out: Path | None) -> None:
+    """Refuse to write over the readings, over what tendon did not write, or both over each other."""
+    from tendon_cli.files import check_ours
+
+    if plot is not None and out is not None and plot.absolute() == out.absolute():
+        raise UsageError("--plot and --out name the same file", where="--plot, --out")
+    for place, mark, option in ((plot, "tendon fit-friction", "--plot"), (out, "`tendon fit-friction`", "--out")):
+        if place is None:
+            continue
+        with contextlib.suppress(OSError, ValueError):
+            if place.samefile(csv):
+                raise UsageError("the readings would be written over", where=option, hint="choose another name")
+        check_ours(place, mark, option)

@@ -9,6 +9,8 @@ from tendon_cli.files import write_shared
 from tendon_cli.friction.result import FrictionFit
 from tendon_cli.version import __version__
 
+MARK = "# A friction coefficient fitted by `tendon fit-friction`."
+"""The first line of a fragment; a file without it is nobody's to write over."""
 _HEADER = """\
 # A friction coefficient fitted by `tendon fit-friction`. A study takes it by
 #     [sheath]

@@ -65,7 +65,7 @@ def total_curvature(points: npt.ArrayLike) -> RouteCurvature:
     to them, and the sum is extrapolated from chords of one and of two steps (Richardson), which removes the error of
     second order. Raises ValueError for fewer than two distinct points.
     """
-    route = _distinct(np.asarray(points, dtype=np.float64))
+    route = distinct(np.asarray(points, dtype=np.float64))
     fine, largest = _sum_of_turns(route, np.arange(len(route)))
     if len(route) < _FEWEST_TO_EXTRAPOLATE:
         return RouteCurvature(fine, 0.0, largest)
@@ -74,7 +74,7 @@ def total_curvature(points: npt.ArrayLike) -> RouteCurvature:
     return RouteCurvature(fine + (fine - coarse) / 3.0, share, largest)
 
 
-def _distinct(points: Array) -> Array:
+def distinct(points: Array) -> Array:
     """The way-points without repetitions: a step far shorter than the others has a direction, but it is noise."""
     if points.ndim != 2 or points.shape[1] != 3:
         raise ValueError(f"way-points have the shape {points.shape}, expected (n, 3)")

@@ -93,7 +93,14 @@ def state_page(
             draw_motor(plot, design, state, plan, loss=cycled.get("friction_loss"), turns=reversal)
     columns = {name: null_if_nan(one(values)) for name, values in state.columns().items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names else []
-    return StatePage(title, (*notes, *_notes(plan, block)), status, tuple(sections), columns, has_equilibrium)
+    return StatePage(
+        title,
+        (*notes, *study.notes, *study.warnings, *_notes(plan, block)),
+        status,
+        tuple(sections),
+        columns,
+        has_equilibrium,
+    )
 
 
 def _no_equilibrium(elbow_torque: float) -> str:

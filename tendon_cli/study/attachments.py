@@ -15,7 +15,7 @@ from tendon_cli.study.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.study.people.asked import People
 from tendon_cli.study.reading import MAX_BYTES, read_toml
 from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
-from tendon_cli.study.route import measure_route
+from tendon_cli.study.route import measure_route, route_note
 from tendon_cli.study.study import SIDES, Study, keys
 from tendon_cli.study.values import Values
 from tendon_cli.units import shorten
@@ -76,9 +76,14 @@ class Attachments:
         content = self._read(name, key, MAX_ROUTE_BYTES)
         if content is None:
             return None
-        curvature, warnings = measure_route(content, shorten(name, 200), smoothing)
-        self._note(key, name, content, bend_angle=curvature.bend_angle, path_smoothing=smoothing, warnings=warnings)
-        return Values.of(curvature.bend_angle)
+        where = shorten(name, 200)
+        found, warnings = measure_route(content, where, smoothing)
+        self._note(
+            key, name, content, bend_angle=found.bend_angle, standard_error=found.standard_error,
+            as_it_stands=found.as_it_stands, noise=found.noise, path_smoothing=smoothing, warnings=warnings,
+            note=route_note(found, where),
+        )  # fmt: skip
+        return _estimate("sheath.bend_angle", f"{found.bend_angle!r} rad", f"{found.standard_error!r} rad", key)
 
     def _friction(self, name: str, key: str) -> Values | None:
         content = self._read(name, key, MAX_BYTES)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from types import UnionType
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, StringConstraints, create_model
-from pydantic.fields import FieldInfo
 
+from tendon_cli.study.contents import mark_of, part_of
 from tendon_cli.study.fields import Single, fault
 from tendon_cli.study.parts import Arm, Load, Model, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.values import Values
@@ -21,18 +21,6 @@ def printable(text: str) -> str:
 
 
 CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)]
-
-
-def mark_of(field: FieldInfo) -> Single | None:
-    """The Single that marks a field, alone or as one choice of a union with None."""
-    marks = [*field.metadata, *(mark for choice in get_args(field.annotation) for mark in get_args(choice))]
-    return next((mark for mark in marks if isinstance(mark, Single)), None)
-
-
-def part_of(field: FieldInfo) -> type[Part] | None:
-    """The table that a field holds, alone or as one choice of a union with None."""
-    choices = (field.annotation, *get_args(field.annotation))
-    return next((choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)), None)
 
 
 def _single_valued(part: type[Part]) -> type[Part]:

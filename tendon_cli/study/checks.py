@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault
+from tendon_cli.study.contents import numbers_in
 from tendon_cli.study.design import CHOICE_RESULTS, MOTION_LIMITS
 from tendon_cli.study.fields import nearest
 from tendon_cli.study.parts import Part
-from tendon_cli.study.study import LINKED_AXES, SIDES, Study, keys, numbers_in, split_side
+from tendon_cli.study.study import LINKED_AXES, SIDES, Study, keys, split_side
 from tendon_cli.units import shorten
 
 PRETENSION = "tendon.pretension"

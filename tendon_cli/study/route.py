@@ -5,16 +5,20 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.model.sheath import RouteCurvature, total_curvature
+from tendon_cli.model.route import MeasuredRoute, measured_route
 from tendon_cli.units import UNITS, shorten
 
 MAX_BYTES = 16_000_000
-NOISE_TO_WARN_OF = 0.1
+MAX_BEND = 100.0
+"""Largest bend angle of a sheath, rad."""
+NOISE_TO_WARN_OF, ERROR_TO_WARN_OF = 0.1, 0.1  # shares of the bend
+NOISE_APART = 1.5
 TURN_TO_WARN_OF = 0.5
 _HEADER = re.compile(r"\s*(?P<axis>[xyz])\s*[\[(_ ]?\s*(?P<unit>m|cm|mm|um|km|in)?\s*[\])]?\s*", re.IGNORECASE)
 
@@ -55,27 +59,47 @@ def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float
     return np.asarray(spline(np.linspace(0.0, 1.0, 20 * len(route)))).T
 
 
-def measure_route(content: bytes, where: str, smoothing: float) -> tuple[RouteCurvature, list[str]]:
-    """Total curvature of a route file, and what to be wary of."""
-    route = read_route(content, where)
+def measure_route(content: bytes, where: str, smoothing: float) -> tuple[MeasuredRoute, list[str]]:
+    """Total curvature of a route file whose noise is stated (0 where it is not), and what to be wary of.
+
+    Raises InputError for a file that is no route, and for one that bends more than a sheath can.
+    """
     try:
-        raw = total_curvature(route)
-        if smoothing > 0.0:
-            return total_curvature(smooth(route, smoothing)), []
+        found = measured_route(read_route(content, where), smoothing or None)
     except ValueError as error:
         raise InputError(str(error), where=where) from None
-    warnings = []
-    if raw.noise_share > NOISE_TO_WARN_OF:
-        warnings.append(
-            f"{where}: {raw.noise_share:.0%} of the curvature is gone when every second way-point is left out, so "
-            "noise dominates; give the digitisation noise as path_smoothing"
+    if found.bend_angle > MAX_BEND:
+        problem = f"bends by {found.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
+        raise InputError(problem, where=where, hint="one way-point after the other, along the sheath")
+    return found, [f"{where}: {warning}" for warning in _warnings(found, smoothing)]
+
+
+def route_note(found: MeasuredRoute, where: str) -> str:
+    """The bend angle that was taken, as `--bend-angle` of `fit-friction` takes it, and the one as it stands."""
+    bend, error, raw = (math.degrees(a) for a in (found.bend_angle, found.standard_error, found.as_it_stands))
+    noise = "" if found.noise is None else f", its way-points scatter by {1e3 * found.noise:.2g} mm"
+    return f"{where} bends by {bend:.2f} deg +/- {error:.2g} deg; {raw:.2f} deg as it stands{noise}"
+
+
+def _warnings(found: MeasuredRoute, smoothing: float) -> Iterator[str]:
+    """What may be wrong with a measured route; smoothing takes nothing of it away."""
+    bend, noise = math.degrees(found.bend_angle), found.noise
+    if smoothing and noise is not None and not smoothing / NOISE_APART < noise < smoothing * NOISE_APART:
+        said = f"not by the {1e3 * smoothing:.2g} mm that path_smoothing says"
+        yield f"the way-points scatter by {1e3 * noise:.2g} mm, {said}; the larger of both was used"
+    if not smoothing and found.as_it_stands - found.bend_angle > NOISE_TO_WARN_OF * found.as_it_stands:
+        yield (
+            f"noise of about {1e3 * (noise or 0.0):.2g} mm makes the way-points turn by "
+            f"{math.degrees(found.as_it_stands):.0f} deg, of which {bend:.0f} deg were taken for the route's; give the "
+            "digitisation noise as path_smoothing to confirm it"
         )
-    elif raw.largest_turn > TURN_TO_WARN_OF:
-        warnings.append(
-            f"{where}: the route turns by {math.degrees(raw.largest_turn):.0f} deg at one way-point; more way-points "
-            "along the bends make its curvature more certain"
+    if found.largest_turn > TURN_TO_WARN_OF:
+        yield (
+            f"the route turns by {math.degrees(found.largest_turn):.0f} deg at one way-point; more way-points along "
+            "the bends make its curvature more certain"
         )
-    return raw, warnings
+    if 2.0 * found.standard_error > max(ERROR_TO_WARN_OF * found.bend_angle, math.radians(5.0)):
+        yield f"its bend angle, {bend:.4g} deg, has a standard error of {math.degrees(found.standard_error):.2g} deg"
 
 
 def _split(line: str, separator: str) -> list[str]:

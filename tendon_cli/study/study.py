@@ -10,7 +10,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 
-from tendon_cli.study.cases import DESIGN_PARTS, case_tables, mark_of, part_of, printable
+from tendon_cli.study.cases import DESIGN_PARTS, case_tables, printable
+from tendon_cli.study.contents import document, mark_of, marked, numbers_in, part_of
 from tendon_cli.study.design import Goals, Limits, Uncertainty
 from tendon_cli.study.draws import draw_axis, drawn
 from tendon_cli.study.fields import Later, Single, fault
@@ -21,6 +22,7 @@ from tendon_cli.study.number import Number
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.people.arms import OF_THE_BODY, person_axis
 from tendon_cli.study.people.asked import People
+from tendon_cli.study.remarks import remarks
 from tendon_cli.study.uncertain import Uncertain
 from tendon_cli.study.values import Values
 
@@ -136,6 +138,19 @@ class Study(Part):
         return {key: values.uncertain for key, values in self.numbers.items() if values.uncertain is not None}
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What was made of its files."""
+        return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of its results has to know: of its files, and of numbers that it most likely does not mean."""
+        of_files = [str(warning) for source in self.sources.values() for warning in source.get("warnings", ())]
+        tables = [(name, getattr(self, name)) for name in (*DESIGN_PARTS, "motion", "limits")]
+        tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
+        return (*of_files, *remarks(item for name, table in tables for item in marked(table, name)))
+
+    @property
     def conditions(self) -> tuple[str, ...]:
         """The axes that a design must survive, slowest first; the others are choices.
 
@@ -163,10 +178,10 @@ class Study(Part):
 
         Numbers that come from the body of a person are left out: once written they would count as stated.
         """
-        document = _document(self)
+        said = document(self)
         for key in self.of_the_body:
-            del document["arm"][key.removeprefix("arm.")]
-        return document
+            del said["arm"][key.removeprefix("arm.")]
+        return said
 
     def record(self) -> dict[str, Any]:
         """What tables and `run.json` keep of a study."""
@@ -177,36 +192,6 @@ class Study(Part):
         """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
         content = {"study": self.document(), "axes": list(self.axes)}
         return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
-
-
-def numbers_in(part: Part, prefix: str) -> list[tuple[str, Values]]:
-    """The numbers that stand in a part and its sides, with their dotted keys."""
-    found: list[tuple[str, Values]] = []
-    for name in type(part).model_fields:
-        value = getattr(part, name)
-        if isinstance(value, Values):
-            found.append((f"{prefix}.{name}", value))
-        elif isinstance(value, Part):
-            found += numbers_in(value, f"{prefix}.{name}")
-    return found
-
-
-def _document(part: Part) -> dict[str, Any]:
-    shown: dict[str, Any] = {}
-    for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        if field.exclude:
-            continue
-        if isinstance(value, Part):
-            shown[name] = _document(value)
-        elif isinstance(value, Values) and (number := mark_of(field)):
-            shown[name] = value.document(number.quantity.dimension)
-        elif isinstance(value, tuple):
-            if value or field.default is None:
-                shown[name] = [_document(item) if isinstance(item, Part) else item for item in value]
-        elif value is not None:
-            shown[name] = value
-    return shown
 
 
 @dataclass(frozen=True)

@@ -167,7 +167,7 @@ def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
     """What a reader of the tables has to know first."""
     models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
     bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
-    found = [str(warning) for source in study.sources.values() for warning in source.get("warnings", ())]
+    found = list(study.warnings)
     found += [remark] if (remark := kernel.remark()) else []
     if record["no_equilibrium"]:
         found.append(

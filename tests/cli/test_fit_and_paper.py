@@ -49,6 +49,27 @@ def test_a_fit_without_the_bend_angle_is_refused_and_never_guessed(tendon, readi
     assert "--bend-angle" in ran.err
 
 
+def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, workplace):
+    (workplace / "readings.csv").write_bytes(readings.read_bytes())
+    fit = ("fit-friction", "readings.csv", "--bend-angle", "144 deg")
+    for _ in range(2):
+        for ending in ("png", "svg", "pdf"):
+            assert tendon(*fit, "--out", "friction.toml", "--plot", f"fit.{ending}").exit == 0
+    (workplace / "mine.png").write_bytes(b"a picture")
+    (workplace / "mine.toml").write_text("[friction]\ncoefficient = 0.1\n")
+    (workplace / "link.toml").symlink_to("mine.toml")
+    for option, name in (
+        ("--plot", "mine.png"), ("--out", "mine.toml"), ("--out", "link.toml"), ("--out", "readings.csv"),
+        ("--out", "fit.png"), ("--plot", "friction.toml"),
+    ):  # fmt: skip
+        before = (workplace / name).read_bytes()
+        ran = tendon(*fit, option, name)
+        assert (ran.exit, option in ran.err) == (2, True)
+        assert (workplace / name).read_bytes() == before
+    assert tendon(*fit, "--out", "same.svg", "--plot", "same.svg").exit == 2
+    assert not (workplace / "same.svg").exists()
+
+
 def test_readings_that_are_none_are_exit_3(tendon, workplace):
     (workplace / "junk.csv").write_text("a,b\n1,x\n2,y\n")
     ran = tendon("fit-friction", "junk.csv", "--bend-angle", "144 deg")

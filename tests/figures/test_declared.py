@@ -82,7 +82,7 @@ def test_the_side_counts_where_the_sides_differ(new_sweep, tmp_path):
 
 def test_what_a_figure_may_show_is_what_the_tables_have():
     assert set(OF_STATES) - set(DERIVED) == set(quantities.OF_STATES)
-    assert set(OF_DESIGNS) == set(quantities.OF_DESIGNS)
+    assert set(OF_DESIGNS) == {*quantities.OF_DESIGNS, *quantities.OF_CYCLES}
 
 
 # --- Declaring -------------------------------------------------------------------------------------------------------

@@ -606,7 +606,9 @@ def test_a_route_stands_for_its_bend_angle_and_is_remembered(load):
     assert source["file"] == "r.csv"
     assert len(source["sha256"]) == 64
     assert source["warnings"] == []
-    assert study.hash == one("sheath.bend_angle", bend_of(study)).hash
+    known = study.uncertain["sheath.bend_angle"]
+    assert (known.kind, known.middle, known.spread) == ("normal", bend_of(study), source["standard_error"])
+    assert study.hash == one("sheath.bend_angle", {"mean": known.middle, "std": known.spread}).hash
 
 
 def test_every_reader_of_the_study_sees_the_bend_of_the_route(load):
@@ -632,16 +634,84 @@ def noisy():
     return "x,y,z\n" + "\n".join(",".join(map(repr, row)) for row in points.tolist())
 
 
-def test_noise_that_dominates_is_warned_of(load):
-    (source,) = load(ROUTE, r_csv=noisy()).sources.values()
-    assert any("noise" in warning and "path_smoothing" in warning for warning in source["warnings"])
-
-
-def test_smoothing_by_the_noise_brings_the_bend_back(load):
-    study = load(ROUTE + "path_smoothing = '1 mm'\n", r_csv=noisy())
+def test_noise_that_dominates_is_warned_of_and_taken_off(load):
+    study = load(ROUTE, r_csv=noisy())
     (source,) = study.sources.values()
-    assert bend_of(study) == pytest.approx(math.pi, rel=0.1)
-    assert source["warnings"] == []
+    (warning,) = study.warnings
+    assert "noise of about" in warning
+    assert "path_smoothing" in warning
+    assert source["noise"] == pytest.approx(1e-3, rel=0.2)
+    assert source["as_it_stands"] > 10 * math.pi
+    assert study.notes == (source["note"],)
+    assert source["note"].startswith(f"r.csv bends by {math.degrees(bend_of(study)):.2f} deg +/- ")
+    assert f"{math.degrees(source['as_it_stands']):.2f} deg as it stands" in source["note"]
+    assert abs(bend_of(study) - math.pi) < 2 * source["standard_error"] < 0.2
+
+
+@pytest.mark.parametrize("stated", ["1 mm", "0.8 mm"])
+def test_the_noise_that_is_stated_is_what_was_found(load, stated):
+    study = load(ROUTE + f"path_smoothing = '{stated}'\n", r_csv=noisy())
+    (source,) = study.sources.values()
+    assert abs(bend_of(study) - math.pi) < 2 * source["standard_error"]
+    assert study.warnings == ()
+
+
+@pytest.mark.parametrize(("stated", "within"), [("0.1 mm", 0.2), ("0.5 mm", 0.2), ("5 mm", 1.0)])
+def test_a_stated_noise_that_is_not_the_points_own_is_warned_of(load, stated, within):
+    study = load(ROUTE + f"path_smoothing = '{stated}'\n", r_csv=noisy())
+    assert f"not by the {stated} that path_smoothing says" in study.warnings[0]
+    assert bend_of(study) == pytest.approx(math.pi, abs=within)
+
+
+CORNER = "x,y,z\n0,0,0\n1,0,0\n1,1,0\n"
+
+
+@pytest.mark.parametrize("smoothing", ["", "path_smoothing = '1 mm'\n"])
+def test_smoothing_silences_no_warning_of_a_coarse_route(load, smoothing):
+    study = load(ROUTE + smoothing, r_csv=CORNER)
+    assert any("turns by 90 deg at one way-point" in warning for warning in study.warnings)
+    assert bend_of(study) == pytest.approx(math.pi / 2)
+    assert study.uncertain["sheath.bend_angle"].reach[1] > math.pi
+
+
+def test_a_route_that_no_sheath_follows_is_refused(load):
+    rows = "".join(f"{math.cos(0.1 * at)},{math.sin(0.1 * at)},{0.001 * at}\n" for at in range(1100))
+    with pytest.raises(InputError, match=r"bends by 109\.[89]\d* rad, expected 100 at most"):
+        load(ROUTE, r_csv="x,y,z\n" + rows)
+
+
+# --- What is said of numbers ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("key", "said", "understood"),
+    [
+        ("arm.a1", 40, "arm.a1 = 40 is 40 m"),
+        ("tendon.diameter", "1.5 cm", "tendon.diameter = 0.015 is 0.015 m"),
+        ("tendon.youngs_modulus", [145e9, 145e3], "tendon.youngs_modulus = 145000 is 145000 Pa"),
+        ("spring.flexor.stiffness", {"from": 3, "to": 300, "num": 3}, "spring.flexor.stiffness = 3 is 3 N/m"),
+        ("motion.speed", 60, "motion.speed = 60 is 60 rad/s"),
+        ("limits.max_tension", "300 kN", "limits.max_tension = 300000 is 300000 N"),
+    ],
+)
+def test_a_number_far_from_any_arm_is_said_as_it_was_understood(key, said, understood):
+    (warning,) = one(key, said).warnings
+    assert warning.startswith(f"{understood}, far from any arm")
+
+
+def test_a_strange_number_of_a_case_is_said():
+    (warning,) = study_from({"cases": [{"name": "a", "load": {"mass": 5000}}]}).warnings
+    assert warning.startswith("cases.0.load.mass = 5000 is 5000 kg")
+
+
+def test_a_distribution_that_is_cut_off_is_said():
+    (warning,) = study_from({"load": {"mass": {"mean": "1 kg", "std": "1 kg"}}}).warnings
+    assert "15.9% of its distribution is cut off" in warning
+
+
+def test_nothing_is_said_of_the_baseline_and_of_the_ends_of_what_is_plausible():
+    assert study_from({}).warnings == ()
+    assert study_from({"arm": {"a1": 0.3, "b1": [0.01, 0.6]}, "load": {"mass": 100}}).warnings == ()
 
 
 def test_relative_paths_are_relative_to_the_study(tmp_path, monkeypatch):
