@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,9 +65,12 @@ def covers(fit: FrictionFit) -> bool:
     return low * 0.9999 <= FRICTION <= high * 1.0001
 
 
+_logs = functools.lru_cache(maxsize=4)(simulate)
+
+
 def run(name: str, seeds: int, first_seed: int = 0) -> Count:
     case = CASES[name]
-    logs = simulate(case.rig, seeds, first_seed)
+    logs = _logs(case.rig, seeds, first_seed)
     bend = BendAngle(case.rig.bend_angle, 0.0, "144 deg")
     fits, refused = [], []
     for seed in range(seeds):
