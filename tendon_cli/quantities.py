@@ -81,9 +81,7 @@ _OF_STUDIES = (
     # Motion.
     _quantity("speed", "θ̇", "angular speed", "speed of the elbow, the same throughout"),
     # Limits of a design that have no column yet, and what is asked of one.
-    _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", shown_in="kPa"),
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
-    _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon"),
     _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
     _quantity("max_motor_work_in", "max W_m", "energy", "largest work of the motor over both strokes"),
     _quantity("max_friction_loss", "max W_μ", "energy", "largest loss to friction over both strokes"),
@@ -125,11 +123,13 @@ _OF_DESIGNS = (  # over all states of one
     _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon"),
     _quantity("required_pretension", "F₀*", "force", "smallest pretension of both tendons that leaves no slack"),
     _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
+    _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", shown_in="kPa"),
+    _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon"),
+    _quantity("pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit"),
+    _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit"),
 )
 
 _OF_WINDOWS = (
-    _quantity("pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit"),
-    _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit"),
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
     _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
 )

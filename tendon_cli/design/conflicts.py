@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.design.candidates import Candidates, numbers_of
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.solve import Solutions, solve
-from tendon_cli.model.window import LIMIT_NAMES, NOTHING, Bounds
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, Bounds
 
 Pair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less; one alone that no pretension can keep."""

@@ -12,7 +12,7 @@ from tendon_cli.design.factors import Numbers
 from tendon_cli.design.problem import Problem, Rows
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.window import LIMIT_NAMES, Codes
+from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.study.people.population import Population
 
 MORE, LESS, NEITHER = 1, -1, 0

@@ -14,8 +14,9 @@ from tendon_cli.design.numbers import model_design
 from tendon_cli.model import window
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import Bounds
 from tendon_cli.model.motor_window import MotorBounds, narrowed
-from tendon_cli.model.window import Bounds, Window
+from tendon_cli.model.window import Window
 from tendon_cli.study.study import Study
 
 Flags = npt.NDArray[np.bool_]

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 
 import numpy as np
 
 from tendon_cli.design.factors import PRETENSION, Factor, Product, factors_of
 from tendon_cli.design.problem import Problem
-from tendon_cli.model.motor_window import MotorBounds
-from tendon_cli.model.window import Bounds
 from tendon_cli.study.checks import case_numbers
-from tendon_cli.study.design import MOTION_LIMITS
 from tendon_cli.study.study import DRAW_AXIS, PERSON_AXIS, Study, split_side
+from tendon_cli.sweep.inputs import bounds_of, motor_bounds_of
 
 _SEVERAL = ("peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency")
-_BOUNDS = tuple(each.name for each in fields(Bounds))
 
 
 def question(study: Study) -> Problem:
@@ -48,17 +44,6 @@ def conditions_of(factors: list[Factor]) -> Product:
     weighting = np.ones(len(whose)) if whose.weighting is None else whose.weighting
     groups = np.repeat(np.arange(len(whose)), each)
     return Product((whose, *others), weighting=np.repeat(weighting, each), groups=groups)
-
-
-def bounds_of(study: Study) -> Bounds:
-    """The limits of a study as the model holds states to them."""
-    return Bounds(**{name: value for name, value in study.limits.items() if name in _BOUNDS})
-
-
-def motor_bounds_of(study: Study) -> MotorBounds | None:
-    """The limits of a study on the motor; None where it has none."""
-    limits = {name: value for name, value in study.limits.items() if name in MOTION_LIMITS}
-    return MotorBounds(study.motion.speed.single, **limits) if study.motion.speed is not None and limits else None
 
 
 def _left_out(study: Study) -> list[str]:

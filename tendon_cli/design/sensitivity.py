@@ -11,10 +11,10 @@ from tendon_cli.design.candidates import Candidates, numbers_of
 from tendon_cli.design.numbers import SIDE
 from tendon_cli.design.problem import Flags, Problem
 from tendon_cli.design.solve import solve
-from tendon_cli.model import window
+from tendon_cli.model import limits
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.window import Bounds
+from tendon_cli.model.limits import Bounds
 from tendon_cli.study.study import SIDES
 
 End = Literal["from", "to"]
@@ -57,7 +57,7 @@ def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
     for end in ends:
         code = int(getattr(choice.solutions, f"{end}_by")[0])
         state = int(getattr(choice.solutions, f"{end}_state")[0])
-        if state >= 0 and code < window.OF_THE_MOTOR and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
+        if state >= 0 and code < limits.OF_THE_MOTOR and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
             found += _of_end(problem, choice, end, code, state)
     return sorted(found, key=lambda each: -abs(each.per_percent))
 
@@ -72,7 +72,7 @@ def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: in
     for key, value in _numbers_at(alone, numbers).items():
         changed = {key: np.array([value + _STEP * 1j])}
         design = alone.design(numbers, alone.condition_numbers | changed)
-        slope = window.limit_end(code, design, *at, problem.bounds).imag.item() / _STEP
+        slope = limits.limit_end(code, design, *at, problem.bounds).imag.item() / _STEP
         found.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
     return found + _of_limit(problem, alone.design(numbers), end, code, at)
 
@@ -103,12 +103,12 @@ def _single(value: object) -> float:
 
 def _of_limit(problem: Problem, design: Design, end: End, code: int, at: tuple[Array, Flags]) -> list[Sensitivity]:
     """And of the limit itself."""
-    name = window.LIMIT_NAMES[code]
+    name = limits.LIMIT_NAMES[code]
     if name not in {each.name for each in fields(Bounds)}:
         return []
     own = float(getattr(problem.bounds, name))
     complex_bound: Any = own + _STEP * 1j
-    slope = window.limit_end(code, design, *at, replace(problem.bounds, **{name: complex_bound})).imag.item() / _STEP
+    slope = limits.limit_end(code, design, *at, replace(problem.bounds, **{name: complex_bound})).imag.item() / _STEP
     return [Sensitivity(end, f"limits.{name}", own, slope, steady=True)]
 
 

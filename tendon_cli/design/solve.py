@@ -13,7 +13,8 @@ from tendon_cli.design.factors import Numbers
 from tendon_cli.design.problem import Flags, Problem, Rows
 from tendon_cli.model import actuator
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.window import Codes, Window, contact_pressure
+from tendon_cli.model.limits import Codes, contact_pressure
+from tendon_cli.model.window import Window
 
 Kind = TypeVar("Kind", bound=np.generic)
 
@@ -41,7 +42,7 @@ class Solutions:
     windows: npt.NDArray[np.int64]
     """How many intervals serve enough; the widest is told."""
     from_by: Codes
-    """Index into `window.LIMIT_NAMES`, or NOTHING."""
+    """Index into `limits.LIMIT_NAMES`, or NOTHING."""
     to_by: Codes
     from_condition: Rows
     to_condition: Rows

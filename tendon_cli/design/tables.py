@@ -11,7 +11,7 @@ from tendon_cli.design.candidates import Candidates, Columns
 from tendon_cli.design.factors import Factor
 from tendon_cli.design.problem import Flags, Problem
 from tendon_cli.design.solve import WORST
-from tendon_cli.model.window import LIMIT_NAMES
+from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.study import keys
 from tendon_cli.sweep.columns import versions

@@ -17,7 +17,7 @@ from tendon_cli.design.fixes import Fix
 from tendon_cli.design.rank import Goal, losses
 from tendon_cli.design.sensitivity import Sensitivity
 from tendon_cli.design.words import broken, counted, of_key, of_row, rounded, shown
-from tendon_cli.model.window import LIMIT_NAMES, NOTHING
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.study import keys
 

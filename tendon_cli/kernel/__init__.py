@@ -2,7 +2,8 @@
 
 In C a state is said once, in `state.h`: `drive_at` is what a design has in one direction, `lines_at` some of its states
 as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
-`rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted. `arrays.h` names, once, what
+`rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted, `window.h` between which
+pretensions every limit is kept. `arrays.h` names, once, what
 goes in and out; `module.c` checks what Python hands over and lets go of Python's lock. Everything is compiled for each
 kind of processor, and the best that runs here is taken.
 
@@ -14,23 +15,27 @@ choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bi
 
 from __future__ import annotations
 
+import functools
 import importlib
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.model import limits, window
 from tendon_cli.model.actuator import Situation, State
 from tendon_cli.model.extremes import Found, fold
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import Bounds
 
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 2
+VERSION = 3
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -90,6 +95,48 @@ def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[
     else:
         given = _given(at, shape)
         native().extremes(chosen, given, np.ascontiguousarray(elbow_angle), found, _axis_of_pretension(given))
+
+
+def fold_window(
+    found: window.Found,
+    at: Situation,
+    bounds: Bounds,
+    shape: tuple[int, ...],
+    first: int = 0,
+    angles: int | None = None,
+) -> None:
+    """Fold all states of a block into what was found of its designs: `model.window.fold`.
+
+    The elbow angles of the block are those from `first` on of `angles` in each direction, by default all. Pretension
+    plays no part, so axes that nothing else depends on are one long in `shape`.
+    """
+    sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in ("flexor", "extensor")}
+    at = replace(at, design=replace(at.design, **sides))
+    total, chosen = angles or shape[-1], kind()
+    if chosen is None:
+        states = np.arange(shape[-2])[:, np.newaxis] * total + first + np.arange(shape[-1])
+        window.fold(found, at, bounds, states)
+    else:
+        held = {name: _over(values, shape) for name, values in _held_to(at, bounds).items()}
+        native().window(chosen, _given(at, shape), held, found, first, total)
+
+
+def _held_to(at: Situation, bounds: Bounds) -> dict[str, Array]:
+    """What compiled code takes of bounds, by the names of BOUNDS in `arrays.h`."""
+    given = limits.bounds_of_tension(at, bounds)
+
+    def tightest(ufunc: np.ufunc, *chosen: int) -> Array:
+        start = np.full((1,) * 2, -np.inf if ufunc is np.maximum else np.inf)
+        return np.asarray(functools.reduce(ufunc, (given[limit] for limit in chosen if limit in given), start))
+
+    return {
+        "flexor_least": tightest(np.maximum, limits.FLEXOR_LEAST),
+        "flexor_most": tightest(np.minimum, limits.FLEXOR_MOST, limits.FLEXOR_SPRING),
+        "extensor_least": tightest(np.maximum, limits.EXTENSOR_LEAST),
+        "extensor_most": tightest(np.minimum, limits.EXTENSOR_MOST, limits.EXTENSOR_SPRING, limits.PRESSURE),
+        "torque_most": np.asarray(bounds.peak_motor_torque, dtype=np.float64),
+        "stiffness_least": np.asarray(bounds.min_elbow_stiffness, dtype=np.float64),
+    }
 
 
 def _given(at: Situation, shape: tuple[int, ...]) -> dict[str, Array]:

@@ -22,13 +22,22 @@
 /* What a design comes to over its states: smallest, largest, counted. */
 #define EXTREMES(X)                                                                                                    \
     X(min_flexor_tension) X(min_extensor_tension) X(max_tension) X(max_extensor_distal) X(max_spring_extension)        \
-    X(max_slack) X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)                      \
+    X(max_slack) X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)         \
     X(min_elbow_stiffness) X(first_slack_angle) X(required_pretension) X(margin) X(slack) X(unstable) X(no_equilibrium)
+
+/* What distal tensions, motor torque (by magnitude) and elbow stiffness are held to; infinite where nothing is asked. */
+#define BOUNDS(X)                                                                                                      \
+    X(flexor_least) X(flexor_most) X(extensor_least) X(extensor_most) X(torque_most) X(stiffness_least)
+
+/* Between which pretensions a design keeps these, the states that bind, and the first that no pretension could help. */
+#define WINDOW(X) X(low) X(high) X(low_state) X(high_state) X(blocked)
 
 #define IN_ENUM(name) IN_##name,
 #define OF_ENUM(name) OF_##name,
 #define AT_ENUM(name) AT_##name,
-enum { GIVEN(IN_ENUM) INPUTS };
+#define END_ENUM(name) END_##name,
+enum { GIVEN(IN_ENUM) INPUTS, BEFORE_BOUNDS = INPUTS - 1, BOUNDS(IN_ENUM) LIMITED };
+enum { WINDOW(END_ENUM) ENDS };
 enum { RESULTS(OF_ENUM) COLUMNS };
 enum { EXTREMES(AT_ENUM) ACCUMULATORS };
 
@@ -89,5 +98,13 @@ typedef struct {
     const double *angle;
     long pretensions;
 } Extremes;
+
+/* Ends of windows over states: the inputs, the bounds, then an accumulator for each of WINDOW. The angles are those from
+ * `first` on of `total` in each direction. */
+typedef struct {
+    Walk walk;
+    Array arrays[LIMITED + ENDS];
+    long first, total;
+} Window;
 
 #endif

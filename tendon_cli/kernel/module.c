@@ -9,7 +9,10 @@
 #include "arrays.h"
 #include "processors.h"
 
-#define DECLARE(kind) void tendon_extremes_##kind(Extremes *what); void tendon_rows_##kind(Rows *what);
+#define DECLARE(kind)                                                                                                  \
+    void tendon_extremes_##kind(Extremes *what);                                                                       \
+    void tendon_rows_##kind(Rows *what);                                                                               \
+    void tendon_window_##kind(Window *what);
 DECLARE(plain)
 #if CHOICE
 DECLARE(avx2)
@@ -20,15 +23,18 @@ typedef struct {
     const char *name;
     void (*extremes)(Extremes *what);
     void (*rows)(Rows *what);
+    void (*window)(Window *what);
 } Kind;
+
+#define OF(kind) {#kind, tendon_extremes_##kind, tendon_rows_##kind, tendon_window_##kind}
 
 /* The kinds of code that this processor can run, the fastest last. */
 static int kinds(Kind *found) {
     int count = 0;
-    found[count++] = (Kind){"plain", tendon_extremes_plain, tendon_rows_plain};
+    found[count++] = (Kind)OF(plain);
 #if CHOICE
-    if (__builtin_cpu_supports("avx2")) found[count++] = (Kind){"avx2", tendon_extremes_avx2, tendon_rows_avx2};
-    if (__builtin_cpu_supports("avx512f")) found[count++] = (Kind){"avx512", tendon_extremes_avx512, tendon_rows_avx512};
+    if (__builtin_cpu_supports("avx2")) found[count++] = (Kind)OF(avx2);
+    if (__builtin_cpu_supports("avx512f")) found[count++] = (Kind)OF(avx512);
 #endif
     return count;
 }
@@ -45,8 +51,10 @@ static const Kind *kind_of(const char *name) {
 static const char *const given_names[] = {GIVEN(NAME)};
 static const char *const result_names[] = {RESULTS(NAME)};
 static const char *const extreme_names[] = {EXTREMES(NAME)};
+static const char *const bound_names[] = {BOUNDS(NAME)};
+static const char *const end_names[] = {WINDOW(NAME)};
 
-#define MOST_HELD (INPUTS + COLUMNS + ACCUMULATORS + 2 * MOST_AXES)
+#define MOST_HELD (LIMITED + COLUMNS + ACCUMULATORS + 2 * MOST_AXES)
 
 /* Buffers that are read or written until the call is over. */
 typedef struct {
@@ -225,6 +233,37 @@ static PyObject *call_extremes(PyObject *self, PyObject *args) {
     Py_RETURN_NONE;
 }
 
+/* window(kind, given, bounds, found, first, total): fold all states into the arrays of `found`, over designs alone; the
+ * angles are those from `first` on of `total`. */
+static PyObject *call_window(PyObject *self, PyObject *args) {
+    const char *name;
+    PyObject *given, *bounds, *found;
+    static _Thread_local Window what;
+    static _Thread_local Held held;
+    memset(&what, 0, sizeof what), held.count = 0;
+    if (!PyArg_ParseTuple(args, "sO!O!O!ll", &name, &PyDict_Type, &given, &PyDict_Type, &bounds, &PyDict_Type, &found,
+                          &what.first, &what.total))
+        return NULL;
+    const Kind *kind = kind_of(name);
+    int ready = kind && set_out(&what.walk, what.arrays, &held, given);
+    for (int i = 0; ready && i < LIMITED - INPUTS; i++) {
+        PyObject *array = found_in(bounds, bound_names[i]);
+        ready = array && over_axes(what.arrays + INPUTS + i, &held, array, bound_names[i], &what.walk, 0, 8, 1);
+    }
+    for (int i = 0; ready && i < ENDS; i++) {
+        PyObject *array = found_in(found, end_names[i]);
+        ready = array && over_axes(what.arrays + LIMITED + i, &held, array, end_names[i], &what.walk, 1, 8, 0);
+    }
+    if (ready) {
+        Py_BEGIN_ALLOW_THREADS
+        kind->window(&what);
+        Py_END_ALLOW_THREADS
+    }
+    let_go(&held);
+    if (!ready) return NULL;
+    Py_RETURN_NONE;
+}
+
 /* kinds(): the kinds of code that this processor can run, the fastest last. */
 static PyObject *call_kinds(PyObject *self, PyObject *none) {
     Kind found[3];
@@ -237,6 +276,7 @@ static PyObject *call_kinds(PyObject *self, PyObject *none) {
 static PyMethodDef methods[] = {
     {"rows", call_rows, METH_VARARGS, "rows(kind, given, keys, columns, first, count)"},
     {"extremes", call_extremes, METH_VARARGS, "extremes(kind, given, angle, found, pretensions)"},
+    {"window", call_window, METH_VARARGS, "window(kind, given, bounds, found, first, total)"},
     {"kinds", call_kinds, METH_NOARGS, "kinds()"},
     {NULL, NULL, 0, NULL},
 };

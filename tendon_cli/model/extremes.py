@@ -16,7 +16,7 @@ from tendon_cli.model import statics
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.window import contact_pressure, spool_to_tendon
+from tendon_cli.model.limits import contact_pressure, spool_to_tendon
 
 Found = dict[str, Array]
 """Over designs, by name."""

@@ -1,105 +1,44 @@
 """The window of pretension: between which pretensions of both sides a design keeps every limit, exactly.
 
-In a taut state the tensions are straight lines in the common pretension F (`statics.Response`), and so are both
-proximal tensions, spring extension, motor torque, contact pressure and elbow stiffness. A limit on one of these is a
-half-line in F, so a design's window over its states is one interval, and each of its ends belongs to one limit in one
-state. Nothing is searched. Arguments broadcast as in `actuator`; SI units, angles in radians.
+Every limit on a state is a half-line in the common pretension (`limits`), so a design's window over its states is one
+interval, and each of its ends belongs to one limit in one state. Nothing is searched. It is a fold over states:
+`begin`, `fold` in any portions, `finished`. Arguments broadcast as in `actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Transmission, couple, gravity_torque, motor_arms
+from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Real
-from tendon_cli.model.statics import SLACK_TOLERANCE, Coupling, Flag, Response, respond
+from tendon_cli.model.limits import NO_EQUILIBRIUM, NOTHING, PRETENSION, SPOOL, Bounds, Codes, lines_of, spool_to_tendon
+from tendon_cli.model.statics import SLACK_TOLERANCE, Flag
 
-(
-    FLEXOR_SLACK, EXTENSOR_SLACK, FLEXOR_LEAST, EXTENSOR_LEAST, FLEXOR_MOST, EXTENSOR_MOST, FLEXOR_SPRING,
-    EXTENSOR_SPRING, TORQUE_FORWARD, TORQUE_BACKWARD, PRESSURE, STIFFNESS, PRETENSION, SPOOL, NO_EQUILIBRIUM,
-) = range(15)  # fmt: skip
-NOTHING = -1
-"""No limit binds: no pretension is below 0, and none need be too high."""
-
-LIMIT_NAMES = (
-    "flexor slack", "extensor slack", "min_flexor_tension", "min_extensor_tension", "max_tension", "max_tension",
-    "max_spring_extension", "max_spring_extension", "peak_motor_torque", "peak_motor_torque", "max_contact_pressure",
-    "min_elbow_stiffness", "max_pretension", "min_spool_to_tendon", "no equilibrium", "max_spool_travel",
-    "max_backlash", "max_torque_band", "peak_motor_speed", "peak_motor_power", "max_motor_work_in",
-    "max_friction_loss", "min_efficiency",
-)  # fmt: skip
-"""What each limit is called: as the column of designs that it bounds. Those of the motor are of `motor_window`."""
-OF_THE_MOTOR = LIMIT_NAMES.index("max_spool_travel")
-"""From here on they are the motor's."""
-
-Codes = npt.NDArray[np.int8]
 Positions = npt.NDArray[np.int64]
 Kind = TypeVar("Kind", bound=np.generic)
+Found = dict[str, Array]
+"""The tightest ends over states, by name: `low`, `high`, their states, and the first state that is `blocked`."""
 
 
 @dataclass(frozen=True, eq=False)
-class Bounds:
-    """What a design's states are held to, in SI; infinite where nothing is asked. Slack is never allowed."""
-
-    min_flexor_tension: Real = -np.inf
-    """At both ends of the sheath, N."""
-    min_extensor_tension: Real = -np.inf
-    """At both ends of the sheath, N."""
-    max_tension: Real = np.inf
-    """Of either tendon at both ends of its sheath, N."""
-    max_spring_extension: Real = np.inf
-    """From free length, m."""
-    peak_motor_torque: Real = np.inf
-    """In magnitude, N m."""
-    max_contact_pressure: Real = np.inf
-    """Of the extensor's strap on the elbow, Pa."""
-    min_elbow_stiffness: Real = 0.0
-    """N m/rad; negative where the joint's own stiffness is counted on."""
-    max_pretension: Real = np.inf
-    """N."""
-    min_spool_to_tendon: Real = 0.0
-    """Diameter of a spool over that of its tendon."""
-
-
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A quantity of a taut state over its surplus v = F - shortfall: base + gain v, which may be `most` at most."""
-
-    limit: int | Codes
-    """Index into LIMIT_NAMES."""
-    base: Array
-    gain: Array
-    most: Real
-
-    @property
-    def end(self) -> Array:
-        """The surplus at which the limit is just kept."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray((self.most - self.base) / self.gain)
-
-
-@dataclass(frozen=True, eq=False)
-class Window:
+class Ends:
     """The pretensions at which designs keep all limits in all states: from `low` to `high`; empty where low > high.
 
-    Both are NaN where no pretension could do: `low_by` is then the reason.
+    Both are NaN where no pretension could do.
     """
 
     low: Array
     """Smallest pretension of both sides, at least 0, N."""
     high: Array
     """Largest, N; infinite where nothing bounds it."""
-    low_by: Codes
-    """The limit that binds, an index into LIMIT_NAMES, or NOTHING."""
-    high_by: Codes
     low_state: Positions
-    """The state that binds, by its place among the design's states; -1 where the limit belongs to none."""
+    """The state that binds, by its place among the design's states, or where no pretension could do, the first in
+    which that is so; -1 where the limit belongs to no state."""
     high_state: Positions
 
     @property
@@ -108,25 +47,92 @@ class Window:
         return np.asarray(self.low <= self.high)
 
 
-def spool_to_tendon(design: Design) -> Array:
-    """Smaller spool's diameter over its tendon's: what bending over the spool does to a rope."""
-    flexor = 2.0 * np.asarray(design.flexor_radius) / design.flexor.diameter
-    extensor = 2.0 * np.asarray(design.ratio) * design.flexor_radius / design.extensor.diameter
-    return np.minimum(flexor, extensor)
+@dataclass(frozen=True, eq=False)
+class Window(Ends):
+    """The ends of windows with the limits that bind there, or where no pretension could do, the reason."""
 
-
-def contact_pressure(design: Design, extensor_tension: Array) -> Array:
-    """p = T / (R_elb w) of the extensor's strap around the elbow (Pa), T its distal tension (N)."""
-    return np.asarray(extensor_tension / (np.asarray(design.arm.anchors.elbow_radius) * design.arm.contact_width))
+    low_by: Codes
+    """Index into LIMIT_NAMES, or NOTHING."""
+    high_by: Codes
 
 
 def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> Window:
-    """The windows of designs over their states, which lie along the last two axes of the broadcast product.
+    """The windows of designs over their states, which lie along the last two axes of the broadcast product."""
+    at = Situation.of(design, elbow_angle, flexion)
+    low, high, low_by, high_by, blocked = _of_states(at, bounds)
+    given = (low, high, low_by, high_by, blocked, spool_to_tendon(design), np.asarray(bounds.max_pretension))
+    shape = np.broadcast_shapes(*(each.shape for each in given), (1, 1))
+    found = begin(shape[:-2])
+    fold(found, at, bounds, np.arange(shape[-2] * shape[-1]).reshape(shape[-2:]))
+    ends = finished(found, design, bounds)
+    return Window(
+        **vars(ends),
+        low_by=_by(ends.low_state, low_by, ends, blocked, upper=False),
+        high_by=_by(ends.high_state, high_by, ends, blocked, upper=True),
+    )
 
-    Every line of `lines` bounds each state from one side (the side its slope says), or not at all where pretension
-    changes nothing; the tightest over all states are the ends.
+
+def begin(shape: tuple[int, ...]) -> Found:
+    """Nothing found yet, for designs of a shape; other angles of the same designs may be folded in turn."""
+    starts = {"low": -np.inf, "high": np.inf, "low_state": -1.0, "high_state": -1.0, "blocked": np.inf}
+    return {name: np.full(shape, start) for name, start in starts.items()}
+
+
+def fold(found: Found, at: Situation, bounds: Bounds, states: Positions) -> None:
+    """Take in states, which lie along the last two axes and whose places among the design's are `states`."""
+    low, high, _, _, blocked = _of_states(at, bounds)
+    whole = (*found["low"].shape, *states.shape)
+    numbers = states.ravel().astype(np.float64)
+
+    def flat(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
+        return np.broadcast_to(values, whole).reshape(*whole[:-2], -1)
+
+    ends = (("low", np.where(np.isnan(low), -np.inf, low), 1.0), ("high", np.where(np.isnan(high), np.inf, high), -1.0))
+    for name, values, sign in ends:
+        spread = flat(values)
+        place = np.argmax(sign * spread, axis=-1)
+        end, state, before = _at(spread, place), numbers[place], found[f"{name}_state"]
+        tighter = (sign * end > sign * found[name]) | ((end == found[name]) & np.isfinite(end) & (state < before))
+        np.copyto(found[name], end, where=tighter)
+        np.copyto(before, state, where=tighter)
+    first = np.min(np.where(flat(blocked) != NOTHING, numbers, np.inf), axis=-1)
+    np.minimum(found["blocked"], first, out=found["blocked"])
+
+
+def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
+    """The ends, from the tightest over all states and from what holds for the whole design."""
+    is_thin = _over_design(spool_to_tendon(design) < bounds.min_spool_to_tendon * (1.0 - SLACK_TOLERANCE))
+    ceiling = _over_design(np.asarray(bounds.max_pretension))
+    low, high, stuck = found["low"], found["high"], np.isfinite(found["blocked"])
+    shut = stuck | is_thin
+    state = np.where(is_thin, -1.0, found["blocked"])
+    by_floor, by_ceiling = ~(low > 0.0), (ceiling < high) | np.isinf(high)
+    low_state = np.where(shut, state, np.where(by_floor, -1.0, found["low_state"]))
+    high_state = np.where(shut, state, np.where(by_ceiling, -1.0, found["high_state"]))
+    return Ends(
+        low=np.where(shut, np.nan, np.maximum(low, 0.0)),
+        high=np.where(shut, np.nan, np.minimum(high, ceiling)),
+        low_state=low_state.astype(np.int64),
+        high_state=high_state.astype(np.int64),
+    )
+
+
+def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, *, upper: bool) -> Codes:
+    """The limits that bind at ends, from those of all states."""
+    shape = (*state.shape, *np.broadcast_shapes(codes.shape, blocked.shape)[-2:])
+    place = np.maximum(state, 0) % (shape[-1] * shape[-2])
+    of_state, reason = (_at(np.broadcast_to(each, shape).reshape(*state.shape, -1), place) for each in (codes, blocked))
+    of_none = np.where(np.isfinite(ends.high), PRETENSION, NOTHING) if upper else np.asarray(NOTHING)
+    open_by = np.where(state < 0, of_none, of_state)
+    return np.where(np.isnan(ends.low), np.where(state < 0, SPOOL, reason), open_by).astype(np.int8)
+
+
+def _of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
+    """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep.
+
+    Each line bounds from one side, which its slope says, or not at all where pretension changes nothing.
     """
-    shortfall, (slack, *others) = _all_lines(design, elbow_angle, flexion, bounds)
+    shortfall, (slack, *others) = lines_of(at, bounds)
     low, high = slack.end, np.full((), np.inf)
     low_by = high_by = np.asarray(slack.limit, dtype=np.int8)
     blocked = np.where(np.isnan(shortfall), np.int8(NO_EQUILIBRIUM), np.int8(NOTHING))
@@ -138,109 +144,7 @@ def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> 
         blocked = np.where(hopeless & (blocked == NOTHING), line.limit, blocked)
         low_by, low = np.where(below > low, line.limit, low_by), np.maximum(low, below)
         high_by, high = np.where(above < high, line.limit, high_by), np.minimum(high, above)
-    return _over_states(design, bounds, shortfall + low, shortfall + high, low_by, high_by, blocked)
-
-
-def limit_end(limit: int, design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> Array:
-    """The pretension at which one limit is just kept in each state, N; also of complex numbers, for derivatives."""
-    if limit == PRETENSION:
-        return np.asarray(bounds.max_pretension)
-    shortfall, found = _all_lines(design, elbow_angle, flexion, bounds)
-    if limit in (FLEXOR_SLACK, EXTENSOR_SLACK):
-        return shortfall
-    return np.asarray(shortfall + next(line.end for line in found if np.all(line.limit == limit)))
-
-
-def _all_lines(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> tuple[Array, list[Line]]:
-    motion, flexor, extensor, tied = couple(design, elbow_angle, flexion)
-    response = respond(tied)
-    backward = np.asarray(tied.elbow_torque < 0.0)
-    slack = np.where(backward, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
-    found = [Line(slack, np.zeros(()), np.full((), -1.0), 0.0)]
-    found += _of_tensions(design, flexor, extensor, response, bounds)
-    found += _of_torque(design, flexor, extensor, response, bounds)
-    torque_slope = gravity_torque(design.arm, design.load_mass, elbow_angle)[1]
-    found += _of_stiffness(tied, response, motion.flexor_moment_arm_slope, torque_slope, bounds)
-    return response.shortfall, found
-
-
-def _of_tensions(
-    design: Design, flexor: Transmission, extensor: Transmission, response: Response, bounds: Bounds
-) -> Iterator[Line]:
-    """Along a sheath tension only scales, so bounds at both ends are bounds on the distal tensions."""
-    x, x_gain, y, y_gain = (
-        response.flexor_floor, response.flexor_gain, response.extensor_floor, response.extensor_gain
-    )  # fmt: skip
-    if _asked(bounds.min_flexor_tension):
-        yield Line(FLEXOR_LEAST, -x, -x_gain, -bounds.min_flexor_tension * np.maximum(1.0, flexor.capstan))
-    if _asked(bounds.min_extensor_tension):
-        yield Line(EXTENSOR_LEAST, -y, -y_gain, -bounds.min_extensor_tension * np.maximum(1.0, extensor.capstan))
-    if _asked(bounds.max_tension):
-        yield Line(FLEXOR_MOST, x, x_gain, bounds.max_tension * np.minimum(1.0, flexor.capstan))
-        yield Line(EXTENSOR_MOST, y, y_gain, bounds.max_tension * np.minimum(1.0, extensor.capstan))
-    if _asked(bounds.max_spring_extension):
-        yield Line(FLEXOR_SPRING, x, x_gain, bounds.max_spring_extension / flexor.spring)
-        yield Line(EXTENSOR_SPRING, y, y_gain, bounds.max_spring_extension / extensor.spring)
-    if _asked(bounds.max_contact_pressure):
-        area = np.asarray(design.arm.anchors.elbow_radius) * design.arm.contact_width
-        yield Line(PRESSURE, y, y_gain, bounds.max_contact_pressure * area)
-
-
-def _of_torque(
-    design: Design, flexor: Transmission, extensor: Transmission, response: Response, bounds: Bounds
-) -> Iterator[Line]:
-    if _asked(bounds.peak_motor_torque):
-        flexor_arm, extensor_arm = motor_arms(design, flexor, extensor)
-        base = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
-        gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
-        yield Line(TORQUE_FORWARD, base, gain, bounds.peak_motor_torque)
-        yield Line(TORQUE_BACKWARD, -base, -gain, bounds.peak_motor_torque)
-
-
-def _of_stiffness(
-    tied: Coupling, response: Response, moment_arm_slope: Array, torque_slope: Array, bounds: Bounds
-) -> Iterator[Line]:
-    """k falls with the flexor's tension where the moment arm grows, and rises where it shrinks."""
-    if _asked(bounds.min_elbow_stiffness):
-        springs = np.square(tied.moment_arm) / tied.flexor_compliance
-        springs = springs + np.square(tied.elbow_radius) / tied.extensor_compliance
-        base = springs + (torque_slope - response.flexor_floor * moment_arm_slope)
-        gain = -response.flexor_gain * moment_arm_slope
-        yield Line(STIFFNESS, -base, -gain, -np.asarray(bounds.min_elbow_stiffness))
-
-
-def _asked(bound: Real) -> bool:
-    return not np.all(np.isinf(bound))
-
-
-def _over_states(
-    design: Design, bounds: Bounds, low: Array, high: Array, low_by: Codes, high_by: Codes, blocked: Codes
-) -> Window:
-    """The tightest ends over the last two axes, and what holds for the whole design."""
-    is_thin, ceiling = spool_to_tendon(design) < bounds.min_spool_to_tendon, np.asarray(bounds.max_pretension)
-    given = (low, high, low_by, high_by, blocked, is_thin, ceiling)
-    shape = np.broadcast_shapes(*(each.shape for each in given), (1, 1))
-    low, high = (np.broadcast_to(end, shape).reshape(*shape[:-2], -1) for end in (low, high))
-    limits = (np.broadcast_to(codes, shape).reshape(*shape[:-2], -1) for codes in (low_by, high_by, blocked))
-    low_by, high_by, blocked = limits
-    at_low = np.argmax(np.where(np.isnan(low), -np.inf, low), axis=-1)
-    at_high = np.argmin(np.where(np.isnan(high), np.inf, high), axis=-1)
-    low, low_by, high, high_by = _at(low, at_low), _at(low_by, at_low), _at(high, at_high), _at(high_by, at_high)
-    reason = _at(blocked, at_block := np.argmax(blocked != NOTHING, axis=-1))
-    is_thin, ceiling = _over_design(is_thin), _over_design(ceiling)
-    reason, at_block = np.where(is_thin, SPOOL, reason), np.where(is_thin, -1, at_block)
-    by_ceiling, by_floor, shut = ceiling < high, ~(low > 0.0), reason != NOTHING
-    low, high = np.maximum(low, 0.0), np.minimum(high, ceiling)
-    low_by = np.where(by_floor, NOTHING, low_by)
-    high_by = np.where(by_ceiling, PRETENSION, np.where(np.isinf(high), NOTHING, high_by))
-    return Window(
-        low=np.where(shut, np.nan, low),
-        high=np.where(shut, np.nan, high),
-        low_by=np.where(shut, reason, low_by).astype(np.int8),
-        high_by=np.where(shut, reason, high_by).astype(np.int8),
-        low_state=np.where(shut, at_block, np.where(by_floor, -1, at_low)),
-        high_state=np.where(shut, at_block, np.where(by_ceiling | np.isinf(high), -1, at_high)),
-    )
+    return shortfall + low, shortfall + high, low_by, high_by, blocked
 
 
 def _at(values: npt.NDArray[Kind], where: Positions) -> npt.NDArray[Kind]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from tendon_cli.design.coverage import grouped, share_served
 from tendon_cli.design.question import question
-from tendon_cli.model.window import Bounds
+from tendon_cli.model.limits import Bounds
 from tendon_cli.model.window import window as window_of
 from tendon_cli.paper.runs import Array, Run
 from tendon_cli.study.load import study_from

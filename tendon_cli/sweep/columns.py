@@ -92,7 +92,11 @@ class Tables:
         """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""
         if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
             return False
-        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle", *OF_CYCLES):
+        if result == "min_spool_to_tendon":
+            return False
+        if result in ("max_contact_pressure", "pretension_from", "pretension_to", *OF_CYCLES):
+            return True
+        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
             return True
         if result == "spool_angle" and self.inputs.may_be_unilateral:
             return True

@@ -11,9 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.model import extremes
+from tendon_cli.model import extremes, window
+from tendon_cli.model.design import Design
+from tendon_cli.model.limits import Bounds
+from tendon_cli.model.motor_window import narrowed
 from tendon_cli.sweep.cycles import cycle_columns
-from tendon_cli.sweep.inputs import Inputs
+from tendon_cli.sweep.inputs import Inputs, bounds_of, motor_bounds_of
 from tendon_cli.sweep.plan import Block
 
 
@@ -26,7 +29,7 @@ class Totals:
     stable: int = 0
     """Designs without a state of less than the least elbow stiffness."""
     feasible: int = 0
-    """Designs that are taut and stable."""
+    """Designs that are taut, stable and within every limit."""
     slack: int = 0
     """States with a slack tendon."""
     no_equilibrium: int = 0
@@ -64,8 +67,8 @@ class DesignRows:
             self.go_on()
             found = self._found(block)
             results = extremes.finished(found, plan.states_per_design) | cycle_columns(self.inputs, block)
-            bounded = results | extremes.of_design(self.inputs.design(block), found)
-            judged = extremes.judged(bounded, plan.study.limits)
+            results |= extremes.of_design(self.inputs.design(block), found) | self._window(block)
+            judged = extremes.judged(results, plan.study.limits)
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
             self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})
             places = zip(block.designs, self.block.designs, strict=True)
@@ -82,6 +85,26 @@ class DesignRows:
             kernel.fold_extremes(found, self.inputs.situation(stretch), angles, stretch.shape)
         return found
 
+    def _window(self, block: Block) -> extremes.Found:
+        """The windows of a block's designs, worked out once for all that differ in pretension alone."""
+        at_once = block.first_along(self.inputs.only_pretension)
+        design, study = self.inputs.design(at_once), self.inputs.plan.study
+        if (motor := motor_bounds_of(study)) is not None:  # limits over several states at once
+            motion = self.inputs.motion(at_once)
+            whole = window.window(design, *motion, bounds_of(study))
+            ends: window.Ends = narrowed(whole, design, *motion, motor).window
+        else:
+            ends = self._ends(at_once, design, bounds_of(study))
+        span = {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}
+        return {name: np.broadcast_to(end, block.shape[:-2]) for name, end in span.items()}
+
+    def _ends(self, block: Block, design: Design, bounds: Bounds) -> window.Ends:
+        found, angles = window.begin(block.shape[:-2]), len(self.inputs.plan.elbow_angles)
+        for stretch in block.by_angles(_ARRAY if kernel.kind() else self.inputs.plan.block_states):
+            situation = self.inputs.situation(stretch)
+            kernel.fold_window(found, situation, bounds, stretch.shape, stretch.angles.start, angles)
+        return window.finished(found, design, bounds)
+
     def _small(self, block: Block) -> Iterator[Block]:
         """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
         axis = self._to_cut(block)
@@ -96,11 +119,16 @@ class DesignRows:
         plan, lengths = self.inputs.plan, block.shape[:-2]
         free, arm = set(self.inputs.only_pretension), set(self.inputs.of_the_arm)
         whole = set(range(len(lengths)))
-        limits = [(whole, plan.states_per_design, plan.block_states)]
+        most_of = [(whole, plan.states_per_design, plan.block_states)]
         if kernel.kind():
             per_arm, states = len(plan.elbow_angles), plan.states_per_design
-            limits = [(whole, 1, _DESIGNS), (whole, states, _STATES), (arm, per_arm, _ARRAY), (whole - free, 2, _ARRAY)]
-        for axes, each, most in limits:
+            most_of = [
+                (whole, 1, _DESIGNS),
+                (whole, states, _STATES),
+                (arm, per_arm, _ARRAY),
+                (whole - free, 2, _ARRAY),
+            ]
+        for axes, each, most in most_of:
             long = [axis for axis in axes if lengths[axis] > 1]
             if long and each * math.prod(lengths[axis] for axis in long) > most:
                 return max(long, key=lambda axis: (axis not in free, lengths[axis]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -13,8 +13,11 @@ import numpy.typing as npt
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Arm, Design, Side
 from tendon_cli.model.kinematics import Anchors, Real, kinematics
+from tendon_cli.model.limits import Bounds
+from tendon_cli.model.motor_window import MotorBounds
 from tendon_cli.study.checks import case_numbers
-from tendon_cli.study.study import SIDES, split_side
+from tendon_cli.study.design import MOTION_LIMITS
+from tendon_cli.study.study import SIDES, Study, split_side
 from tendon_cli.sweep.plan import Block, Plan
 
 Flags = npt.NDArray[np.bool_]
@@ -98,6 +101,8 @@ class Inputs:
                 return case[key]
             if key in numbers:
                 return key if numbers[key].is_axis else numbers[key].single
+        if candidates == ["arm.contact_width"]:
+            return np.nan  # the one number that a study may leave open
         raise KeyError(candidates[-1])
 
     def _one(self, given: float | str) -> Source:
@@ -132,8 +137,7 @@ class Inputs:
     @cached_property
     def _all(self) -> dict[str, Source]:
         """Every number the model takes, once."""
-        strap = ("contact_width",) if "arm.contact_width" in self.plan.study.numbers else ()
-        arm = {f"arm.{name}": self.source(f"arm.{name}") for name in (*_ARM, *strap)}
+        arm = {f"arm.{name}": self.source(f"arm.{name}") for name in _ARM}
         sides = {f"{side} {key}": self.source(key, side) for side in SIDES for key in _SIDE.values()}
         rest = {key: self.source(key) for key in ("spool.flexor_radius", "spool.ratio", "load.mass")}
         return arm | sides | rest
@@ -203,7 +207,6 @@ class Inputs:
 
         anchors = Anchors(**{name: number[f"arm.{name}"] for name in _ANCHORS})
         weight = {name: number[f"arm.{name}"] for name in _ARM if name not in _ANCHORS}
-        weight["contact_width"] = number.get("arm.contact_width", np.nan)
         return Design(
             arm=Arm(anchors, **weight),
             flexor=side("flexor"),
@@ -216,9 +219,21 @@ class Inputs:
         )
 
 
+def bounds_of(study: Study) -> Bounds:
+    """The limits of a study that are half-lines in pretension, as the model holds states to them."""
+    known = {each.name for each in fields(Bounds)}
+    return Bounds(**{name: value for name, value in study.limits.items() if name in known})
+
+
+def motor_bounds_of(study: Study) -> MotorBounds | None:
+    """The limits of a study on the motor; None where it has none."""
+    limits = {name: value for name, value in study.limits.items() if name in MOTION_LIMITS}
+    return MotorBounds(study.motion.speed.single, **limits) if study.motion.speed is not None and limits else None
+
+
 _MOST_LOOKED_INTO = 2**18
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
-_ARM = (*_ANCHORS, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
+_ARM = (*_ANCHORS, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
 _SIDE = {
     "friction": "sheath.friction",
     "bend_angle": "sheath.bend_angle",

@@ -9,7 +9,7 @@ never in memory.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -81,6 +81,13 @@ class Block:
             for part in (slice(whole.start, middle), slice(middle, whole.stop))
         )
         return first, second
+
+    def first_along(self, axes: Collection[int]) -> Block:
+        """The designs of the block that stand first along some axes."""
+        designs = (
+            slice(part.start, part.start + 1) if axis in axes else part for axis, part in enumerate(self.designs)
+        )
+        return replace(self, designs=tuple(designs))
 
     def by_angles(self, most: int) -> Iterator[Block]:
         """The block in stretches of at most so many elbow angles."""

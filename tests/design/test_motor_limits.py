@@ -6,7 +6,7 @@ import pytest
 from tendon_cli.design.question import question
 from tendon_cli.design.solve import solve
 from tendon_cli.model.cycle import cycle
-from tendon_cli.model.window import LIMIT_NAMES
+from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.study.load import study_from
 
 ASKED = {

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tendon_cli.design import problem as problem_module
-from tendon_cli.model import actuator, window
-from tendon_cli.model.window import LIMIT_NAMES
+from tendon_cli.model import actuator, limits
+from tendon_cli.model.limits import LIMIT_NAMES
 
 from .studies import CATALOGUE, LOADS, RANGES, asked, solved
 
@@ -140,4 +140,4 @@ def test_where_no_pretension_could_do_the_reason_is_told(tmp_path):
     assert {LIMIT_NAMES[code] for code in found.from_by[thin]} == {"min_spool_to_tendon"}
     assert (found.served[thin] == 0.0).all()
     assert np.isnan(found.pretension[thin]).all()
-    assert window.NOTHING not in found.from_by[thin]
+    assert limits.NOTHING not in found.from_by[thin]

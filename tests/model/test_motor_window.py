@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.cycle import cycle
+from tendon_cli.model.limits import LIMIT_NAMES, Bounds
 from tendon_cli.model.motor_window import MotorBounds, narrowed
-from tendon_cli.model.window import LIMIT_NAMES, Bounds, window
+from tendon_cli.model.window import window
 
 from .designs import baseline, design
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_cli.model import actuator, window
-from tendon_cli.model.window import LIMIT_NAMES, NOTHING, Bounds
+from tendon_cli.model import actuator, limits, window
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, Bounds
 
 from . import rig
 from .designs import baseline, design, scattered
@@ -63,7 +63,7 @@ def test_limits_of_torque_and_tension_instead_of_stiffness():
     found = windows(loads, bounds, np.radians(np.linspace(0.0, 90.0, 10))[np.newaxis], ratio=0.8)
     np.testing.assert_allclose(common(found), (172.867, 185.365), atol=5.1e-4)
     at = np.argmin(found.high)
-    assert found.high_by[at] == window.FLEXOR_MOST
+    assert found.high_by[at] == limits.FLEXOR_MOST
 
 
 # --- Random designs, limits and loads --------------------------------------------------------------------------------
@@ -142,7 +142,7 @@ def found(problem):
 def test_the_draw_has_every_kind_of_window(found):
     assert 100 < found.is_open.sum() < 700
     assert np.isinf(found.high).sum() > 5
-    assert (np.isnan(found.low) & (found.low_by == window.NO_EQUILIBRIUM)).sum() > 10
+    assert (np.isnan(found.low) & (found.low_by == limits.NO_EQUILIBRIUM)).sum() > 10
     bind = {
         LIMIT_NAMES[code] for code in np.append(found.low_by[found.is_open], found.high_by[found.is_open]) if code >= 0
     }
@@ -305,7 +305,7 @@ def test_the_end_of_one_limit_has_a_derivative_by_complex_step():
 
     def end(stiffness):
         made = design(baseline(load_mass=5.0, spring_stiffness=stiffness))
-        return window.limit_end(window.EXTENSOR_SLACK, made, angle, flexion, bounds).item()
+        return limits.limit_end(limits.EXTENSOR_SLACK, made, angle, flexion, bounds).item()
 
     step = 1e-3
     expected = (end(3e3 + step) - end(3e3 - step)) / (2 * step)
@@ -320,7 +320,7 @@ def test_every_number_has_a_derivative_by_complex_step(name):
     size = sizes.get(name, 3.0)
 
     def end(value):
-        return window.limit_end(window.FLEXOR_MOST, design(baseline(**{name: value})), angle, flexion, bounds).item()
+        return limits.limit_end(limits.FLEXOR_MOST, design(baseline(**{name: value})), angle, flexion, bounds).item()
 
     step = 1e-4 * size
     expected = (-end(size + 2 * step) + 8 * end(size + step) - 8 * end(size - step) + end(size - 2 * step)) / (

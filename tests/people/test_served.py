@@ -5,7 +5,7 @@ import pytest
 
 from tendon_cli.design.question import question
 from tendon_cli.design.solve import solve
-from tendon_cli.model import window
+from tendon_cli.model import limits, window
 from tendon_cli.study.load import study_from
 from tests.model import designs
 
@@ -70,5 +70,5 @@ def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
     problem, found = solved({"people": {"file": "people.csv"}}, arm, suit(5e3, 0.6), folder=tmp_path)
     windows = problem.windows(problem.choices.numbers(np.arange(1)), 1)
     assert np.isnan(windows.low[0]).tolist() == [False, True]
-    assert window.LIMIT_NAMES[windows.low_by[0, 1]] == "no equilibrium"
+    assert limits.LIMIT_NAMES[windows.low_by[0, 1]] == "no equilibrium"
     assert found.served[0] == 0.5

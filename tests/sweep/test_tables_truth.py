@@ -37,8 +37,12 @@ STATE_COLUMNS = [
 DESIGN_COLUMNS = [
     "min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_elbow_torque",
     "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
-    "first_slack_angle", "required_pretension", "margin", "taut", "stable", "feasible",
+    "first_slack_angle", "required_pretension", "margin", "max_contact_pressure", "min_spool_to_tendon",
+    "pretension_from", "pretension_to", "taut", "stable", "feasible",
 ]  # fmt: skip
+OF_PRETENSION = ("required_pretension", "margin", "pretension_from", "pretension_to")
+OF_THE_DESIGN = ("max_contact_pressure", "min_spool_to_tendon")
+"""Tested in test_windows.py."""
 GEOMETRY = ["flexor_moment_arm", "flexor_travel", "extensor_travel"]
 RESULTS = [name for name in STATE_COLUMNS[3:] if name not in GEOMETRY]
 TENSIONS = [f"{side}_tension_{end}" for side in ("flexor", "extensor") for end in ("proximal", "distal")]
@@ -182,7 +186,7 @@ def reduced(states):
 
 
 @pytest.mark.parametrize("run", ["full", "solvable", "per_side"])
-@pytest.mark.parametrize("column", [name for name in DESIGN_COLUMNS if name not in ("required_pretension", "margin")])
+@pytest.mark.parametrize("column", [name for name in DESIGN_COLUMNS if name not in OF_PRETENSION + OF_THE_DESIGN])
 def test_designs_hold_what_pandas_finds_in_states(request, run, column):
     swept = request.getfixturevalue(run)
     assert_same(swept.designs[column], reduced(swept.states)[column])
@@ -330,7 +334,7 @@ def test_required_pretension_and_margin_are_null_where_a_state_has_no_equilibriu
 def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_sweep, tmp_path):
     text = '[load]\nmass = [0.0, 3.0]\n[motion]\nelbow_angle = ["165 deg", "170 deg"]\n'
     designs = new_sweep(text, tmp_path).designs
-    shares = ["slack_fraction", "unstable_fraction", "taut", "stable", "feasible"]
+    shares = ["slack_fraction", "unstable_fraction", "min_spool_to_tendon", "taut", "stable", "feasible"]
     assert designs[[name for name in DESIGN_COLUMNS if name not in shares]].isna().all(axis=None)
     assert designs["slack_fraction"].tolist() == [1.0, 1.0]
     assert designs["unstable_fraction"].tolist() == [0.0, 0.0]

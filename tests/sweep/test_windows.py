@@ -1,0 +1,90 @@
+"""The window of pretension in the table of designs, against the sweep's own verdicts over pretension."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+
+LIMITS = {
+    "max_tension": "420 N", "min_flexor_tension": "2 N", "max_spring_extension": "90 mm", "peak_motor_torque": "11 N m",
+    "max_contact_pressure": "90 kPa", "min_elbow_stiffness": "1 N m/rad", "max_pretension": "280 N",
+}  # fmt: skip
+CONTENT = {
+    "arm": {"contact_width": "40 mm", "b1": ["150 mm", "170 mm"]},
+    "spring": {"stiffness": ["2 kN/m", "6 kN/m"]},
+    "spool": {"ratio": [1.0, 0.6]},
+    "load": {"mass": ["0 kg", "4 kg", "9 kg"]},
+    "motion": {"elbow_angle": {"from": "0 deg", "to": "95 deg", "num": 20}},
+}
+
+
+def swept(content):
+    return tendon.sweep(tendon.study(content)).designs
+
+
+@pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
+@pytest.mark.parametrize("limits", [{}, LIMITS, *({name: value} for name, value in LIMITS.items())])
+def test_a_design_is_feasible_where_its_pretension_is_in_its_window(limits, slack):
+    content = {**CONTENT, "limits": limits, "model": {"slack": slack}}
+    designs = swept({**content, "tendon": {"pretension": {"from": "5 N", "to": "305 N", "num": 61}}})
+    high = designs.pretension_to.fillna(np.inf)
+    inside = (designs.pretension_from <= designs.pretension) & (designs.pretension <= high)
+    assert (designs.feasible == inside).all()
+    assert 0 < inside.sum() < len(designs)
+
+
+def test_just_within_the_ends_it_is_feasible_and_just_beyond_it_is_not():
+    found = swept({**CONTENT, "limits": LIMITS})
+    checked = 0
+    for row in found.itertuples():
+        if not row.pretension_from < row.pretension_to:
+            continue
+        for end, beyond in ((row.pretension_from, -0.01), (row.pretension_to, 0.01)):
+            for step, feasible in ((0.0, True), (beyond, False)):
+                if end + step <= 0.0:
+                    continue
+                one = {
+                    "arm": {"contact_width": 0.04, "b1": f"{row.arm_b1} m"}, "spool": {"ratio": row.spool_ratio},
+                    "spring": {"stiffness": row.spring_stiffness}, "load": {"mass": row.load_mass},
+                    "tendon": {"pretension": end + step}, "limits": LIMITS, "motion": CONTENT["motion"],
+                }  # fmt: skip
+                assert swept(one).feasible.item() == feasible
+                checked += 1
+    assert checked > 30
+
+
+def test_the_window_does_not_depend_on_pretension_nor_on_the_slack_model():
+    base = swept({**CONTENT, "limits": LIMITS})
+    for change in ({"tendon": {"pretension": "33 N"}}, {"model": {"slack": "bilateral"}}):
+        other = swept({**CONTENT, "limits": LIMITS, **change})
+        for name in ("pretension_from", "pretension_to"):
+            np.testing.assert_array_equal(other[name], base[name])
+
+
+def test_the_columns_of_whole_designs():
+    found = swept({**CONTENT, "sheath": {"friction": 0.05}})
+    np.testing.assert_allclose(found.min_spool_to_tendon, np.where(found.spool_ratio < 1.0, 24.0, 40.0))
+    states = tendon.sweep(tendon.study({**CONTENT, "sheath": {"friction": 0.05}})).states
+    pull = states.groupby("design").extensor_tension_distal.max()
+    np.testing.assert_allclose(found.max_contact_pressure, pull / (0.045 * 0.04), rtol=1e-14)
+    without = swept({"load": {"mass": "3 kg"}})
+    assert without.max_contact_pressure.isna().all()
+
+
+def test_a_thin_spool_and_no_equilibrium_leave_no_window():
+    thin = swept({"spool": {"ratio": [1.0, 0.6]}, "limits": {"min_spool_to_tendon": 30}})
+    assert thin.pretension_from.isna().tolist() == [False, True]
+    assert thin.feasible.tolist() == [True, False]
+    beyond = swept({"motion": {"elbow_angle": ["0 deg", "165 deg"]}})
+    assert beyond.pretension_from.isna().all()
+    assert not beyond.feasible.any()
+
+
+def test_a_sweep_and_an_answer_know_the_same_windows():
+    content = {**CONTENT, "limits": LIMITS, "arm": {"contact_width": "40 mm"}}
+    designs = swept(content)
+    answer = tendon.design(tendon.study(content))
+    each = designs.groupby(["spring_stiffness", "spool_ratio"], sort=False)
+    found = answer.choices[~answer.choices.refined]
+    np.testing.assert_array_equal(found.pretension_from, each.pretension_from.max())
+    np.testing.assert_array_equal(found.pretension_to, each.pretension_to.min())
