@@ -78,7 +78,8 @@ def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: in
         if not np.isfinite(values).all() or np.ptp(values) == 0.0:
             continue
         each = (found.first_order, found.total_order, sure.first_order.standard_error, sure.total_order.standard_error)
-        first, total, first_error, total_error = (np.atleast_2d(values)[at] for values in each)
+        # scipy drops axes of one result or one input.
+        first, total, first_error, total_error = (np.reshape(row, (len(names), -1))[at] for row in each)
         results.append(Indices(name, inputs, first, total, first_error, total_error, float(np.std(last[0][at]))))
     return results
 

@@ -107,7 +107,10 @@ def _windows(
     axes.set_ylabel("window of pretension (N)")
     axes.set_xlim(0.0, 100.0)
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    if len(order):
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
+    if beyond := int(np.isnan(low).sum()):
+        axes.set_title(f"{beyond} of {len(low)} {kind} stand nowhere: no pretension is possible", loc="left")
 
 
 def _bodies(axes: Axes, bodies: tuple[Values, Values], labels: tuple[str, str], groups: Sequence[Group]) -> None:

@@ -34,6 +34,13 @@ def test_served_and_others_are_told_apart(tmp_path):
     assert not has(nobody, "#0072b2")
 
 
+def test_of_those_who_have_no_window_of_any_kind_the_number_is_told(tmp_path):
+    nowhere = np.full(3, np.nan)
+    no = np.zeros(3, dtype=bool)
+    path = draw_for_whom(tmp_path / "n.png", "none", nowhere, nowhere, no, (np.nan, np.nan), np.nan)
+    assert path.stat().st_size > 5_000
+
+
 @pytest.mark.parametrize("count", [0, 1, 40])
 def test_a_curve_of_any_length_is_drawn(tmp_path, count):
     place = np.repeat(np.linspace(100.0, 140.0, count), 2)

@@ -60,7 +60,7 @@ def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = 
         persons = counts.get(kind, 0)
         values.append(_bodies(survey.of(kind), persons, np.random.default_rng([seed, number])))
         names += [f"{word} {at + 1}" for at in range(persons)]
-    note = f"{count} persons are drawn as normal and correlated; real bodies have longer tails, of weight above all"
+    note = "bodies are drawn as normal and correlated; real ones have longer tails, of weight above all"
     return Population(tuple(names), np.concatenate(values), np.ones(count), survey.male.mean_body, (note,))
 
 

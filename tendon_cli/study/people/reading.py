@@ -56,7 +56,8 @@ def read_population(content: bytes, where: str, survey: Survey, sex: str, women:
             values[:, DIMENSIONS.index(header.name)] = numbers
     _check_something_known(values, where)
     sexes = _sexes(columns.get("sex"), sex, where)
-    notes = [f"{where}: {count} person{'s' * (count > 1)}", *_notes(values, sexes, women), *ignored]
+    one = [f"{where} has 1 person: a share of it is all or nothing"] if count == 1 else []
+    notes = [*one, *_notes(values, sexes, women), *ignored]
     completed = _completed(values, sexes, survey, women)
     names = _names(columns.get("name"), count, where)
     return Population(names, completed, weighting, survey.male.mean_body, tuple(notes))
