@@ -43,7 +43,8 @@ def mutant(source: str, place: int, seed: int) -> Mutant:
 
 
 def _places(tree: ast.Module) -> list[ast.AST]:
-    """Every node that can be changed. Types and assertions are left out: nothing that runs depends on them."""
+    """Every node that can be changed. Types, decorators and assertions are left out: what users get
+    does not depend on them."""
     found: list[ast.AST] = []
     for statement in tree.body:
         is_alias = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.BinOp)
@@ -58,7 +59,7 @@ def _walk(node: ast.AST, found: list[ast.AST]) -> None:
     if _can_change(node):
         found.append(node)
     for name, value in ast.iter_fields(node):
-        if name not in ("annotation", "returns"):
+        if name not in ("annotation", "returns", "decorator_list"):
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.AST):
                     _walk(child, found)

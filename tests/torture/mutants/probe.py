@@ -52,6 +52,33 @@ slack = "bilateral"
 [motion]
 elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
 """
+ASKED = """
+name = "asked"
+[spring]
+stiffness = { from = "3 kN/m", to = "8 kN/m", num = 3 }
+[spool]
+ratio = [0.6, 0.8]
+[load]
+mass = ["0 kg", "5 kg"]
+[sheath]
+friction = { value = 0.07, tolerance = "10 %" }
+[people]
+count = 20
+[motion]
+speed = "60 deg/s"
+elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
+[limits]
+peak_motor_torque = "14 N m"
+max_tension = "450 N"
+max_friction_loss = "40 J"
+[design]
+minimise = ["pretension"]
+"""
+READINGS = "cell_1,cell_2\n" + "\n".join(
+    f"{force * (1.31 if row % 2 else 0.79) + 0.03:.4f},{force:.4f}"
+    for row, force in enumerate(0.8 + 0.05 * step for step in range(24))
+)
+"""Made up: two directions in turn, unequal gains, a zero offset."""
 STATES = [
     [f"load.mass={load}", f"motion.elbow_angle={angle}", f"motion.direction={way}", f"model.slack={slack}"]
     for load, angle, way, slack in (
@@ -78,6 +105,16 @@ COMMANDS = [
     ("fit-friction", "configs/friction/table_a1.csv", "--bend-angle", "144 deg +/- 2 deg", "--out", "mu.toml"),
     ("fit-friction", "configs/friction/raw_log.csv", "--bend-angle", "90 deg", "--json"),
     ("fit-friction", "configs/friction/several_angles.csv", "--offset", "--robust", "--json"),
+    ("fit-friction", "made.csv", "--bend-angle", "170 deg", "--offset"),
+    ("fit-friction", "made.csv", "--bend-angle", "170 deg", "--json"),
+    ("state", "asked.toml", "--reversal"),
+    ("sweep", "asked.toml", *QUICK, "--out", "asked"),
+    ("design", "asked.toml", "--no-figures", "--out", "answer"),
+    ("design", "asked.toml", "--no-figures", "--json", "--out", "answer2", "--set", "limits.max_tension=60 N"),
+    ("show", "rich", "--sort", "-max_tension", "--where", "load_mass = 3 kg"),
+    ("show", "answer"),
+    ("export", "rich", "rich.csv"),
+    ("report", "both", "--out", "both.html"),
     ("paper", "--out", "paper", "--json"),
     ("init", "mine.toml"),
     ("schema",),
@@ -90,6 +127,8 @@ def answers() -> dict[str, str]:
     """What every command says and leaves behind."""
     Path("rich.toml").write_text(RICH)
     Path("both.toml").write_text(BOTH)
+    Path("asked.toml").write_text(ASKED)
+    Path("made.csv").write_text(READINGS)
     found = {}
     for number, words in enumerate(COMMANDS):
         out, err = io.StringIO(), io.StringIO()
