@@ -20,7 +20,7 @@ from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.statics import Flags
 
 Part = TypeVar("Part")
-_LONGEST_STEP = np.radians(1.0)
+_LONGEST_STEP = float(np.radians(1.0))
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _HALVINGS = 30
 
@@ -88,7 +88,7 @@ def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]
     kinked = kinds[..., :-1] != kinds[..., 1:]
     smooth = [np.where(kinked, 0.0, each) for each in _integrals(design, low, high, flexion)]
     at = np.nonzero(kinked)
-    some, ways = _taken(design, kinked.shape, at), np.broadcast_to(flexion, kinked.shape)[at]
+    some, ways = taken(design, kinked.shape, at), np.broadcast_to(flexion, kinked.shape)[at]
     start, stop = low[at[-1]], high[at[-1]]
     while np.any(start < stop):
         kink = _next_kink(some, start, stop, ways)
@@ -99,16 +99,16 @@ def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]
     return work, loss
 
 
-def _steps(angles: Array) -> Array:
-    """The angles, and others between them, so that no step is longer than a degree."""
-    counts = np.maximum(1, np.ceil(np.diff(angles) / _LONGEST_STEP - 1e-9)).astype(np.int64)
+def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
+    """The angles, and others between them, so that no step is too long."""
+    counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
     steps = zip(angles[:-1], angles[1:], counts, strict=True)
     return np.concatenate([*(np.linspace(low, high, count, endpoint=False) for low, high, count in steps), angles[-1:]])
 
 
-def gauss(angles: Array) -> tuple[Array, Array]:
+def gauss(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
     """Nodes and weights, one after the other, for integrals over ascending angles of what has no kinks, rad."""
-    edges = _steps(angles)
+    edges = _steps(angles, longest)
     middle, half = 0.5 * (edges[:-1] + edges[1:]), 0.5 * np.diff(edges)
     return (middle[:, np.newaxis] + half[:, np.newaxis] * _NODES).ravel(), (half[:, np.newaxis] * _WEIGHTS).ravel()
 
@@ -149,16 +149,16 @@ def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Arr
     return np.where(alike, stop, high)
 
 
-def _taken(part: Part, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Part:
+def taken(part: Part, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Part:
     """Some states' designs of all, one after the other."""
-    taken: dict[str, Any] = {}
+    chosen: dict[str, Any] = {}
     for field in fields(part):  # type: ignore[arg-type]
         value = getattr(part, field.name)
         if is_dataclass(value):
-            taken[field.name] = _taken(value, shape, at)
+            chosen[field.name] = taken(value, shape, at)
         else:
-            taken[field.name] = np.broadcast_to(value, shape)[at] if np.ndim(value) else value
-    return type(part)(**taken)
+            chosen[field.name] = np.broadcast_to(value, shape)[at] if np.ndim(value) else value
+    return type(part)(**chosen)
 
 
 def _over(extreme: np.ufunc, values: Array) -> Array:

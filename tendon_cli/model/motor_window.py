@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.cycle import gauss
+from tendon_cli.model.cycle import gauss, taken
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
@@ -26,8 +26,9 @@ from tendon_cli.model.window import Window
 
 _UNIT = 100.0
 """N; between multiples of it lines and parabolas are drawn."""
+_LONG_STEP = float(np.radians(7.5))
 _SAMPLES = 65
-_HALVINGS = 50
+_HALVINGS = 45
 _DOUBLINGS = 16
 
 
@@ -77,16 +78,26 @@ Measure = Callable[[Array], Array]
 
 
 def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, bounds: MotorBounds) -> Narrowed:
-    """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`."""
-    shape = found.low.shape
-    flat = replace(found, **{each.name: getattr(found, each.name).reshape(-1).copy() for each in fields(found)})
-    motor = _Motor(design, np.asarray(elbow_angle), flexion, shape, bounds)
+    """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`.
+
+    Empty windows stay as they are.
+    """
+    shape = found.low.shape or (1,)
+    whole = {each.name: np.array(getattr(found, each.name)).reshape(shape) for each in fields(found)}
+    intervals, open_ = np.zeros(shape, dtype=np.int64), np.nonzero(found.is_open.reshape(shape))
+    if not open_[0].size or not bounds.asked:
+        return Narrowed(found, found.is_open.astype(np.int64))
+    some = Window(**{name: values[open_] for name, values in whole.items()})
+    of_some = taken(design, (*shape, 1, 1), open_)
+    motor = _Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds)
     for name, lines, most in motor.half_lines():
-        _cut(flat, LIMIT_NAMES.index(name), lines, most)
-    measures = {LIMIT_NAMES.index(name): measure for name, measure in motor.measures() if name in bounds.asked}
-    intervals = _within(flat, measures) if measures else flat.is_open.astype(np.int64)
-    shaped = {each.name: getattr(flat, each.name).reshape(shape) for each in fields(flat)}
-    return Narrowed(Window(**shaped), intervals.reshape(shape))
+        _cut(some, LIMIT_NAMES.index(name), lines, most)
+    measures = {LIMIT_NAMES.index(name): measure for name, measure in motor.measures()}
+    intervals[open_] = _within(some, measures) if measures else some.is_open
+    for name, values in whole.items():
+        values[open_] = getattr(some, name)
+    shaped = {name: values.reshape(found.low.shape) for name, values in whole.items()}
+    return Narrowed(Window(**shaped), intervals.reshape(found.low.shape))
 
 
 class _Motor:
@@ -144,42 +155,49 @@ class _Motor:
     def measures(self) -> Iterator[tuple[str, Measure]]:
         """Every limit on what is no line."""
         bounds, forward = self.bounds, self._flat(self.ways)
-        yield "max_spool_travel", lambda at: np.ptp(self.spool_angle.at(at), axis=1) - bounds.max_spool_travel
-        yield (
-            "peak_motor_power",
-            lambda at: (
-                np.max(forward * bounds.speed * self.torque.at(at) * self.spool_speed.at(at), axis=1)
-                - bounds.peak_motor_power
-            ),
-        )
-        work, loss = self._works()
-        yield "max_motor_work_in", lambda at: work(at) - bounds.max_motor_work_in
-        yield "max_friction_loss", lambda at: loss(at) - bounds.max_friction_loss
-        # Without work there is no efficiency, and nothing that could be held to one.
-        yield (
-            "min_efficiency",
-            lambda at: np.where(work(at) > 0.0, loss(at) - (1.0 - bounds.min_efficiency) * work(at), -np.inf),
-        )
+        if "max_spool_travel" in bounds.asked:
+            yield "max_spool_travel", lambda at: np.ptp(self.spool_angle.at(at), axis=1) - bounds.max_spool_travel
+        if "peak_motor_power" in bounds.asked:
+            yield (
+                "peak_motor_power",
+                lambda at: (
+                    np.max(forward * bounds.speed * self.torque.at(at) * self.spool_speed.at(at), axis=1)
+                    - bounds.peak_motor_power
+                ),
+            )
+        if "max_friction_loss" in bounds.asked:
+            lost = self._loss()
+            yield "max_friction_loss", lambda at: lost(at) - bounds.max_friction_loss
+        if "max_motor_work_in" in bounds.asked:
+            done = self._work()
+            yield "max_motor_work_in", lambda at: done(at) - bounds.max_motor_work_in
+        if "min_efficiency" in bounds.asked:
+            work, loss = self._work(), self._loss()
+            # Without work there is no efficiency, and nothing that could be held to one.
+            yield (
+                "min_efficiency",
+                lambda at: np.where(work(at) > 0.0, loss(at) - (1.0 - bounds.min_efficiency) * work(at), -np.inf),
+            )
 
-    def _works(self) -> tuple[Measure, Measure]:
-        """Work of the motor where it drives, and friction's, J."""
+    def _work(self) -> Measure:
+        """Work of the motor where it drives, J: in fine steps, for it has kinks where it begins to brake."""
         nodes, weights = gauss(np.unique(self.angles))
-        found = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT, 2.0 * _UNIT)]
-        torque = self._lines([each for _, each in found[:2]])
-        turning = self._lines([rates.spool_speed for rates, _ in found[:2]])
-        forward = np.repeat(self.ways[:, :1], len(nodes), axis=1).ravel()
-        weight = np.tile(weights, np.size(self.flexion))
-        first, second, third = (self._flat(rates.friction) @ (weight * forward) for rates, _ in found)
+        found = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT)]
+        torque, turning = self._lines([each for _, each in found]), self._lines([each.spool_speed for each, _ in found])
+        forward, weight = np.repeat(self.ways[:, 0], len(nodes)), np.tile(weights, np.size(self.flexion))
+        return lambda at: np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
+
+    def _loss(self) -> Measure:
+        """What friction takes, J: a parabola in pretension, and smooth over all angles."""
+        span = np.array([self.angles.min(), self.angles.max()])
+        nodes, weights = gauss(span, _LONG_STEP)
+        weight = np.outer(self.ways[:, 0], weights).ravel()
+        first, second, third = (
+            self._flat(self._rates(pretension, nodes[np.newaxis])[0].friction) @ weight
+            for pretension in (0.0, _UNIT, 2.0 * _UNIT)
+        )
         slope, bend = (4.0 * second - 3.0 * first - third) / 2.0, (third - 2.0 * second + first) / 2.0
-
-        def work(at: Array) -> Array:
-            return np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
-
-        def loss(at: Array) -> Array:
-            steps = at / _UNIT
-            return np.asarray(first + steps * (slope + steps * bend))
-
-        return work, loss
+        return lambda at: np.asarray(first + at / _UNIT * (slope + at / _UNIT * bend))
 
 
 def _cut(found: Window, code: int, lines: _Lines, most: float) -> None:

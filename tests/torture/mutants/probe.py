@@ -55,7 +55,7 @@ elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
 ASKED = """
 name = "asked"
 [spring]
-stiffness = { from = "3 kN/m", to = "8 kN/m", num = 3 }
+stiffness = "5 kN/m"
 [spool]
 ratio = [0.6, 0.8]
 [load]
@@ -63,7 +63,7 @@ mass = ["0 kg", "5 kg"]
 [sheath]
 friction = { value = 0.07, tolerance = "10 %" }
 [people]
-count = 20
+count = 4
 [motion]
 speed = "60 deg/s"
 elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
@@ -110,7 +110,7 @@ COMMANDS = [
     ("state", "asked.toml", "--reversal"),
     ("sweep", "asked.toml", *QUICK, "--out", "asked"),
     ("design", "asked.toml", "--no-figures", "--out", "answer"),
-    ("design", "asked.toml", "--no-figures", "--json", "--out", "answer2", "--set", "limits.max_tension=60 N"),
+    ("design", "configs/quickstart.toml", "--no-figures", "--out", "answer2"),
     ("show", "rich", "--sort", "-max_tension", "--where", "load_mass = 3 kg"),
     ("show", "answer"),
     ("export", "rich", "rich.csv"),
