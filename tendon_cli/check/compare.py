@@ -13,11 +13,15 @@ import numpy.typing as npt
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.axes import Axis, Ints
 from tendon_cli.figures.product import Product
-from tendon_cli.quantities import OF_DESIGNS, OF_STATES
+from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.study.study import Study, keys
+from tendon_cli.sweep.columns import JUDGEMENTS
 from tendon_cli.sweep.record import differences
 
 _ROWS_AT_ONCE = 2**18
+FLAGS = ("status", *JUDGEMENTS)
+"""Columns of words and truths, which are compared exactly."""
+
 _NOT_ASKED = ("name", "title", "output", "figure")
 """What a study says that changes no number."""
 
@@ -161,7 +165,7 @@ def compare_tables(here: Product, there: Product, shared: Shared, tolerance: flo
     for _, first, second in _together(here, there, shared, columns):
         for name in columns:
             for values in (first[name], second[name]):
-                if values.dtype == np.float64 and np.isfinite(values).any():
+                if name not in FLAGS and np.isfinite(values).any():
                     scale[name] = max(scale[name], float(np.nanmax(np.abs(values))))
     found: dict[str, Change] = {}
     for start, first, second in _together(here, there, shared, columns):
@@ -174,7 +178,7 @@ def compare_tables(here: Product, there: Product, shared: Shared, tolerance: flo
 
 def _results(product: Product) -> list[str]:
     """Columns that are computed; the others say which design or state a row is."""
-    known = {*OF_DESIGNS, *OF_STATES, "status", "taut", "stable", "feasible"}
+    known = {*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS}
     return [name for name in product.files.schema.names if name in known] if product.files is not None else []
 
 
@@ -206,7 +210,7 @@ def _row_numbers(
 def _change(
     table: str, name: str, first: Values, second: Values, scale: float, tolerance: float, shared: Shared, start: int
 ) -> Change | None:
-    if first.dtype != np.float64:
+    if name in FLAGS:
         differs = first != second
         share = float(differs.mean()) if len(differs) else 0.0
         size = differs.astype(float)
@@ -218,7 +222,7 @@ def _change(
     if not differs.any():
         return None
     row = int(np.argmax(size))
-    difference = float(size[row]) if first.dtype == np.float64 else None
+    difference = None if name in FLAGS else float(size[row])
     return Change(table, name, difference, share, int(differs.sum()), shared.where(start + row))
 
 

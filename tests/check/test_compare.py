@@ -85,3 +85,10 @@ def test_a_null_against_a_number_is_a_change():
     assert (change.share, change.rows) == (np.inf, 1)
     assert _change("designs", "margin", none, none, 1.0, 0.5, shared, 0) is None
     assert _change("designs", "margin", one, one, 1.0, 0.0, shared, 0) is None
+
+
+def test_flags_are_compared_exactly_whatever_the_tolerance(plain, tmp_path):
+    stiffer = swept(tmp_path / "stiffer", spring={"stiffness": "3.4 kN/m"})
+    found = compare(stiffer, plain, tolerance=1e9, apart=["spring.stiffness"]).record["changes"]
+    assert {"feasible", "status"} <= {change["column"] for change in found}
+    assert all(change["difference"] is None for change in found if np.isfinite(change["share"] or np.inf))
