@@ -9,9 +9,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import kernel
 from tendon_cli.design.factors import Factor, Numbers, Product
 from tendon_cli.design.numbers import model_design
 from tendon_cli.model import window
+from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Bounds
@@ -22,7 +24,7 @@ from tendon_cli.study.study import Study
 Flags = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.int64]
 
-_STATES_AT_ONCE = 2**19
+_STATES_AT_ONCE = 2**21
 """So that the model's arrays stay within a few megabytes each."""
 
 
@@ -116,14 +118,22 @@ class Problem:
             part = {key: values[rows] for key, values in numbers.items()}
             under = {key: values[conditions] for key, values in self.condition_numbers.items()}
             design = self.design(part, under)
-            each = window.window(design, self.angles, self.flexion, self.bounds)
+            shape = rows.stop - rows.start, conditions.stop - conditions.start
+            each = self._window(design, shape)
             if self.motor is not None:
                 each = narrowed(each, design, self.angles, self.flexion, self.motor).window
-            shape = rows.stop - rows.start, conditions.stop - conditions.start
             found.append({name: np.broadcast_to(values, shape) for name, values in vars(each).items()})
         names = list(found[0])
         joined = {name: np.concatenate([part[name].ravel() for part in found]).reshape(count, -1) for name in names}
         return Window(**joined)
+
+    def _window(self, design: Design, shape: tuple[int, int]) -> Window:
+        if kernel.kind() is None:
+            return window.window(design, self.angles, self.flexion, self.bounds)
+        found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
+        kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
+        ends = window.finished(found, design, self.bounds)
+        return window.named(ends, design, self.angles, self.flexion, self.bounds)
 
     def chunks(self, count: int) -> Iterator[tuple[slice, slice]]:
         """Choices and conditions that are worked out together: several choices, or some conditions of one."""

@@ -17,7 +17,7 @@ from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Real
 from tendon_cli.model.limits import NO_EQUILIBRIUM, NOTHING, PRETENSION, SPOOL, Bounds, Codes, lines_of, spool_to_tendon
-from tendon_cli.model.statics import SLACK_TOLERANCE, Flag
+from tendon_cli.model.statics import SLACK_TOLERANCE, Flag, Flags
 
 Positions = npt.NDArray[np.int64]
 Kind = TypeVar("Kind", bound=np.generic)
@@ -115,6 +115,20 @@ def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
         low_state=low_state.astype(np.int64),
         high_state=high_state.astype(np.int64),
     )
+
+
+def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
+    """Ends with the limits that bind, worked out anew in the states that bind alone.
+
+    The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1).
+    """
+    limits = []
+    for state, upper in ((ends.low_state, False), (ends.high_state, True)):
+        direction, angle = np.divmod(np.maximum(state, 0)[..., np.newaxis, np.newaxis], elbow_angle.size)
+        at = Situation.of(design, elbow_angle.ravel()[angle], flexion.ravel()[direction])
+        _, _, low_by, high_by, blocked = _of_states(at, bounds)
+        limits.append(_by(state, high_by if upper else low_by, ends, blocked, upper=upper))
+    return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
 
 
 def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, *, upper: bool) -> Codes:
