@@ -8,10 +8,13 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import kernel
 from tendon_cli.design.coverage import ROUNDING, grouped, share_served
 from tendon_cli.design.factors import Numbers
 from tendon_cli.design.problem import Flags, Problem, Rows
-from tendon_cli.model import actuator
+from tendon_cli.model import extremes
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Codes, contact_pressure
 from tendon_cli.model.window import Window
@@ -182,21 +185,27 @@ def worst(problem: Problem, numbers: Numbers, pretension: Array, held: Flags) ->
         part = {key: values[rows] for key, values in numbers.items()}
         under = {key: values[conditions] for key, values in problem.condition_numbers.items()}
         design = problem.design(part, under, pretension[rows])
-        state = actuator.evaluate(design, problem.angles, problem.flexion)
-        x, y = state.balance.flexor, state.balance.extensor
-        near = np.maximum(state.flexor_tension_proximal, state.extensor_tension_proximal)
+        found = _extremes(problem, design, held[rows, conditions].shape)
         quantities = (
-            np.maximum(np.maximum(x, y), near),
-            np.maximum(x * state.flexor.spring, y * state.extensor.spring),
-            state.motor_torque,
-            -state.motor_torque,
-            -state.elbow_stiffness,
-            contact_pressure(design, y),
+            found["max_tension"],
+            found["max_spring_extension"],
+            found["highest_motor_torque"],
+            -found["lowest_motor_torque"],
+            -found["min_elbow_stiffness"],
+            contact_pressure(design, found["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0],
         )
-        keep = held[rows, conditions][..., np.newaxis, np.newaxis]
         for at, values in enumerate(quantities):
-            here = np.fmax.reduce(np.where(keep, values, np.nan), axis=(1, 2, 3))
+            here = np.fmax.reduce(np.where(held[rows, conditions], values, np.nan), axis=1)
             largest[at, rows] = np.fmax(largest[at, rows], here)
     tension, extension, forward, backward, softness, pressure = largest
     torque = np.where(backward > forward, -backward, forward)
     return dict(zip(WORST, (tension, extension, torque, -softness, pressure), strict=True))
+
+
+def _extremes(problem: Problem, design: Design, shape: tuple[int, ...]) -> extremes.Found:
+    """What designs of a shape, (choices, conditions), come to over all their states."""
+    found, states = extremes.begin(shape), (*shape, problem.flexion.size, problem.angles.size)
+    kernel.fold_extremes(
+        found, Situation.of(design, problem.angles, problem.flexion), problem.angles.ravel(), states
+    )  # fmt: skip
+    return found
