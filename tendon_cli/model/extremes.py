@@ -98,14 +98,14 @@ def judged(columns: Found, limits: Mapping[str, float]) -> dict[str, npt.NDArray
     """Which designs are taut in every state, stable in each, and within every limit on a column as well, SI.
 
     A limit bounds the column of its name: from below (min_), above (max_) or in magnitude (peak_), with the tolerance
-    of slack. Limits on what `columns` have not are left out.
+    of slack. Limits on what `columns` have not are left out, and what is no number keeps them.
     """
     taut, stable = columns["slack_fraction"] == 0.0, ~(columns["min_elbow_stiffness"] < limits["min_elbow_stiffness"])
     feasible = taut & stable
     for name, limit in limits.items():
         if name in columns and name != "min_elbow_stiffness":
             beyond = limit - columns[name] if name.startswith("min_") else np.abs(columns[name]) - limit
-            feasible = feasible & (beyond <= statics.SLACK_TOLERANCE * abs(limit))
+            feasible = feasible & ~(beyond > statics.SLACK_TOLERANCE * abs(limit))
     return {"taut": taut, "stable": stable, "feasible": feasible}
 
 

@@ -3,13 +3,13 @@
 Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F. Limits on speed,
 backlash and torque band are half-lines therefore, as those of `window`; spool travel is the largest of lines less the
 smallest, which is convex. Power is a product of two lines, friction's loss a sum of such, so that the pretensions that
-they allow may be in several intervals: their ends are found by bisection between samples of the window, and the widest
-interval is used. Arguments broadcast as in `window`; SI units, angles in radians.
+they allow may be in several intervals, of which the widest is used (`intervals`). Arguments broadcast as in `window`;
+SI units, angles in radians.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.cycle import gauss, taken
 from tendon_cli.model.design import Design
+from tendon_cli.model.intervals import Measure, cut_to_widest, shut
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import MotorRates, motor_rates
@@ -27,9 +28,6 @@ from tendon_cli.model.window import Window
 _UNIT = 100.0
 """N; between multiples of it lines and parabolas are drawn."""
 _LONG_STEP = float(np.radians(7.5))
-_SAMPLES = 65
-_HALVINGS = 45
-_DOUBLINGS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +71,6 @@ class _Lines:
         return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
 
 
-Measure = Callable[[Array], Array]
-"""By how much a limit is exceeded at a pretension of each design, (designs,): above 0 it is broken."""
-
-
 def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, bounds: MotorBounds) -> Narrowed:
     """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`.
 
@@ -93,7 +87,7 @@ def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, 
     for name, lines, most in motor.half_lines():
         _cut(some, LIMIT_NAMES.index(name), lines, most)
     measures = {LIMIT_NAMES.index(name): measure for name, measure in motor.measures()}
-    intervals[open_] = _within(some, measures) if measures else some.is_open
+    intervals[open_] = cut_to_widest(some, measures) if measures else some.is_open
     for name, values in whole.items():
         values[open_] = getattr(some, name)
     shaped = {name: values.reshape(found.low.shape) for name, values in whole.items()}
@@ -210,64 +204,4 @@ def _cut(found: Window, code: int, lines: _Lines, most: float) -> None:
     found.low[higher], found.low_by[higher], found.low_state[higher] = low[higher], code, below.argmax(axis=1)[higher]
     found.high[lower], found.high_by[lower], found.high_state[lower] = high[lower], code, above.argmin(axis=1)[lower]
     hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
-    _shut(found, code, hopeless)
-
-
-def _shut(found: Window, code: int | npt.NDArray[np.int64], shut: npt.NDArray[np.bool_]) -> None:
-    """Leave no pretension at all, for a reason."""
-    shut = shut & ~np.isnan(found.low)
-    for ends, by in ((found.low, found.low_by), (found.high, found.high_by)):
-        ends[shut], by[shut] = np.nan, np.broadcast_to(code, shut.shape)[shut]
-
-
-def _within(found: Window, measures: dict[int, Measure]) -> npt.NDArray[np.int64]:
-    """Cut open windows to the widest interval within other limits, in place; returns how many there are."""
-    start = np.where(found.is_open, found.low, 0.0)
-    stop = _far_end(found, start, measures)
-    places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
-    broken = {code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()}
-    kept = ~np.any(list(broken.values()), axis=0)
-    rows = np.arange(len(start))
-    edges = np.diff(kept.astype(np.int8), axis=0, prepend=0, append=0)
-    intervals = np.where(found.is_open, (edges == 1).sum(axis=0), 0)
-    # The widest: as many samples as the count since the last broken one says, at its largest.
-    counts = np.zeros(kept.shape, dtype=np.int64)
-    for at in range(_SAMPLES):
-        counts[at] = np.where(kept[at], (counts[at - 1] if at else 0) + 1, 0)
-    last = counts.argmax(axis=0)
-    first = last - counts[last, rows] + 1
-    some = intervals > 0
-    cut_below, cut_above = some & (first > 0), some & (last < _SAMPLES - 1)
-    low, low_by = _edge(places[first, rows], places[np.maximum(first - 1, 0), rows], measures)
-    high, high_by = _edge(places[last, rows], places[np.minimum(last + 1, _SAMPLES - 1), rows], measures)
-    for cut, ends, end, by, code, state in (
-        (cut_below, found.low, low, found.low_by, low_by, found.low_state),
-        (cut_above, found.high, high, found.high_by, high_by, found.high_state),
-    ):
-        ends[cut], by[cut], state[cut] = end[cut], code[cut], -1
-    worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
-    _shut(found, np.array(list(broken))[worst], found.is_open & ~some)
-    return intervals
-
-
-def _far_end(found: Window, start: Array, measures: dict[int, Measure]) -> Array:
-    """Where windows end, or if nothing ends them, beyond where any limit is kept, as far as one looks."""
-    stop = np.where(np.isfinite(found.high) & found.is_open, found.high, start + _UNIT)
-    endless = found.is_open & np.isinf(found.high)
-    for _ in range(_DOUBLINGS if endless.any() else 0):
-        stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
-    return stop
-
-
-def _broken(at: Array, measures: dict[int, Measure]) -> npt.NDArray[np.bool_]:
-    return np.asarray(np.any([measure(at) > 0.0 for measure in measures.values()], axis=0))
-
-
-def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, npt.NDArray[np.int64]]:
-    """Where between two pretensions the limits are just kept, and the limit that is broken beyond."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (inside + outside)
-        broken = _broken(middle, measures)
-        inside, outside = np.where(broken, inside, middle), np.where(broken, middle, outside)
-    beyond = np.array([measure(outside) for measure in measures.values()])
-    return inside, np.array(list(measures))[beyond.argmax(axis=0)]
+    shut(found, code, hopeless)

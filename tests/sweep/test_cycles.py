@@ -16,6 +16,9 @@ STUDY = {
 }
 
 
+ANGLES = ("spool_travel", "max_backlash")
+
+
 @pytest.fixture(scope="module")
 def run():
     return tendon_library.sweep(tendon_library.study(STUDY))
@@ -74,6 +77,45 @@ def test_the_columns_do_not_depend_on_what_is_worked_out_at_once(run, monkeypatc
     again = tendon_library.sweep(tendon_library.study(STUDY)).designs
     for name in OF_CYCLES:
         np.testing.assert_allclose(again[name], run.designs[name], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("limit", "column"),
+    [
+        ("max_spool_travel", "spool_travel"),
+        ("max_backlash", "max_backlash"),
+        ("max_torque_band", "max_torque_band"),
+        ("peak_motor_speed", "peak_motor_speed"),
+        ("peak_motor_power", "peak_motor_power"),
+        ("max_motor_work_in", "motor_work_in"),
+        ("max_friction_loss", "friction_loss"),
+        ("min_efficiency", "efficiency"),
+    ],
+)
+def test_feasible_designs_keep_every_limit_of_the_motor(run, limit, column):
+    """Half of those that are feasible without the limit, and the window says the same of each."""
+    feasible = run.designs[run.designs["feasible"]]
+    value = float(feasible[column].median())
+    held = tendon_library.sweep(
+        tendon_library.study({**STUDY, "limits": {limit: f"{value!r} rad" if column in ANGLES else value}})
+    ).designs
+    kept = held[column] >= value if limit.startswith("min") else held[column] <= value
+    expected = run.designs["feasible"] & kept
+    assert held["feasible"].tolist() == expected.tolist()
+    assert 0 < expected.sum() < run.designs["feasible"].sum()
+    at_the_limit = held[column] == value
+    inside = (held["pretension_from"] <= held["pretension"]) & (held["pretension"] <= held["pretension_to"])
+    assert (inside == expected)[~at_the_limit].all()
+
+
+def test_a_limit_on_a_difference_that_is_none_holds_nobody_back():
+    one_way = {**STUDY["motion"], "direction": "flexion"}
+    free, held = (
+        tendon_library.sweep(tendon_library.study({**STUDY, "motion": one_way, "limits": limits})).designs["feasible"]
+        for limits in ({}, {"max_backlash": "1e-9 rad"})
+    )
+    assert free.any()
+    assert free.tolist() == held.tolist()
 
 
 @pytest.mark.parametrize("speed", ["0 deg/s", "1000000 deg/s", "-60 deg/s", "60 deg"])
