@@ -21,7 +21,7 @@ from tendon_cli.study.study import PERSON_AXIS
 MOST_SIZES = 3
 _MOST_ALONG = 16
 """Values of an axis among which sizes are chosen."""
-_MOST_PERSONS = 2000
+_MOST_PERSONS = 1000
 """Persons by whom sizes are chosen: the first so many, as the search grows with their square."""
 
 
