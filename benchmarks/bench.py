@@ -2,7 +2,9 @@
 
 Rates depend on the machine, so each stands beside something measured on it a moment before or after: the machine's own
 limit (the same tables, ready in memory, written by bare pyarrow), what an expert would write (`expert.py`), a fused
-loop in C (`fused.c`), the imports that cannot be done without. A full run is put at the end of `history.jsonl`.
+loop in C (`fused.c`), the imports that cannot be done without. Beside the ratio by the clock stands that of processor
+time, which says more on a machine that others use, and the spread of the rounds. A full run is put at the end of
+`history.jsonl`.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks import sections, studies
+from benchmarks import sections, starts, studies
 from benchmarks.machine import machine, when_and_what
 from benchmarks.report import HISTORY, Report, append
 from benchmarks.setting import Bench
@@ -23,10 +25,12 @@ QUIET = 0.5
 
 _SECTIONS = {
     "states": sections.states_sweep,
+    "kept": sections.kept_columns,
     "designs": sections.designs_sweep,
     "kernel": sections.kernel_share,
     "memory": sections.memory,
-    "start": sections.start_up,
+    "start": starts.start_up,
+    "figures": starts.figures,
     "joblib": sections.plain_script,
 }
 

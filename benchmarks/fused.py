@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from benchmarks.expert import ELBOW, GRAVITY, LOAD_AT, SPOOL, WEIGHT, WEIGHT_AT, geometry, sheath
-from benchmarks.measure import in_threads
+from benchmarks.measure import Took, in_threads
 
 if TYPE_CHECKING:
     from tendon_cli.sweep.plan import Plan
@@ -64,8 +64,8 @@ class Fused:
             **dict(zip(_LENGTHS, counts, strict=True)), elbow_radius=ELBOW, flexor_radius=SPOOL, **pointers
         )
 
-    def run(self, threads: int) -> float:
-        """Compute everything; seconds."""
+    def run(self, threads: int) -> Took:
+        """Compute everything."""
         ends = [self._combinations * at // threads for at in range(threads + 1)]
         study = ctypes.byref(self._study)
         return in_threads(partial(self._function, study, *ends[at : at + 2]) for at in range(threads))

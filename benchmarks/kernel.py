@@ -11,10 +11,11 @@ import json
 import sys
 import threading
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 from benchmarks.fused import OPTIONS, Fused
-from benchmarks.measure import in_threads, interleaved
+from benchmarks.measure import Took, in_threads, interleaved
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.load import load_study
 from tendon_cli.sweep.part import PartMaker
@@ -30,8 +31,8 @@ class Discarded:
         write({}, range(count))
 
 
-def tendon(maker: PartMaker, threads: int) -> float:
-    """All parts of a plan, computed by some threads; seconds."""
+def tendon(maker: PartMaker, threads: int) -> Took:
+    """All parts of a plan, computed by some threads."""
     parts = iter(range(maker.plan.parts))
     lock = threading.Lock()
     return in_threads([lambda: _parts(maker, parts, lock)] * threads)
@@ -52,7 +53,16 @@ def main(study: str, folder: str, threads: str, times: str) -> None:
     maker, fused = PartMaker(plan, Path(folder)), Fused(plan, Path(folder))
     fused.run(int(threads))  # its results take their memory once
     ours, theirs = interleaved(int(times), lambda: tendon(maker, int(threads)), lambda: fused.run(int(threads)))
-    print(json.dumps({"tendon": ours, "c": theirs, "states": plan.states, "options": " ".join(OPTIONS)}))
+    print(
+        json.dumps(
+            {
+                "tendon": asdict(ours)["runs"],
+                "c": asdict(theirs)["runs"],
+                "states": plan.states,
+                "options": " ".join(OPTIONS),
+            }
+        )
+    )
 
 
 if __name__ == "__main__":

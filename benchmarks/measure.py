@@ -11,7 +11,6 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 
 from benchmarks.machine import ROOT
 
@@ -19,16 +18,40 @@ _SAMPLED_EVERY = 0.02  # s
 
 
 @dataclass(frozen=True)
-class Cost:
-    """What a process took: wall-clock seconds, and peak resident bytes.
+class Took:
+    """Seconds by the clock, and of processors: user and system, of a process and of those that it waited for."""
+
+    seconds: float
+    processor: float
+
+
+@dataclass(frozen=True)
+class Cost(Took):
+    """What a whole process took, with peak resident bytes.
 
     `memory` is the peak of the largest process of the tree, as the system knows it; `tree` that of their sum, sampled,
     and only where asked for.
     """
 
-    seconds: float
     memory: int
     tree: int
+
+
+@dataclass(frozen=True)
+class Times:
+    """The runs of one side, in turn."""
+
+    runs: tuple[Took, ...]
+
+    @property
+    def seconds(self) -> list[float]:
+        """By the clock."""
+        return [each.seconds for each in self.runs]
+
+    @property
+    def processor(self) -> list[float]:
+        """Of processors."""
+        return [each.processor for each in self.runs]
 
 
 def run(command: Sequence[str], *, watch_tree: bool = False) -> Cost:
@@ -52,36 +75,36 @@ def run(command: Sequence[str], *, watch_tree: bool = False) -> Cost:
     if process.returncode:
         raise RuntimeError(f"{' '.join(command)} failed:\n{errors}")
     own = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    return Cost(seconds, own, max(own, peak[0]))
+    return Cost(seconds, usage.ru_utime + usage.ru_stime, own, max(own, peak[0]))
 
 
-def interleaved(times: int, *sides: Callable[[], float]) -> list[list[float]]:
-    """Seconds of each side, run in turn, so that a machine that slows down does so for all.
+def interleaved(times: int, *sides: Callable[[], Took]) -> list[Times]:
+    """What each side takes, run in turn, so that a machine that slows down does so for all.
 
     What is unwritten is flushed before each run, lest one side waits for the disk on behalf of another.
     """
-    taken: list[list[float]] = [[] for _ in sides]
+    taken: list[list[Took]] = [[] for _ in sides]
     for _ in range(times):
-        for side, seconds in zip(sides, taken, strict=True):
+        for side, found in zip(sides, taken, strict=True):
             os.sync()
-            seconds.append(side())
-    return taken
+            found.append(side())
+    return [Times(tuple(found)) for found in taken]
 
 
-def in_threads(calls: Iterable[Callable[[], object]]) -> float:
-    """Seconds that some calls take, each in a thread of its own."""
+def in_threads(calls: Iterable[Callable[[], object]]) -> Took:
+    """What some calls take, each in a thread of its own; processor time is that of this whole process."""
     workers = [threading.Thread(target=call) for call in calls]
-    started = time.perf_counter()
+    started, worked = time.perf_counter(), time.process_time()
     for worker in workers:
         worker.start()
     for worker in workers:
         worker.join()
-    return time.perf_counter() - started
+    return Took(time.perf_counter() - started, time.process_time() - worked)
 
 
-def median_ratio(above: Sequence[float], below: Sequence[float]) -> float:
-    """The median of the ratios of runs made next to each other."""
-    return median(one / other for one, other in zip(above, below, strict=True))
+def ratios(above: Sequence[float], below: Sequence[float]) -> list[float]:
+    """The ratios of runs made next to each other, the smallest first."""
+    return sorted(one / other for one, other in zip(above, below, strict=True))
 
 
 def _watch(process: int, peak: list[int], over: threading.Event) -> None:

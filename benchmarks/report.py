@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from statistics import median
+from typing import Any, Literal, Self
+
+from benchmarks.measure import Times, ratios
 
 HISTORY = Path(__file__).with_name("history.jsonl")
 
@@ -19,6 +22,21 @@ class Ratio:
     target: float | None = None
     bound: Literal["at most", "at least"] = "at most"
     note: str = ""
+    spread: tuple[float, float] | None = None
+    """The smallest and the largest of the pairs that the ratio is the median of."""
+    processor: float | None = None
+    """The same ratio of processor time, which other work on the machine disturbs less."""
+
+    @classmethod
+    def of(
+        cls, name: str, above: Times, below: Times, target: float | None = None,
+        bound: Literal["at most", "at least"] = "at most", note: str = "",
+    ) -> Self:  # fmt: skip
+        """The median of the ratios of runs made next to each other, by the clock and of processor time."""
+        found = ratios(above.seconds, below.seconds)
+        worked = median(ratios(above.processor, below.processor))
+        what = f"{min(above.seconds):.3g} s, {min(below.seconds):.3g} s{note and '; '}{note}"
+        return cls(name, median(found), target, bound, what, (found[0], found[-1]), worked)
 
     @property
     def met(self) -> bool | None:
@@ -32,7 +50,9 @@ class Ratio:
         value = "      -" if self.value is None else f"{self.value:7.3f}" if self.value < 10 else f"{self.value:7.1f}"
         target = "" if self.target is None else f"{self.bound} {self.target:g}"
         verdict = {True: "met", False: "MISSED", None: ""}[self.met]
-        return f"  {self.name:<50} {value}  {target:<14} {verdict:<7} {self.note}".rstrip()
+        spread = "" if self.spread is None else "{:.3g} to {:.3g}".format(*self.spread)
+        worked = "" if self.processor is None else f"processor {self.processor:.3g}"
+        return f"  {self.name:<50} {value}  {target:<14} {verdict:<7} {spread:<15} {worked:<16} {self.note}".rstrip()
 
 
 @dataclass
@@ -40,8 +60,8 @@ class Report:
     """Everything that one run of the benchmark measured."""
 
     ratios: list[Ratio] = field(default_factory=list)
-    seconds: dict[str, list[float]] = field(default_factory=dict)
-    """Raw wall-clock seconds of every run, by what ran."""
+    times: dict[str, Times] = field(default_factory=dict)
+    """Every run, by what ran."""
     memory: dict[str, float] = field(default_factory=dict)
     """Peak MB by what ran."""
 
@@ -57,12 +77,14 @@ class Report:
 
     def record(self, what: dict[str, object], machine: dict[str, object]) -> dict[str, Any]:
         """The run as one object."""
-        ratios = {ratio.name: {**asdict(ratio), "met": ratio.met} for ratio in self.ratios}
-        for entry in ratios.values():
+        told = {ratio.name: {**asdict(ratio), "met": ratio.met} for ratio in self.ratios}
+        for entry in told.values():
             del entry["name"]
-        seconds = {name: [round(each, 4) for each in taken] for name, taken in self.seconds.items()}
+        seconds = {name: [round(each, 4) for each in taken.seconds] for name, taken in self.times.items()}
+        processor = {name: [round(each, 4) for each in taken.processor] for name, taken in self.times.items()}
         memory = {name: round(peak, 1) for name, peak in self.memory.items()}
-        return {**what, "machine": machine, "ratios": ratios, "seconds": seconds, "peak_mb": memory}
+        times = {"seconds": seconds, "processor_seconds": processor}
+        return {**what, "machine": machine, "ratios": told, **times, "peak_mb": memory}
 
 
 def append(record: dict[str, Any], history: Path) -> None:

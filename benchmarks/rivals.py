@@ -12,11 +12,12 @@ import json
 import os
 import sys
 import time
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.measure import in_threads
+from benchmarks.measure import Took, in_threads
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -72,8 +73,8 @@ class Ready:
         self._tables = [(in_memory(files), encoding_of(files[0])) for files in found]
         self._target, self._threads = target, threads
 
-    def write(self) -> float:
-        """Write each table in as many slices as there are threads; seconds."""
+    def write(self) -> Took:
+        """Write each table in as many slices as there are threads."""
         return in_threads(partial(self._slices, thread) for thread in range(self._threads))
 
     def flush(self) -> float:
@@ -102,7 +103,7 @@ def bare_write(run_folder: str, target: str, threads: str) -> None:
     ready = Ready(Path(run_folder), Path(target), int(threads))
     print("ready", flush=True)
     for _ in sys.stdin:
-        print(json.dumps({"seconds": ready.write(), "flush": ready.flush()}), flush=True)
+        print(json.dumps({**asdict(ready.write()), "flush": ready.flush()}), flush=True)
 
 
 def ready_table(run_folder: str, target: str, threads: str) -> None:
@@ -112,11 +113,11 @@ def ready_table(run_folder: str, target: str, threads: str) -> None:
     import pydantic  # noqa: F401
     import typer  # noqa: F401
 
-    started = time.monotonic()
+    started, worked = time.monotonic(), time.process_time()
     ready = Ready(Path(run_folder), Path(target), int(threads))
-    reading = time.monotonic() - started
+    reading, working = time.monotonic() - started, time.process_time() - worked
     ready.write()
-    print(json.dumps({"ended": time.monotonic(), "reading": reading}))
+    print(json.dumps({"ended": time.monotonic(), "reading": reading, "processor": time.process_time() - working}))
 
 
 def joblib_per_design(study: str, target: str, most: str) -> None:
@@ -144,10 +145,11 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
         frame.insert(0, "design", design)
         return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])
 
-    started = time.perf_counter()
+    started, worked = time.perf_counter(), time.process_time()
     frames = Parallel(n_jobs=2)(delayed(one)(design) for design in range(count))
     pd.concat(frames).to_parquet(target)
-    print(json.dumps({"seconds": time.perf_counter() - started, "designs": count}))
+    took = {"seconds": time.perf_counter() - started, "processor": time.process_time() - worked}
+    print(json.dumps({**took, "designs": count}))
 
 
 if __name__ == "__main__":

@@ -10,12 +10,10 @@ from pathlib import Path
 from statistics import median
 
 from benchmarks import studies
-from benchmarks.machine import ROOT, compiler, lacking
-from benchmarks.measure import interleaved, median_ratio, run
+from benchmarks.machine import compiler, lacking
+from benchmarks.measure import Cost, Times, Took, interleaved, run
 from benchmarks.report import Ratio
-from benchmarks.setting import TENDON, Bench, designs_in, said_by
-
-LIBRARIES = "import typer, pydantic, numpy, pyarrow.parquet"
+from benchmarks.setting import Bench, designs_in, said_by
 
 _READY_BYTES = 230  # of a state in memory, with some room
 _WRITTEN_BYTES = 90  # of a state on the disk
@@ -43,39 +41,63 @@ def states_sweep(bench: Bench) -> None:
 
 
 def _states_rounds(bench: Bench, study: Path, write: Callable[[], dict[str, float]]) -> None:
-    sweeps, writes, scripts = [], [], []
+    sweeps: list[tuple[Cost, float]] = []
+    flushes: list[float] = []
+    scripts: list[Cost] = []
     script, table = Path(__file__).with_name("expert.py"), bench.scratch / "expert.parquet"
 
-    def tendon() -> float:
+    def tendon() -> Took:
         sweeps.append(bench.sweep(study))
-        return sweeps[-1][0].seconds
+        return sweeps[-1][0]
 
-    def bare() -> float:
-        writes.append(write())
-        return writes[-1]["seconds"]
+    def bare() -> Took:
+        said = write()
+        flushes.append(said.pop("flush"))
+        return Took(**said)
 
-    def expert() -> float:
+    def expert() -> Took:
         scripts.append(run([sys.executable, str(script), str(table), *map(str, bench.states)]))
         table.unlink()
-        return scripts[-1].seconds
+        return scripts[-1]
 
     ours, bares, experts = interleaved(bench.rounds, tendon, bare, expert)
-    inside = [seconds for _, seconds in sweeps]
-    on_disk = [taken["seconds"] + taken["flush"] for taken in writes]
+    inside = Times(tuple(Took(seconds, cost.processor) for cost, seconds in sweeps))
+    on_disk = Times(tuple(Took(t.seconds + flush, t.processor) for t, flush in zip(bares.runs, flushes, strict=True)))
     peak, theirs = max(cost.memory for cost, _ in sweeps) / 1e6, min(cost.memory for cost in scripts) / 1e6
-    bench.report.seconds |= {
+    bench.report.times |= {
         "states: tendon": ours, "states: tendon by run.json": inside, "states: bare write": bares,
         "states: bare write with fsync": on_disk, "states: expert's script": experts,
     }  # fmt: skip
     bench.report.memory |= {"states: tendon": peak, "states: expert's script": theirs}
     bench.report.add(
-        Ratio("tendon / bare write", median_ratio(ours, bares), 1.25, note=f"{min(ours):.2f} s, {min(bares):.2f} s"),
-        Ratio("without tendon's start-up / bare write", median_ratio(inside, bares), note=f"{min(inside):.2f} s"),
-        Ratio(
-            "tendon / bare write with fsync", median_ratio(ours, on_disk), note=f"{min(on_disk):.2f} s; tendon's has it"
-        ),
-        Ratio("expert's script / tendon", median_ratio(experts, ours), 3.0, "at least", f"{min(experts):.2f} s"),
+        Ratio.of("tendon / bare write", ours, bares, 1.25),
+        Ratio.of("without tendon's start-up / bare write", inside, bares),
+        Ratio.of("tendon / bare write with fsync", ours, on_disk, note="tendon's has it"),
+        Ratio.of("expert's script / tendon", experts, ours, 3.0, "at least"),
         Ratio("tendon's peak memory / the expert's", peak / theirs, 0.125, note=f"{peak:.0f} MB, {theirs:.0f} MB"),
+    )
+
+
+def kept_columns(bench: Bench) -> None:
+    """A sweep that keeps three columns of its states against one that keeps them all."""
+    whole = studies.states_study(*bench.states)
+    states = designs_in(bench.states) * studies.STATES_PER_DESIGN
+    bench.report.heading(f"Three columns of {states:,} states against all ({bench.rounds} interleaved pairs)")
+    few, every, size = bench.study(whole + studies.KEPT), bench.study(whole), dict[Path, int]()
+
+    def swept(study: Path) -> Took:
+        folder = bench.fresh("kept")
+        cost, _ = bench.sweep(study, keep=folder)
+        size[study] = sum(file.stat().st_size for file in folder.rglob("*.parquet"))
+        shutil.rmtree(folder)
+        return cost
+
+    ours, theirs = interleaved(bench.rounds, lambda: swept(few), lambda: swept(every))
+    bench.report.times |= {"kept: three columns": ours, "kept: all columns": theirs}
+    note = f"{size[few] / 1e6:.0f} MB, {size[every] / 1e6:.0f} MB"
+    bench.report.add(
+        Ratio.of("three columns of states / all", ours, theirs, 0.5),
+        Ratio("disk of three columns / of all", size[few] / size[every], 0.5, note=note),
     )
 
 
@@ -88,15 +110,14 @@ def designs_sweep(bench: Bench) -> None:
     first, target = bench.fresh("first"), bench.fresh("ready")
     bench.sweep(study, keep=first)
 
-    def rival() -> float:
+    def rival() -> Took:
         started = time.monotonic()
         said = said_by("rivals", "ready_table", first, target, bench.threads)
-        return float(said["ended"] - started - said["reading"])
+        return Took(float(said["ended"] - started - said["reading"]), float(said["processor"]))
 
-    ours, theirs = interleaved(bench.rounds, lambda: bench.sweep(study)[0].seconds, rival)
-    bench.report.seconds |= {"designs: tendon": ours, "designs: imports and ready table": theirs}
-    note = f"{min(ours):.2f} s, {min(theirs):.2f} s"
-    bench.report.add(Ratio("tendon / imports and write of the ready table", median_ratio(ours, theirs), 2.5, note=note))
+    ours, theirs = interleaved(bench.rounds, lambda: bench.sweep(study)[0], rival)
+    bench.report.times |= {"designs: tendon": ours, "designs: imports and ready table": theirs}
+    bench.report.add(Ratio.of("tendon / imports and write of the ready table", ours, theirs, 2.5))
 
 
 def kernel_share(bench: Bench) -> None:
@@ -110,10 +131,12 @@ def kernel_share(bench: Bench) -> None:
             bench.report.add(Ratio(name, None, target, "at least", "skipped: no C compiler (cc)"))
             continue
         said = said_by("kernel", study, bench.scratch, bench.threads, bench.rounds, **environment)
-        bench.report.seconds |= {f"kernel: tendon, {how}": said["tendon"], f"kernel: C, beside {how}": said["c"]}
-        ours, theirs = (said["states"] / min(said[side]) / 1e6 for side in ("tendon", "c"))
-        note = f"{ours:.0f} M/s, {theirs:.0f} M/s; cc {said['options']}"
-        bench.report.add(Ratio(name, median_ratio(said["c"], said["tendon"]), target, "at least", note))
+        ours, theirs = (Times(tuple(Took(**each) for each in said[side])) for side in ("tendon", "c"))
+        bench.report.times |= {f"kernel: tendon, {how}": ours, f"kernel: C, beside {how}": theirs}
+        by_tendon, by_c = (said["states"] / min(side.seconds) / 1e6 for side in (ours, theirs))
+        rates = f"tendon {by_tendon:.0f} M/s, C {by_c:.0f} M/s"
+        # The rate of tendon over that of C is the time of C over that of tendon.
+        bench.report.add(Ratio.of(name, theirs, ours, target, "at least", f"{rates}; cc {said['options']}"))
 
 
 def memory(bench: Bench) -> None:
@@ -128,31 +151,8 @@ def memory(bench: Bench) -> None:
 
 def _peak(bench: Bench, name: str, text: str) -> float:
     cost, _ = bench.sweep(bench.study(text), watch_tree=True)
-    bench.report.seconds[name], bench.report.memory[name] = [cost.seconds], cost.tree / 1e6
+    bench.report.times[name], bench.report.memory[name] = Times((cost,)), cost.tree / 1e6
     return cost.tree / 1e6
-
-
-def start_up(bench: Bench) -> None:
-    """A small study and the help against the imports that they cannot do without."""
-    bench.report.heading(f"Start-up (ratios of the minima of {bench.small_rounds} interleaved runs)")
-    fig07 = ROOT / "configs" / "paper" / "fig07.toml"
-    python = [sys.executable, "-c"]
-    names = ("small study (Fig. 7)", "imports of its libraries", "tendon --help", "import typer")
-    taken = interleaved(
-        bench.small_rounds,
-        lambda: bench.sweep(fig07)[0].seconds,
-        lambda: run([*python, LIBRARIES]).seconds,
-        lambda: run([*TENDON, "--help"]).seconds,
-        lambda: run([*python, "import typer"]).seconds,
-    )
-    bench.report.seconds |= {f"start-up: {name}": seconds for name, seconds in zip(names, taken, strict=True)}
-    small, libraries, helped, typer = map(min, taken)
-    bench.report.add(
-        Ratio(
-            "small study / importing its libraries", small / libraries, 1.5, note=f"{small:.3f} s, {libraries:.3f} s"
-        ),
-        Ratio("tendon --help / import typer", helped / typer, 1.3, note=f"{helped:.3f} s, {typer:.3f} s"),
-    )
 
 
 def plain_script(bench: Bench) -> None:
@@ -162,11 +162,13 @@ def plain_script(bench: Bench) -> None:
         ("states", studies.states_study(*bench.states), designs_in(bench.states)),
         ("designs", studies.designs_study(*bench.designs), designs_in(bench.designs)),
     ):
-        ours = bench.report.seconds.get(f"{what}: tendon")
+        ours = bench.report.times.get(f"{what}: tendon")
         if not ours:
             continue
         said = said_by("rivals", "joblib_per_design", bench.study(text), bench.fresh("plain.parquet"), 2000)
-        theirs = said["seconds"] / said["designs"] * designs
-        bench.report.seconds[f"{what}: joblib over {said['designs']} designs"] = [said["seconds"]]
-        note = f"{theirs:.0f} s by its rate"
-        bench.report.add(Ratio(f"joblib over designs / tendon, {what} study", theirs / median(ours), note=note))
+        count = said.pop("designs")
+        bench.report.times[f"{what}: joblib over {count} designs"] = Times((Took(**said),))
+        by_clock, worked = (said[name] / count * designs for name in ("seconds", "processor"))
+        name, note = f"joblib over designs / tendon, {what} study", f"{by_clock:.0f} s by its rate"
+        ratio = by_clock / median(ours.seconds)
+        bench.report.add(Ratio(name, ratio, note=note, processor=worked / median(ours.processor)))

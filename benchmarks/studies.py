@@ -9,6 +9,10 @@ STATES_PER_DESIGN = 182
 """Two directions and 91 angles, the default."""
 
 
+KEPT = '[output]\nstates = ["status", "flexor_tension_distal", "motor_torque"]\n'
+"""At the end of a study: three columns of its states."""
+
+
 def states_study(pretensions: int, springs: int, ratios: int) -> str:
     """Pretension, springs, spool and four loads, with both tables; `expert.py` computes the same designs."""
     return f"""

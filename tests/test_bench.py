@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
@@ -71,7 +72,7 @@ def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
             seen.append(designs)
             return super().fill(tables, designs)
 
-    assert kernel.tendon(Maker(plan, tmp_path), 2) > 0
+    assert kernel.tendon(Maker(plan, tmp_path), 2).processor > 0
     assert sorted(design for part in seen for design in part) == list(range(plan.designs))
 
 
@@ -79,7 +80,7 @@ def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
 def test_a_bare_write_has_the_rows_and_the_encoding_of_a_run(both_tables, tmp_path, monkeypatch, table):
     monkeypatch.setattr(rivals, "TABLES", (table,))
     ready = rivals.Ready(both_tables.folder, tmp_path / "bare", 2)
-    assert ready.write() > 0
+    assert ready.write().seconds > 0
     files = sorted(tmp_path.glob("bare-*.parquet"))
     [original] = rivals.table_files(both_tables.folder, table)
     assert sum(pq.read_metadata(file).num_rows for file in files) == pq.read_metadata(original).num_rows
@@ -130,8 +131,22 @@ def test_a_command_that_fails_is_no_measurement():
         measure.run([sys.executable, "-c", "raise SystemExit('out of paper')"])
 
 
+def times(*runs):
+    return measure.Times(tuple(measure.Took(*run) for run in runs))
+
+
 def test_the_ratio_of_pairs_is_their_median():
-    assert measure.median_ratio([2.0, 30.0, 4.0], [1.0, 10.0, 1.0]) == 3.0
+    ours, theirs = times((2.0, 1.0), (30.0, 8.0), (4.0, 1.0)), times((1.0, 1.0), (10.0, 1.0), (1.0, 1.0))
+    ratio = report.Ratio.of("name", ours, theirs, 1.25)
+    assert (ratio.value, ratio.spread, ratio.processor) == (3.0, (2.0, 4.0), 1.0)
+
+
+def test_processor_time_is_that_of_a_process_and_its_children():
+    work = "import time\nwhile time.process_time() < 0.3: pass"
+    outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {work!r}], check=True)"
+    assert measure.run([sys.executable, "-c", outer]).processor > 0.3
+    assert measure.run([sys.executable, "-c", "import time; time.sleep(0.3)"]).seconds > 0.3
+    assert measure.in_threads([lambda: exec(work)]).processor > 0  # noqa: S102
 
 
 @pytest.mark.parametrize(
@@ -147,7 +162,9 @@ def test_a_target_is_met_or_not(value, bound, met):
 def test_the_history_grows_by_a_line(tmp_path):
     measured = report.Report()
     measured.add(report.Ratio("a / b", 1.0, 2.0))
-    measured.seconds["a"] = [1.23456]
+    measured.times["a"] = times((1.23456, 2.5))
     for _ in range(2):
         report.append(measured.record({"version": "1"}, {"cores": 2}), tmp_path / "history.jsonl")
-    assert len((tmp_path / "history.jsonl").read_text().splitlines()) == 2
+    lines = (tmp_path / "history.jsonl").read_text().splitlines()
+    assert len(lines) == 2
+    assert json.loads(lines[0])["processor_seconds"] == {"a": [2.5]}
