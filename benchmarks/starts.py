@@ -1,4 +1,4 @@
-"""What starting costs, beside the imports that cannot be done without: a small study, the help, figures, the library."""
+"""What starting costs, beside the imports that cannot be done without: a small study, the help, figures, `import`."""
 
 from __future__ import annotations
 
