@@ -1,10 +1,15 @@
-/* What designs come to over all their states: a fold of `state_at`, for each pretension over the same lines. */
+/* What designs come to over all their states: a fold of `state_at`, for each pretension over the same lines.
+ *
+ * Where there are enough pretensions these lie along the lanes, so that each is folded in a lane of its own; else angles
+ * do, and the lanes are put together at the end.
+ */
 
 #include "state.h"
 
 #define VECTORS 32 /* of angles, whose lines fit the innermost cache */
+#define TOGETHER 6 /* as many vectors of states as putting the lanes together takes the time of */
 
-/* Over some states at one pretension; and over the same before any. */
+/* Over some states; and over the same before any pretension. */
 typedef struct {
     Lanes low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, unstable, slack, first, longest;
 } Found;
@@ -13,42 +18,67 @@ typedef struct {
     double shortfall, limit, low_torque, high_torque, no_equilibrium;
 } Before;
 
-INLINE double lowest_of(Lanes a) {
-    double found = a[0];
-    for (int lane = 1; lane < LANES; lane++) found = a[lane] < found ? a[lane] : found;
-    return found;
+/* Lanes by halves: of all, the upper half folded onto the lower one until one is left. */
+#define BY_HALVES(name, type, take)                                    \
+    INLINE type name(Lanes a) {                                        \
+        double lane[LANES];                                            \
+        memcpy(lane, &a, sizeof a);                                    \
+        for (int half = LANES / 2; half; half /= 2)                    \
+            for (int i = 0; i < half; i++) lane[i] = take(lane[i], lane[i + half]); \
+        return lane[0];                                                \
+    }
+#define LESS(a, b) ((b) < (a) ? (b) : (a))
+#define MORE(a, b) ((b) > (a) ? (b) : (a))
+#define SUM(a, b) ((a) + (b))
+BY_HALVES(lowest_of, double, LESS)
+BY_HALVES(highest_of, double, MORE)
+BY_HALVES(sum_of, double, SUM)
+
+INLINE Found nothing(void) {
+    Lanes high = same(INFINITY), low = same(-INFINITY), zero = same(0.0);
+    return (Found){high, low, high, low, high, low, high, zero, zero, high, low};
 }
 
-INLINE double highest_of(Lanes a) {
-    double found = a[0];
-    for (int lane = 1; lane < LANES; lane++) found = a[lane] > found ? a[lane] : found;
-    return found;
+/* More states, a state a lane; `any_slack` says whether one may be. */
+INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, Lanes pretension, int any_slack) {
+    Lanes zero = same(0.0), unit = same(1.0);
+    State s = state_at(lines, d, pretension);
+    f->low_x = smaller(s.x, f->low_x), f->high_x = larger(s.x, f->high_x);
+    f->low_y = smaller(s.y, f->low_y), f->high_y = larger(s.y, f->high_y);
+    f->low_motor = smaller(s.motor, f->low_motor), f->high_motor = larger(s.motor, f->high_motor);
+    f->stiffness = smaller(s.stiffness, f->stiffness);
+    f->unstable += pick(s.stiffness < 0.0, unit, zero);
+    if (!any_slack) return;
+    f->slack += pick(s.slack, unit, zero);
+    f->first = pick(s.slack, smaller(angle, f->first), f->first);
+    f->longest = pick(s.slack, larger(s.loose * lines->per_side, f->longest), f->longest);
 }
 
-INLINE double sum_of(Lanes a) {
-    double sum = 0.0;
-    for (int lane = 0; lane < LANES; lane++) sum += a[lane];
-    return sum;
-}
-
-/* All states of some lines at a pretension; `any_slack` says whether one may be. */
-INLINE Found over(const Lines *lines, const double *angle, long angles, const Drive *d, double pretension,
-                  int any_slack) {
-    Lanes high = same(INFINITY), low = same(-INFINITY), zero = same(0.0), unit = same(1.0);
-    Found f = {high, low, high, low, high, low, high, zero, zero, high, low};
+/* All states of some lines, angles along the lanes; every lane has what was found of all. */
+INLINE Found along_angles(const Lines *lines, const double *angle, long angles, const Drive *d, Lanes pretension,
+                          int any_slack) {
+    Found f = nothing();
     for (long at = 0; at < angles; at += LANES, lines++) {
-        State s = state_at(lines, d, pretension);
-        f.low_x = smaller(s.x, f.low_x), f.high_x = larger(s.x, f.high_x);
-        f.low_y = smaller(s.y, f.low_y), f.high_y = larger(s.y, f.high_y);
-        f.low_motor = smaller(s.motor, f.low_motor), f.high_motor = larger(s.motor, f.high_motor);
-        f.stiffness = smaller(s.stiffness, f.stiffness);
-        f.unstable += pick(s.stiffness < 0.0, unit, zero);
-        if (!any_slack) continue;
-        Lanes here = high;
+        Lanes here = same(INFINITY);
         memcpy(&here, angle + at, angles - at >= LANES ? sizeof here : 8 * (unsigned long)(angles - at));
-        f.slack += pick(s.slack, unit, zero);
-        f.first = pick(s.slack, smaller(here, f.first), f.first);
-        f.longest = pick(s.slack, larger(s.loose * lines->per_side, f.longest), f.longest);
+        take_in(&f, lines, d, here, pretension, any_slack);
+    }
+    return (Found){same(lowest_of(f.low_x)), same(highest_of(f.high_x)), same(lowest_of(f.low_y)),
+                   same(highest_of(f.high_y)), same(lowest_of(f.low_motor)), same(highest_of(f.high_motor)),
+                   same(lowest_of(f.stiffness)), same(sum_of(f.unstable)), same(sum_of(f.slack)),
+                   same(lowest_of(f.first)), same(highest_of(f.longest))};
+}
+
+/* The same of a pretension a lane. */
+INLINE Found along_pretensions(const Lines *lines, const double *angle, long angles, const Drive *d, Lanes pretension,
+                               int any_slack) {
+    Found f = nothing();
+    for (long at = 0; at < angles; at++) {
+        Lines here;
+        const double *from = (const double *)(lines + at / LANES) + at % LANES;
+        Lanes *to = (Lanes *)&here;
+        for (unsigned long field = 0; field < sizeof(Lines) / sizeof(Lanes); field++) to[field] = same(from[field * LANES]);
+        take_in(&f, &here, d, same(angle[at]), pretension, any_slack);
     }
     return f;
 }
@@ -66,35 +96,62 @@ static Before prepare(Lines *lines, const Array *a, const Drive *d, long axis, l
                     (double)angles - sum_of(able)};
 }
 
-INLINE void least(double *to, double value) { *to = value < *to ? value : *to; }
-INLINE void most(double *to, double value) { *to = value > *to ? value : *to; }
+/* The smaller, or the larger, of what was found before and of a value for each pretension; or their sum. */
+#define INTO(name, take)                                                                                     \
+    INLINE void name(const Array *found, long axis, long first, long count, Lanes values) {                  \
+        for (long lane = 0; lane < count; lane++) {                                                          \
+            double *to = (double *)(found->at + (first + lane) * found->step[axis]), value = values[lane];   \
+            *to = take(*to, value);                                                                          \
+        }                                                                                                    \
+    }
+INTO(least, LESS)
+INTO(most, MORE)
+INTO(more, SUM)
 
-/* What was found, into the accumulators of a design; `a` stands at the design, `offset` at its pretension. */
-INLINE void note(const Array *a, long axis, long offset, const Found *f, const Before *b, const Drive *d, long angles,
-                 double pretension, double smaller_side) {
-#define ACCUMULATED(name) ((double *)(a[INPUTS + AT_##name].at + offset * a[INPUTS + AT_##name].step[axis]))
-    double low_x = lowest_of(f->low_x), high_x = highest_of(f->high_x), slack = sum_of(f->slack);
-    double low_y = lowest_of(f->low_y), high_y = highest_of(f->high_y);
-    double capstan_x = one(a, IN_flexor_capstan), capstan_y = one(a, IN_extensor_capstan);
-    least(ACCUMULATED(min_flexor_tension), low_x), least(ACCUMULATED(min_flexor_tension), low_x / capstan_x);
-    least(ACCUMULATED(min_extensor_tension), low_y), least(ACCUMULATED(min_extensor_tension), low_y / capstan_y);
-    most(ACCUMULATED(max_tension), high_x), most(ACCUMULATED(max_tension), high_x / capstan_x);
-    most(ACCUMULATED(max_tension), high_y), most(ACCUMULATED(max_tension), high_y / capstan_y);
-    most(ACCUMULATED(max_extensor_distal), high_y);
-    most(ACCUMULATED(max_spring_extension), high_x * one(a, IN_flexor_spring));
-    most(ACCUMULATED(max_spring_extension), high_y * one(a, IN_extensor_spring));
-    most(ACCUMULATED(max_slack), highest_of(f->longest));
-    if (d->unilateral && (double)angles > slack + b->no_equilibrium) most(ACCUMULATED(max_slack), 0.0);
-    least(ACCUMULATED(lowest_elbow_torque), b->low_torque), most(ACCUMULATED(highest_elbow_torque), b->high_torque);
-    least(ACCUMULATED(lowest_motor_torque), lowest_of(f->low_motor));
-    most(ACCUMULATED(highest_motor_torque), highest_of(f->high_motor));
-    least(ACCUMULATED(min_elbow_stiffness), lowest_of(f->stiffness));
-    least(ACCUMULATED(first_slack_angle), lowest_of(f->first));
-    most(ACCUMULATED(required_pretension), b->shortfall), least(ACCUMULATED(margin), pretension - b->shortfall);
-    least(ACCUMULATED(margin), smaller_side);
-    *ACCUMULATED(slack) += slack, *ACCUMULATED(unstable) += sum_of(f->unstable);
-    *ACCUMULATED(no_equilibrium) += b->no_equilibrium;
-#undef ACCUMULATED
+/* What was found at `count` pretensions, from `first` on, into the accumulators of their designs. */
+INLINE void note(const Array *a, long axis, long first, long count, const Found *f, const Before *b, const Drive *d,
+                 long angles, Lanes pretension, Lanes smaller_side) {
+#define INTO_ITS(name) a + INPUTS + AT_##name, axis, first, count
+    Lanes capstan_x = same(one(a, IN_flexor_capstan)), capstan_y = same(one(a, IN_extensor_capstan));
+    Lanes low = same(-INFINITY), margin = pretension - b->shortfall;
+    Lanes max_x = larger(f->high_x, f->high_x / capstan_x), max_y = larger(f->high_y, f->high_y / capstan_y);
+    Mask any_taut = (double)angles > f->slack + b->no_equilibrium;
+    Lanes at_spring = larger(f->high_y * one(a, IN_extensor_spring), low);
+    least(INTO_ITS(min_flexor_tension), smaller(f->low_x, f->low_x / capstan_x));
+    least(INTO_ITS(min_extensor_tension), smaller(f->low_y, f->low_y / capstan_y));
+    most(INTO_ITS(max_tension), larger(max_x, max_y)), most(INTO_ITS(max_extensor_distal), f->high_y);
+    most(INTO_ITS(max_spring_extension), larger(f->high_x * one(a, IN_flexor_spring), at_spring));
+    most(INTO_ITS(max_slack), d->unilateral ? larger(pick(any_taut, same(0.0), low), f->longest) : f->longest);
+    least(INTO_ITS(lowest_elbow_torque), same(b->low_torque)), most(INTO_ITS(highest_elbow_torque), same(b->high_torque));
+    least(INTO_ITS(lowest_motor_torque), f->low_motor), most(INTO_ITS(highest_motor_torque), f->high_motor);
+    least(INTO_ITS(min_elbow_stiffness), f->stiffness), least(INTO_ITS(first_slack_angle), f->first);
+    most(INTO_ITS(required_pretension), same(b->shortfall)), least(INTO_ITS(margin), smaller(margin, smaller_side));
+    more(INTO_ITS(slack), f->slack), more(INTO_ITS(unstable), f->unstable);
+    more(INTO_ITS(no_equilibrium), same(b->no_equilibrium));
+#undef INTO_ITS
+}
+
+/* Some lines at all pretensions, `at_once` of which are taken together: LANES, or one. */
+INLINE void fold_lines(const Extremes *e, const Lines *lines, const Before *b, const Drive *d, const double *angle,
+                       long angles, long axis, long pretensions, long at_once) {
+    const Array *a = e->arrays, *flexor = a + IN_flexor_pretension, *extensor = a + IN_extensor_pretension;
+    for (long first = 0; first < pretensions; first += at_once) {
+        long count = pretensions - first < at_once ? pretensions - first : at_once;
+        Lanes pretension, smaller_side;
+        for (long lane = 0; lane < LANES; lane++) {
+            long p = first + (lane < count ? lane : 0); /* what is left of the lanes repeats the first */
+            double x = *(const double *)(flexor->at + p * flexor->step[axis]);
+            double y = *(const double *)(extensor->at + p * extensor->step[axis]);
+            pretension[lane] = common_pretension(d, x, y), smaller_side[lane] = LESS(y, x);
+        }
+        int any_slack = lowest_of(pretension) < b->limit;
+        Found f;
+        if (at_once == 1) f = any_slack ? along_angles(lines, angle, angles, d, pretension, 1)
+                                        : along_angles(lines, angle, angles, d, pretension, 0);
+        else f = any_slack ? along_pretensions(lines, angle, angles, d, pretension, 1)
+                           : along_pretensions(lines, angle, angles, d, pretension, 0);
+        note(a, axis, first, count, &f, b, d, angles, pretension, smaller_side);
+    }
 }
 
 /* A design and direction at all pretensions; `lines` is there to work in. */
@@ -105,15 +162,10 @@ static void fold_line(const Extremes *e, Lines *lines) {
     Drive d = drive_at(a);
     for (long from = 0; from < angles; from += VECTORS * LANES) {
         long count = angles - from < VECTORS * LANES ? angles - from : VECTORS * LANES;
+        long alone = pretensions * ((count + LANES - 1) / LANES + TOGETHER), together = (pretensions + LANES - 1) / LANES * count;
         Before b = prepare(lines, a, &d, angle_axis, from, count);
-        for (long p = 0; p < pretensions; p++) {
-            double flexor = *(const double *)(a[IN_flexor_pretension].at + p * a[IN_flexor_pretension].step[axis]);
-            double extensor = *(const double *)(a[IN_extensor_pretension].at + p * a[IN_extensor_pretension].step[axis]);
-            double pretension = common_pretension(&d, flexor, extensor);
-            Found f = pretension < b.limit ? over(lines, e->angle + from, count, &d, pretension, 1)
-                                           : over(lines, e->angle + from, count, &d, pretension, 0);
-            note(a, axis, p, &f, &b, &d, count, pretension, flexor < extensor ? flexor : extensor);
-        }
+        if (together < alone) fold_lines(e, lines, &b, &d, e->angle + from, count, axis, pretensions, LANES);
+        else fold_lines(e, lines, &b, &d, e->angle + from, count, axis, pretensions, 1);
     }
 }
 

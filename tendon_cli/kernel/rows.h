@@ -15,7 +15,7 @@ INLINE Ends ends_at(const Array *a, const Drive *d) {
 
 /* All result columns of some states, in the order of RESULTS; returns their status. */
 INLINE Mask results_of(Lanes *r, const Array *a, const Lines *l, const Drive *d, const Ends *e, Lanes moment_arm) {
-    State s = state_at(l, d, e->pretension);
+    State s = state_at(l, d, same(e->pretension));
     Mask no_flexor = e->pretension < l->flexor_limit, no_extensor = e->pretension < l->extensor_limit;
     Mask both = no_flexor & no_extensor, unilateral = (Mask){0} - (d->unilateral ? 1 : 0);
     Lanes flexor_change = s.x - e->flexor_pretension, extensor_change = s.y - e->extensor_pretension;

@@ -108,7 +108,7 @@ INLINE Lines lines_at(const Array *a, const Drive *d, long axis, long angle, lon
     return l;
 }
 
-INLINE State state_at(const Lines *l, const Drive *d, double pretension) {
+INLINE State state_at(const Lines *l, const Drive *d, Lanes pretension) {
     State s;
     Lanes surplus = pretension - l->shortfall, v = at_least(same(d->lowest), surplus);
     s.slack = pretension < l->limit;
