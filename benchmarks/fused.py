@@ -26,6 +26,9 @@ RESULTS = (
     "peak_motor_torque", "min_elbow_stiffness", "max_slack", "slack_fraction", "unstable_fraction",
     "first_slack_angle", "required_pretension", "margin", "taut",
 )  # fmt: skip
+LEFT_OUT = ("max_contact_pressure", "min_spool_to_tendon", "pretension_from", "pretension_to")
+"""Columns of the designs table that the loop does not compute; tendon does, in the same time."""
+
 AXES = ("tendon.pretension", "spring.stiffness", "spool.ratio", "sheath.friction", "load.mass")
 MOST_ANGLES = 1016  # as in fused.c
 

@@ -50,7 +50,7 @@ def test_the_loop_in_c_finds_the_designs_table(new_sweep, tmp_path, lowest, high
     ours = new_sweep(text, tmp_path).designs
     loop = fused.Fused(Plan(load_study(tmp_path / "study.toml")), tmp_path)
     loop.run(2)
-    assert (*OF_DESIGNS, "taut") == fused.RESULTS
+    assert [name for name in (*OF_DESIGNS, "taut") if name not in fused.LEFT_OUT] == list(fused.RESULTS)
     assert ours["slack_fraction"].max() > 0
     assert ours["required_pretension"].isna().all() == (lowest == "-110 deg")
     for name, column in loop.columns().items():

@@ -1,7 +1,7 @@
 /* What designs come to over all their states: a fold of `state_at`, for each pretension over the same lines.
  *
- * Where there are enough pretensions these lie along the lanes, so that each is folded in a lane of its own; else angles
- * do, and the lanes are put together at the end.
+ * Where there are enough pretensions these lie along the lanes, so that each is folded in a lane of its own; else
+ * angles do, and the lanes are put together at the end.
  */
 
 #include "state.h"
@@ -77,7 +77,7 @@ INLINE Found along_pretensions(const Lines *lines, const double *angle, long ang
         Lines here;
         const double *from = (const double *)(lines + at / LANES) + at % LANES;
         Lanes *to = (Lanes *)&here;
-        for (unsigned long field = 0; field < sizeof(Lines) / sizeof(Lanes); field++) to[field] = same(from[field * LANES]);
+        for (long field = 0; field < (long)(sizeof here / sizeof *to); field++) to[field] = same(from[field * LANES]);
         take_in(&f, &here, d, same(angle[at]), pretension, any_slack);
     }
     return f;
@@ -122,7 +122,8 @@ INLINE void note(const Array *a, long axis, long first, long count, const Found 
     most(INTO_ITS(max_tension), larger(max_x, max_y)), most(INTO_ITS(max_extensor_distal), f->high_y);
     most(INTO_ITS(max_spring_extension), larger(f->high_x * one(a, IN_flexor_spring), at_spring));
     most(INTO_ITS(max_slack), d->unilateral ? larger(pick(any_taut, same(0.0), low), f->longest) : f->longest);
-    least(INTO_ITS(lowest_elbow_torque), same(b->low_torque)), most(INTO_ITS(highest_elbow_torque), same(b->high_torque));
+    least(INTO_ITS(lowest_elbow_torque), same(b->low_torque));
+    most(INTO_ITS(highest_elbow_torque), same(b->high_torque));
     least(INTO_ITS(lowest_motor_torque), f->low_motor), most(INTO_ITS(highest_motor_torque), f->high_motor);
     least(INTO_ITS(min_elbow_stiffness), f->stiffness), least(INTO_ITS(first_slack_angle), f->first);
     most(INTO_ITS(required_pretension), same(b->shortfall)), least(INTO_ITS(margin), smaller(margin, smaller_side));
@@ -157,12 +158,14 @@ INLINE void fold_lines(const Extremes *e, const Lines *lines, const Before *b, c
 /* A design and direction at all pretensions; `lines` is there to work in. */
 static void fold_line(const Extremes *e, Lines *lines) {
     const Array *a = e->arrays;
-    long angle_axis = e->walk.axes - 1, axis = e->pretensions < 0 ? 0 : e->pretensions, angles = e->walk.length[angle_axis];
+    long angle_axis = e->walk.axes - 1, angles = e->walk.length[angle_axis];
+    long axis = e->pretensions < 0 ? 0 : e->pretensions;
     long pretensions = e->pretensions < 0 ? 1 : e->walk.length[axis];
     Drive d = drive_at(a);
     for (long from = 0; from < angles; from += VECTORS * LANES) {
         long count = angles - from < VECTORS * LANES ? angles - from : VECTORS * LANES;
-        long alone = pretensions * ((count + LANES - 1) / LANES + TOGETHER), together = (pretensions + LANES - 1) / LANES * count;
+        long alone = pretensions * ((count + LANES - 1) / LANES + TOGETHER);
+        long together = (pretensions + LANES - 1) / LANES * count;
         Before b = prepare(lines, a, &d, angle_axis, from, count);
         if (together < alone) fold_lines(e, lines, &b, &d, e->angle + from, count, axis, pretensions, LANES);
         else fold_lines(e, lines, &b, &d, e->angle + from, count, axis, pretensions, 1);
