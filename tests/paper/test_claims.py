@@ -114,11 +114,11 @@ def no_elongation_of_the_tendon(monkeypatch):
     monkeypatch.setattr(sheath, "tendon_compliance", lambda *given: 0.0 * right(*given))
 
 
-def scaled(field, by):
+def scaled(by, *names):
     def mutate(monkeypatch):
         def moved(*given, **options):
             motion = kinematics.kinematics(*given, **options)
-            return dataclasses.replace(motion, **{field: by * getattr(motion, field)})
+            return dataclasses.replace(motion, **{name: by * getattr(motion, name) for name in names})
 
         monkeypatch.setattr(actuator, "kinematics", moved)
 
@@ -139,9 +139,9 @@ def travel_from_the_straight_arm(monkeypatch):
 MUTATIONS = {
     "wrong sign of the elongation's exponent": wrong_sign_of_the_elongations_exponent,
     "no elongation of the tendon": no_elongation_of_the_tendon,
-    "moment arm + 10 %": scaled("flexor_moment_arm", 1.1),
-    "H_f - 5 %": scaled("flexor_travel", 0.95),
-    "H_e + 10 %": scaled("extensor_travel", 1.1),
+    "moment arm + 10 %": scaled(1.1, "flexor_moment_arm", "pulling_arm"),
+    "H_f - 5 %": scaled(0.95, "flexor_travel"),
+    "H_e + 10 %": scaled(1.1, "extensor_travel"),
     "g = 9": weaker_gravity,
     "travel from L_c(0)": travel_from_the_straight_arm,
 }
