@@ -13,13 +13,14 @@ from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict
 from tendon_cli.design.crowd import Crowd
 from tendon_cli.design.crowd_text import lines_of
+from tendon_cli.design.factors import PRETENSION
 from tendon_cli.design.fixes import Fix
 from tendon_cli.design.rank import Goal, losses
 from tendon_cli.design.sensitivity import Sensitivity
 from tendon_cli.design.words import broken, counted, of_key, of_row, rounded, shown
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.study.study import keys
+from tendon_cli.study.study import keys, split_side
 
 WIDTH = 80
 _MOST_ALTERNATIVES = 8
@@ -46,6 +47,7 @@ def _something(found: Findings, chosen: Candidates) -> Iterator[str]:
     yield from _filled(_first_sentence(found, chosen))
     yield from _why(found, chosen)
     yield from _at_its_pretension(chosen)
+    yield from _own(found, chosen)
     yield from _edges(found, chosen)
     yield from _moves(found)
     yield from _alternatives(found)
@@ -143,6 +145,16 @@ def _at_its_pretension(chosen: Candidates) -> Iterator[str]:
 
 def _of(name: str, value: float) -> str:
     return shown(QUANTITIES[name], value)
+
+
+def _own(found: Findings, chosen: Candidates) -> Iterator[str]:
+    """Whether the study's own pretension would do, where it asks of one design and says one."""
+    given = {key: values for key, values in found.problem.study.numbers.items() if split_side(key)[0] == PRETENSION}
+    if found.gathered.choices > 1 or list(given) != [PRETENSION] or given[PRETENSION].is_axis:
+        return
+    own, low, high = given[PRETENSION].single, chosen.solutions.pretension_from[0], chosen.solutions.pretension_to[0]
+    said = "suits, too" if low <= own <= high else "is too little" if own < low else "is too much"
+    yield from _filled(f"the study's own {rounded(own, 4)} N {said}", "  ")
 
 
 def _edges(found: Findings, chosen: Candidates) -> Iterator[str]:

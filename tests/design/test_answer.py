@@ -226,3 +226,11 @@ def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
     lines = text_of(answered(text, tmp_path)).splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) < 40
+
+
+@pytest.mark.parametrize(
+    ("own", "said"), [("100 N", "is too little"), ("150 N", "suits, too"), ("180 N", "is too much")]
+)
+def test_the_studys_own_pretension_is_judged(own, said):
+    suit = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "tendon": {"pretension": own}}
+    assert f"the study's own {own} {said}" in tendon.design(tendon.study({**PAPER, **suit})).text
