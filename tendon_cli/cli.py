@@ -9,6 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from tendon_cli.commands.check import check
+from tendon_cli.commands.completion import completion
 from tendon_cli.commands.design import design
 from tendon_cli.commands.export import export
 from tendon_cli.commands.fit_friction import fit_friction
@@ -60,7 +61,7 @@ def _options(
     """Options of every command."""
 
 
-for _command in (init, schema, state, sweep, design, check, plot, show, export, paper, report):
+for _command in (init, schema, state, sweep, design, check, plot, show, export, paper, report, completion):
     app.command()(_command)
 app.command("fit-friction")(fit_friction)
 

@@ -1,0 +1,156 @@
+"""Completion: what is offered is what there is, asked as a shell asks, and typed into real shells."""
+
+import os
+import pty
+import select
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import typer
+
+from tendon_cli import cli
+from tendon_cli.commands.completion import _KNOWN, candidates, split_line
+from tendon_cli.quantities import OF_DESIGNS, OF_STATES
+from tendon_cli.study.load import study_from
+from tendon_cli.study.schema import key_words
+from tendon_cli.study.study import keys
+
+APP = typer.main.get_command(cli.app)
+PROGRAMS = Path(sys.executable).parent
+
+
+def offered(line):
+    words, begun, _ = split_line(line)
+    return [word for word, _ in candidates(APP, words, begun)]
+
+
+def test_every_command_is_offered():
+    assert set(offered("tendon ")) == set(APP.commands)
+
+
+@pytest.mark.parametrize("name", APP.commands)
+def test_every_option_is_offered(name):
+    options = {opt for parameter in APP.commands[name].params for opt in parameter.opts if opt.startswith("--")}
+    assert set(offered(f"tendon {name} --")) >= options | {"--help"}
+
+
+def test_every_number_of_a_study_can_be_set():
+    assert {f"{key}=" for key in keys()} <= set(offered("tendon sweep --set "))
+
+
+def test_a_value_that_is_offered_is_taken():
+    checked = 0
+    for key, (_, values) in key_words().items():
+        table, _, name = key.rpartition(".")
+        for value in values:
+            study_from({table: {name: {"true": True, "false": False}.get(value, value)}, "load": {"mass": "3 kg"}})
+            checked += 1
+    assert checked > 10
+
+
+@pytest.mark.parametrize(
+    "line", ["show run --columns ", "show run --sort ", "show run --where '", "plot run -y ", "plot run --quantity "]
+)
+def test_columns_are_offered(line):
+    assert {*OF_DESIGNS, *OF_STATES, "load_mass"} <= set(offered(f"tendon {line}"))
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("tendon sw", ["sweep"]),
+        ("tendon sweep --dry", ["--dry-run"]),
+        ("tendon sweep a.toml --set model.slack=", ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"]),
+        ("tendon sweep --set 'model.slack=u", ["model.slack=unilateral"]),
+        ("tendon sweep --set=arm.b1", ["--set=arm.b1="]),
+        ("tendon show r --columns margin,max_t", ["margin,max_tension", "margin,max_torque_band"]),
+        ("tendon show r --sort -margi", ["-margin"]),
+        ("tendon plot r --format s", ["svg"]),
+        ("tendon completion f", ["fish"]),
+        ("tendon --ver", ["--version"]),
+        ("tendon --debug sw", ["sweep"]),
+        ("tendon sweep ", []),
+        ("tendon sweep --out ", []),
+        ("tendon swep --", []),
+        ("tendon sweep \"a'b", []),
+    ],
+)
+def test_what_is_offered(line, expected):
+    assert offered(line) == expected
+
+
+def test_what_completes_an_option_belongs_to_one():
+    assert set(_KNOWN) <= {parameter.name for command in APP.commands.values() for parameter in command.params}
+
+
+def test_another_shell_is_refused(tendon):
+    ran = tendon("completion", "tcsh")
+    assert ran.exit == 2
+    assert "bash, zsh and fish" in ran.err
+
+
+def typed(shell, setup, line, wanted):
+    """What a shell on a terminal of its own shows after a line and a tab, until it shows what is wanted or 20 s."""
+    process, terminal = pty.fork()
+    if process == 0:
+        os.environ |= {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "PS1": "> ", "TERM": "dumb"}
+        os.execvp(shell[0], shell)  # noqa: S606 - it is the shell that is tried
+    shown, end = "", time.monotonic() + 20
+    try:
+        os.write(terminal, f"{setup}; echo rea''dy\n".encode())
+        sent = False
+        while time.monotonic() < end and not (sent and wanted in shown):
+            if select.select([terminal], [], [], 0.1)[0]:
+                shown += os.read(terminal, 65536).decode(errors="replace").replace("\a", "")
+            if not sent and "ready" in shown.replace("rea''dy", ""):
+                shown, sent = "", True
+                os.write(terminal, line.encode() + b"\t")
+    finally:
+        os.close(terminal)
+        os.kill(process, 9)
+        os.waitpid(process, 0)
+    return shown
+
+
+SHELLS = {
+    "bash": (["bash", "--norc", "--noprofile", "-i"], 'eval "$(tendon completion bash)"'),
+    "zsh": (["zsh", "-f", "-i"], 'autoload -U compinit; compinit -u -D; eval "$(tendon completion zsh)"'),
+}
+
+
+@pytest.mark.parametrize("name", SHELLS)
+@pytest.mark.parametrize(
+    ("line", "wanted"),
+    [
+        ("tendon swe", "tendon sweep "),
+        ("tendon sweep --set model.sl", "model.slack="),
+        ("tendon sweep --set model.slack=b", "model.slack=bilateral"),
+        ("tendon sweep stu", "study.toml"),
+    ],
+)
+def test_a_real_shell_completes(name, line, wanted, workplace):
+    if shutil.which(name) is None:
+        pytest.skip(f"there is no {name} here")
+    (workplace / "study.toml").touch()
+    command, setup = SHELLS[name]
+    assert wanted in typed(command, f"cd {workplace}; {setup}", line, wanted)
+
+
+def test_fish_completes(workplace):
+    if shutil.which("fish") is None:
+        pytest.skip("there is no fish here")
+    (workplace / "study.toml").touch()
+    lines = ("tendon swe", "tendon sweep --set model.slack=b", "tendon show run --sort required_p", "tendon sweep stu")
+    asked = "; ".join(["tendon completion fish | source", *(f"complete -C '{line}'" for line in lines)])
+    environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(workplace)}
+    ran = subprocess.run(["fish", "-c", asked], check=True, capture_output=True, text=True, env=environment, timeout=60)
+    assert [entry.partition("\t")[0] for entry in ran.stdout.splitlines()] == [
+        "sweep",
+        "model.slack=bilateral",
+        "required_pretension",
+        "study.toml",
+    ]
