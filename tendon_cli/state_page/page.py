@@ -83,6 +83,9 @@ def state_page(
     has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
     if not has_equilibrium:
         status += f": {_no_equilibrium(one(state.coupling.elbow_torque))}"
+        if plot is not None:
+            hint = "--set 'motion.elbow_angle=60 deg' chooses another state"
+            raise UsageError("this state has no equilibrium, so there is no motor to draw", where="--plot", hint=hint)
     else:
         sections += [_balance(state, design), _results(state, design)]
         of_motor, cycled = _of_the_motor(plan, state, design, reversal=reversal)

@@ -160,6 +160,9 @@ def test_nothing_to_draw_or_another_ending_is_one_message(tendon, workplace):
     assert (ran.exit, "no speed" in ran.err) == (2, True)
     ran = tendon("state", "study.toml", "--reversal", "--plot", "motor.bmp")
     assert (ran.exit, "png" in ran.err) == (2, True)
+    beyond = ("--set", "motion.elbow_angle=170 deg", "--reversal", "--plot", "motor.png")
+    ran = tendon("state", "study.toml", *beyond)
+    assert (ran.exit, "no equilibrium" in ran.err) == (2, True)
     assert [file.name for file in workplace.iterdir()] == ["study.toml"]
 
 
