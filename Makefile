@@ -5,7 +5,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help demo test check format bench torture friction mutants verify clean
+DOCS := $(VENV)/.docs
+
+.PHONY: docs help demo test check format bench torture friction mutants verify clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -17,10 +19,12 @@ $(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 
-demo: $(READY)  ## run a study of the paper and a first study of your own
+demo: $(READY)  ## run a study of the paper, a first study, and answer a first question
 	$(BIN)/tendon sweep configs/paper/fig07.toml --overwrite
 	$(BIN)/tendon sweep configs/quickstart.toml --overwrite
-	@echo "Look at results/quickstart/slack_map.png"
+	$(BIN)/tendon design configs/design/universal.toml --overwrite
+	$(BIN)/tendon report results/universal-design
+	@echo "Look at results/quickstart/slack_map.png, open results/universal-design/report.html"
 
 test: $(READY)  ## run all tests
 	$(BIN)/python -m pytest -q -n auto -m "not torture"
@@ -33,6 +37,13 @@ check: $(READY)  ## lint and check types
 format: $(READY)  ## format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+$(DOCS): $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
+	@touch $@
+
+docs: $(DOCS)  ## build the documentation, to be read in docs/_build/index.html
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build
 
 bench: $(READY)  ## measure ratios against the machine's limit, an expert's script and C; BENCH=--quick for a look
 	$(BIN)/python -m benchmarks.bench $(BENCH)

@@ -144,3 +144,13 @@ class FrictionFit:
     source: str
     """Name of the file."""
     sha256: str
+
+    @property
+    def standard_error(self) -> float:
+        """Of μ, all its parts together."""
+        return self.uncertainty.standard_error
+
+    @property
+    def interval_95(self) -> tuple[float, float]:
+        """In which μ lies with 95 %."""
+        return self.uncertainty.interval_95

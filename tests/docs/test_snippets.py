@@ -1,0 +1,28 @@
+"""Every snippet of every page runs and prints what the page says."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.docs.snippets import matches, run_page
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_prints_what_it_says(page, tmp_path):
+    assert run_page(page.read_text(encoding="utf-8"), tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("expected", "printed", "same"),
+    [("a ... c\n", "a b c\n", True), ("a", "b", False), ("1.5 N", "1x5 N", False), ("a  \nb", "a\nb\n", True)],
+)
+def test_outputs_are_compared_but_for_what_is_left_open(expected, printed, same):
+    assert matches(expected, printed) is same
+
+
+def test_a_wrong_page_is_noticed(tmp_path):
+    page = "```python\nprint(1)\n```\n\n```text\n2\n```\n\n```console\n$ echo yes\nno\n```\n"
+    assert len(run_page(page, tmp_path)) == 2
