@@ -1,16 +1,8 @@
-"""Sphinx configuration: Markdown pages, a reference generated from the code, everything usable offline."""
-
-import sys
-from pathlib import Path
+"""Sphinx configuration: Markdown pages, the library from its own documentation, everything usable offline."""
 
 from pygments.lexers.special import TextLexer
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))
-
-from reference import write_reference  # noqa: E402 - beside this file, made reachable above
-
-from tendon_cli import __version__  # noqa: E402
+from tendon_cli import __version__
 
 project = "tendon"
 author = "The tendon developers"
@@ -35,6 +27,5 @@ pygments_dark_style = "native"
 
 
 def setup(app):
-    """Write the generated pages before Sphinx looks for sources."""
+    """Let tables of numbers be shown as they are."""
     app.add_lexer("csv", TextLexer)
-    app.connect("builder-inited", lambda _app: write_reference(HERE / "reference"))

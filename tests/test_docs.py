@@ -1,6 +1,7 @@
 """Documentation cannot lie: what it lists is what there is, and what it shows runs."""
 
 import re
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -68,6 +69,15 @@ def test_every_link_leads_somewhere(page):
     file = ROOT / page if (ROOT / page).exists() else ROOT / "docs" / page
     for target in re.findall(r"\]\(([^)#:]+)\)", file.read_text()):
         assert (file.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_the_tables_of_reference_are_those_of_the_code(page):
+    """`python docs/reference.py` writes them anew."""
+    source = spec_from_file_location("reference", ROOT / "docs" / "reference.py")
+    reference = module_from_spec(source)
+    source.loader.exec_module(reference)
+    assert reference.renewed(PAGES[page]) == PAGES[page]
 
 
 def test_the_exit_codes_of_the_readme_are_those_of_the_errors():
