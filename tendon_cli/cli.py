@@ -4,9 +4,10 @@
 
 import sys
 import traceback
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
+import typer.core
 
 from tendon_cli.commands.check import check
 from tendon_cli.commands.completion import completion
@@ -45,6 +46,13 @@ app = typer.Typer(
 )
 
 
+class _Command(typer.core.TyperCommand):
+    """A command whose usage names values as its help does, without braces."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]
+
+
 def _print_version(value: bool) -> None:
     if value:
         print_result(f"tendon {__version__}")
@@ -62,8 +70,8 @@ def _options(
 
 
 for _command in (init, schema, state, sweep, design, check, plot, show, export, paper, report, completion):
-    app.command()(_command)
-app.command("fit-friction")(fit_friction)
+    app.command(cls=_Command)(_command)
+app.command("fit-friction", cls=_Command)(fit_friction)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
@@ -104,6 +112,9 @@ def _as_fault(error: Exception) -> TendonError:
         hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
         return MemoryShortError(f"there is not enough memory: {error or type(error).__name__}", hint=hint)
     if callable(said := getattr(error, "format_message", None)):  # typer's own errors of a wrong call
+        option, near = getattr(error, "option_name", None), getattr(error, "possibilities", None)
+        if option and near:
+            return UsageError(f"no such option: {option}", hint=f"did you mean {' or '.join(near)}?")
         return UsageError(str(said()), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
         return as_output_error(error)

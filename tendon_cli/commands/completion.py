@@ -171,6 +171,12 @@ def _units() -> Words:
     return [(unit.symbol, unit.dimension) for unit in UNITS.values()]
 
 
+def _templates() -> Words:
+    from tendon_cli.study.starter import TEMPLATES
+
+    return TEMPLATES.items()
+
+
 def _tables() -> Words:
     return [("designs", ""), ("states", ""), ("choices", ""), ("conditions", "")]
 
@@ -179,6 +185,7 @@ _KNOWN: dict[str, Callable[[], Words]] = {
     "settings": _settings,
     "apart": _keys,
     **dict.fromkeys(("columns", "quantity", "x", "colour", "panels", "where", "sort"), _columns),
+    "template": _templates,
     "unit": _units,
     "table": _tables,
     "person": lambda: [("mean-man", ""), ("mean-woman", "")],

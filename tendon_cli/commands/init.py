@@ -7,12 +7,19 @@ import typer
 
 from tendon_cli.terminal import print_result
 
-StarterFile = Annotated[Path, typer.Argument(metavar="[FILE]", help="TOML or YAML, by its ending")]
+StarterFile = Annotated[Path, typer.Argument(metavar="FILE", help="TOML or YAML, by its ending")]
+Template = Annotated[
+    str, typer.Option(metavar="NAME", help="of which question: sweep, design, people, motor or friction")
+]
+IsListed = Annotated[bool, typer.Option("--list", help="list the templates, each with its question; write nothing")]
 
 
-def init(file: StarterFile = Path("study.toml")) -> None:
-    """Write a commented starter study."""
-    from tendon_cli.study.starter import write_starter
+def init(file: StarterFile = Path("study.toml"), template: Template = "sweep", listed: IsListed = False) -> None:
+    """Write a commented starter study, of the question that you have."""
+    from tendon_cli.study.starter import TEMPLATES, write_starter
 
-    write_starter(file)
-    print_result(f"{file} written; next: tendon sweep {file}")
+    if listed:
+        print_result("\n".join(f"{name:<10} {question}" for name, question in TEMPLATES.items()))
+        return
+    write_starter(file, template)
+    print_result(f"{file} written; next: tendon {'sweep' if template in ('sweep', 'motor') else 'design'} {file}")

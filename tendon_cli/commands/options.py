@@ -17,16 +17,20 @@ def place(text: str) -> Path:
     return Path(text)
 
 
-StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML")]
+StudyFile = Annotated[
+    Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML; - reads TOML from standard input")
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="override a key, such as 'arm.b1=160 mm'; repeatable"),
 ]
-Case = Annotated[str | None, typer.Option(help="which of the study's cases")]
-Person = Annotated[str | None, typer.Option(help="which of the study's people, or mean-man, mean-woman")]
+Case = Annotated[str | None, typer.Option(metavar="NAME", help="which of the study's cases")]
+Person = Annotated[
+    str | None, typer.Option(metavar="NAME", help="which of the study's people, or mean-man, mean-woman")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
-Jobs = Annotated[int | None, typer.Option(min=1, help="parts computed at once; default all cores")]
+Jobs = Annotated[int | None, typer.Option(metavar="N", min=1, help="parts computed at once; default all cores")]
 OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help="file or folder to write to")]
 
 # show, export

@@ -46,6 +46,8 @@ def plot(
     as_json: options.AsJson = False,
 ) -> None:
     """Draw figures from a run folder, or from any one of its tables moved elsewhere."""
+    if str(source) == "-":
+        raise UsageError("a figure needs a file or a folder, not standard input", hint="tendon plot --arm study.toml")
     if arm:
         from tendon_cli.figures.arm.geometry import draw_geometry
 

@@ -14,14 +14,14 @@ from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageE
 from tendon_cli.study.attachments import Attachments
 from tendon_cli.study.checks import contradictions, impossibilities
 from tendon_cli.study.faults import faults_of, in_order
-from tendon_cli.study.reading import Document, read_document, read_value
+from tendon_cli.study.reading import STDIN, Document, read_document, read_value
 from tendon_cli.study.study import Study, keys
 from tendon_cli.study.toml_scan import MAX_KEY_PARTS, KeyPlaces
 from tendon_cli.units import shorten
 
 
 def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
-    """Read and check a study file (TOML, or YAML by its ending), then apply `KEY=VALUE` settings.
+    """Read and check a study file (TOML, or YAML by its ending; `-` is standard input), then apply settings.
 
     Raises StudyError with every fault found, InputError for a file it names that cannot be trusted.
     """
@@ -31,11 +31,11 @@ def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
         changed = [_apply(document.content, setting) for setting in settings]
         for key in changed:
             document.places.forget(key)
-        document.content.setdefault("name", path.stem)
+        document.content.setdefault("name", "study" if path == STDIN else path.stem)
         return study_from(document.content, document.places, folder=path.parent, order=(*before, *changed))
     except TendonError as error:
         if error.where is None:
-            error.where = shorten(str(path), 1000)
+            error.where = "standard input" if path == STDIN else shorten(str(path), 1000)
         raise
 
 

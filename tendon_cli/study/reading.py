@@ -6,7 +6,9 @@ aliases and tags are refused, and what a file says is never executed.
 
 from __future__ import annotations
 
+import errno
 import re
+import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +21,8 @@ from tendon_cli.units import shorten
 
 MAX_BYTES = 256_000
 YAML_SUFFIXES = (".yaml", ".yml")
+STDIN = Path("-")
+"""The name of a study, in TOML, from standard input."""
 
 _OF_THE_PARSER = {
     "Cannot overwrite a value": "a key that stands twice, expected each key once",
@@ -66,6 +70,8 @@ def read_value(text: str) -> Any:
 
 def _bytes(path: Path) -> bytes:
     try:
+        if path == STDIN:
+            return _given()
         return read_file(path, MAX_BYTES)
     except FileNotFoundError:
         near = [other.name for other in path.parent.glob("*.toml")][:3] if path.parent.is_dir() else []
@@ -79,6 +85,18 @@ def _bytes(path: Path) -> bytes:
         raise StudyError([Fault("", "this is a folder, expected a study file")]) from None
     except (OSError, ValueError) as error:
         raise StudyError([Fault("", f"cannot be read: {getattr(error, 'strerror', None) or error}")]) from None
+
+
+def _given() -> bytes:
+    """What standard input holds; raises OSError."""
+    content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
+    if len(content) > MAX_BYTES:
+        raise OSError(errno.EFBIG, f"it is larger than {MAX_BYTES // 1000} kB")
+    if not content.strip():
+        raise StudyError(
+            [Fault("", "nothing came in, expected a study in TOML", "such as: tendon sweep - < study.toml")]
+        )
+    return content
 
 
 def _text(content: bytes) -> str:

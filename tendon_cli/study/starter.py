@@ -1,4 +1,4 @@
-"""The commented study that `tendon init` writes."""
+"""The commented studies that `tendon init` writes."""
 
 from __future__ import annotations
 
@@ -8,23 +8,43 @@ from pathlib import Path
 
 from tendon_cli.errors import UsageError
 from tendon_cli.files import write_new
+from tendon_cli.study.fields import nearest
 from tendon_cli.study.reading import YAML_SUFFIXES
 from tendon_cli.units import shorten
 
+TEMPLATES = {
+    "sweep": "which pretension and springs keep both tendons taut; every key, with a comment",
+    "design": "which spring, spool and pretension suit every load",
+    "people": "whom a suit serves",
+    "motor": "which motor it takes: torque, speed, power, work, backlash",
+    "friction": "what friction and bend of the sheath, and the doubt in them, do",
+}
+"""The starter studies, each with the question that it asks."""
 
-def starter(path: Path) -> str:
-    """The starter study for a file of this name: YAML by its ending, else TOML."""
-    ending = "yaml" if path.suffix.lower() in YAML_SUFFIXES else "toml"
+
+def starter(path: Path, template: str = "sweep") -> str:
+    """A starter study for a file of this name: YAML by its ending, else TOML; raises UsageError for none of that name.
+
+    Only the template `sweep` is there in YAML, too.
+    """
+    is_yaml = path.suffix.lower() in YAML_SUFFIXES
+    if template not in TEMPLATES:
+        hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
+        raise UsageError(f'there is no template "{shorten(template)}"', where="--template", hint=hint)
+    if is_yaml and template != "sweep":
+        hint = f"tendon init {shorten(path.stem)}.toml --template {template}"
+        raise UsageError(f'the template "{template}" is there in TOML only', where="--template", hint=hint)
+    source = f"starter.{'yaml' if is_yaml else 'toml'}" if template == "sweep" else f"templates/{template}.toml"
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
-    return files("tendon_cli.study").joinpath(f"starter.{ending}").read_text("utf-8").replace("@NAME@", name)
+    return files("tendon_cli.study").joinpath(source).read_text("utf-8").replace("@NAME@", name)
 
 
-def write_starter(path: Path) -> None:
-    """Write the starter study; raises UsageError where a file stands there, OutputError where none can be written."""
+def write_starter(path: Path, template: str = "sweep") -> None:
+    """Write a starter study; raises UsageError where a file stands there, OutputError where none can be written."""
     if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
         name = shorten(path.name)
         raise UsageError(f"{name} ends in neither .toml nor .yaml", hint=f"tendon init {name}.toml")
-    if not write_new(path, starter(path).encode()):
+    if not write_new(path, starter(path, template).encode()):
         raise UsageError(
             "exists already, and is not overwritten", where=shorten(str(path), 1000), hint="name another file"
         )

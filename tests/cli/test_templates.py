@@ -1,0 +1,95 @@
+"""Starter studies of each question, and a study from standard input."""
+
+import json
+import tomllib
+
+import jsonschema
+import pytest
+
+from tendon_cli.study.load import load_study
+from tendon_cli.study.schema import schema_text
+from tendon_cli.study.starter import TEMPLATES
+
+STUDY = b'[load]\nmass = ["0 kg", "5 kg"]\n'
+SMALLER = {"people": ["--set", "people.count=20"], "friction": ["--set", "uncertainty.draws=8"]}
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_a_template_is_a_valid_study_that_names_its_schema(tendon, workplace, template):
+    assert tendon("init", "mine.toml", "--template", template).exit == 0
+    text = (workplace / "mine.toml").read_text(encoding="utf-8")
+    assert "#:schema ./tendon.schema.json" in text.splitlines()
+    jsonschema.validate(tomllib.loads(text), json.loads(schema_text()))
+    assert load_study(workplace / "mine.toml").name == "mine"
+    assert load_study(workplace / "mine.toml").warnings == ()
+
+
+@pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "sweep"])
+def test_a_template_has_an_answer(tendon, template):
+    tendon("init", "mine.toml", "--template", template)
+    ran = tendon("design", "mine.toml", "--no-figures", "--json", *SMALLER.get(template, []))
+    assert (ran.exit, ran.err) == (0, "")
+    assert ran.json["name"] == "mine"
+
+
+def test_the_motor_template_has_the_columns_of_the_motor(tendon):
+    tendon("init", "mine.toml", "--template", "motor")
+    assert tendon("sweep", "mine.toml", "--no-figures", "--out", "run").exit == 0
+    assert tendon("show", "run", "--columns", "peak_motor_power,max_backlash", "--json").exit == 0
+
+
+def test_templates_are_listed(tendon, workplace):
+    ran = tendon("init", "--list")
+    assert [line.split()[0] for line in ran.out.splitlines()] == list(TEMPLATES)
+    assert list(workplace.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["mine.toml", "--template", "desing"], 'did you mean "design"?'),
+        (["mine.yaml", "--template", "design"], "tendon init mine.toml --template design"),
+    ],
+)
+def test_a_template_that_is_not_there_is_told(tendon, workplace, words, said):
+    ran = tendon("init", *words)
+    assert ran.exit == 2
+    assert said in ran.err
+    assert list(workplace.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["sweep", "design"])
+def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace, command):
+    (workplace / "study.toml").write_bytes(STUDY)
+    words = ("--no-figures", "--json", "--set", "spring.stiffness=5 kN/m", "--set", "spool.ratio=0.6")
+    piped = outside(command, "-", "--out", "one", *words, input=STUDY.decode())
+    filed = outside(command, "study.toml", "--out", "other", *words)
+    assert (piped.exit, piped.err, piped.json["name"]) == (0, "", "study")
+    assert piped.json["study_hash"] == filed.json["study_hash"]
+
+
+def test_files_of_a_piped_study_are_those_of_the_working_directory(outside, workplace):
+    (workplace / "route.csv").write_text("x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8")
+    ran = outside("state", "-", input='[sheath]\npath = "route.csv"\n')
+    assert (ran.exit, ran.err) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("", "nothing came in"), ("[load\n", "not TOML"), ("x" * 300_000, "larger than 256 kB")]
+)
+def test_what_is_no_study_on_standard_input_is_told(outside, text, said):
+    ran = outside("sweep", "-", input=text)
+    assert ran.exit == 2
+    assert ran.err.startswith("tendon: error: standard input")
+    assert said in ran.err
+
+
+def test_a_mistyped_option_is_answered_with_the_nearest(tendon):
+    ran = tendon("sweep", "study.toml", "--overwrit")
+    assert ran.exit == 2
+    assert "did you mean --overwrite" in ran.err
+
+
+def test_usage_names_values(tendon):
+    assert "Usage: tendon sweep [OPTIONS] STUDY\n" in tendon("sweep", "--help").out
+    assert "Usage: tendon init [OPTIONS] [FILE]\n" in tendon("init", "--help").out
