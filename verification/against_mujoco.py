@@ -38,22 +38,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _compare(engine_version: str) -> tuple[str, bool]:
     """The report in Markdown, and whether all of it holds."""
-    from verification import compare, tool
+    from verification import compare, friction, tool
     from verification.rig import Rig
 
     cases = draw_cases(CASES)
     engine, ours = [Rig(case).answer() for case in cases], tool.answers(cases)
     rows, differing = compare.differences(engine, ours), compare.disagreements(engine, ours)
     missed = sum(not row.holds for row in rows)
+    fitted = friction.fits()
+    off = sum(not row.holds for row in fitted)
     verdict = (
         "All hold." if not missed and not differing else f"MISSED: {missed} quantities, {differing} states of slack."
     )
     report = (
         f"tendon {__version__} against MuJoCo {engine_version}, {CASES} random arms and designs (seed {SEED}):"
         f"\n{compare.counts(ours)}.\n"
-        f"States in which the two differ on which side is slack: {differing}.\n\n{compare.table(rows)}\n\n{verdict}"
+        f"States in which the two differ on which side is slack: {differing}.\n\n{compare.table(rows)}\n\n{verdict}\n\n"
+        f"Friction coefficients fitted to a rope dragged over a drum (tolerance {friction.TOLERANCE:.0%}):\n\n"
+        f"{friction.table(fitted)}\n\n{f'MISSED: {off} coefficients.' if off else 'All hold.'}"
     )
-    return report, not missed and not differing
+    return report, not missed and not differing and not off
 
 
 def _put(page: Path, report: str) -> None:
