@@ -77,8 +77,8 @@ INLINE void side_limits(Lines *l, const Drive *d, Lanes arm, Lanes mismatch) {
     l->slack_stiffness = l->stiffness, l->per_side = same(NAN);
 }
 
-/* `count` states from an angle on; what is left of the lanes is no state. */
-INLINE Lines lines_at(const Array *a, const Drive *d, long axis, long angle, long count) {
+/* As `lines_at`, for which it is written out twice: knowing that all lanes are used saves every copy by length. */
+INLINE Lines some_lines(const Array *a, const Drive *d, long axis, long angle, long count) {
     Lines l;
     Lanes arm = pick(is_used(count), along(a, IN_pulling_arm, axis, angle, count), same(NAN)), zero = same(0.0);
     Lanes per_arm = 1.0 / arm;
@@ -106,6 +106,11 @@ INLINE Lines lines_at(const Array *a, const Drive *d, long axis, long angle, lon
     l.slack_stiffness = pick(idle, zero, pick(backward, same(d->pull_y), pull_x)) + torque_slope;
     l.per_side = pick(idle, same(NAN), pick(backward, same(d->per_ratio), same(1.0)));
     return l;
+}
+
+/* `count` states from an angle on; what is left of the lanes is no state. */
+INLINE Lines lines_at(const Array *a, const Drive *d, long axis, long angle, long count) {
+    return count >= LANES ? some_lines(a, d, axis, angle, LANES) : some_lines(a, d, axis, angle, count);
 }
 
 INLINE State state_at(const Lines *l, const Drive *d, Lanes pretension) {
