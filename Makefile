@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 
 DOCS := $(VENV)/.docs
 
-.PHONY: docs help demo test check format bench torture friction mutants verify clean
+.PHONY: docs help demo test check format bench torture friction mutants verify release clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -64,8 +64,14 @@ friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/frict
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
 	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
 
+release: $(READY)  ## build sdist and wheel into dist/ and check what they hold
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[release]'
+	rm -rf dist build
+	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python -m tests.release dist
+
 clean:  ## remove the environment and caches, never results
-	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build *.egg-info tendon_cli/kernel/_native.*
+	rm -rf $(VENV) $(VERIFY) .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist *.egg-info tendon_cli/kernel/_native.*
 
 VERIFY := .venv-verify
 MUJOCO := $(VERIFY)/.ready

@@ -17,4 +17,4 @@ EXTENSION = Extension(
     optional=True,  # without a C compiler NumPy does it, to the same bits
 )
 
-setup(ext_modules=[EXTENSION])
+setup(ext_modules=[EXTENSION], options={"bdist_wheel": {"py_limited_api": "cp311"}})  # one wheel from Python 3.11 on

@@ -1,0 +1,63 @@
+"""What a release holds: every file of the package and nothing else; `python -m tests.release dist` checks it."""
+
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+OF_THE_SOURCE = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "MANIFEST.in", "README.md", "pyproject.toml", "setup.py"}
+BY_SETUPTOOLS = {"PKG-INFO", "setup.cfg"}
+NEEDED = {
+    "tendon_cli/py.typed",
+    "tendon_cli/study/starter.toml",
+    "tendon_cli/study/starter.yaml",
+    "tendon_cli/study/people/ansur2_arm.toml",
+    "tendon_cli/paper/studies/fig07.toml",
+    "tendon_cli/report/page/page.css",
+    "tendon_cli/report/plotly/LICENSE",
+}
+"""Some of what is easily left out, by name, in case the rule below is wrong."""
+
+
+def of_the_package():
+    """Every file of the package in the working tree that is neither compiled nor a cache."""
+    files = (file for file in (ROOT / "tendon_cli").rglob("*") if file.is_file() and "__pycache__" not in file.parts)
+    return {file.relative_to(ROOT).as_posix() for file in files if file.suffix not in (".so", ".pyd", ".pyc")}
+
+
+def faults_of_wheel(path):
+    """What a wheel lacks and what it has too much, one line each."""
+    with zipfile.ZipFile(path) as wheel:
+        found = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    compiled = {name for name in found if name.startswith("tendon_cli/kernel/_native.")}
+    expected = {name for name in of_the_package() if Path(name).suffix not in (".c", ".h")}
+    faults = [] if len(compiled) == 1 else ["has no compiled kernel"]
+    faults += [] if "-cp311-abi3-" in path.name else ["is not tagged for every Python from 3.11 on (cp311-abi3)"]
+    return faults + _difference(expected | NEEDED, found - compiled)
+
+
+def faults_of_sdist(path):
+    """What a source distribution lacks and what it has too much, one line each."""
+    with tarfile.open(path) as sdist:
+        names = {member.name.partition("/")[2] for member in sdist.getmembers() if member.isfile()}
+    found = {name for name in names if ".egg-info/" not in name} - BY_SETUPTOOLS
+    return _difference(of_the_package() | NEEDED | OF_THE_SOURCE, found)
+
+
+def _difference(expected, found):
+    return [f"lacks {name}" for name in sorted(expected - found)] + [f"has {name}" for name in sorted(found - expected)]
+
+
+def main(folder):
+    """Check the one wheel and the one source distribution of a folder; the exit code."""
+    wheels, sdists = sorted(folder.glob("*.whl")), sorted(folder.glob("*.tar.gz"))
+    faults = [] if len(wheels) == len(sdists) == 1 else [f"{folder} holds no single wheel and source distribution"]
+    faults += [f"{path.name} {fault}" for path in wheels for fault in faults_of_wheel(path)]
+    faults += [f"{path.name} {fault}" for path in sdists for fault in faults_of_sdist(path)]
+    sys.stdout.write("\n".join(faults or [f"{path.name} is whole" for path in (*wheels, *sdists)]) + "\n")
+    return bool(faults)
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))

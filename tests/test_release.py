@@ -1,0 +1,109 @@
+"""A release holds all that the package needs; its wheel is installed and tried on every Python that it is for."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from . import release
+
+ROOT = Path(__file__).parent.parent
+PATTERNS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]["tendon_cli"]
+PYTHONS = ("3.11", "3.12", "3.13")
+NAME = "tendon_cli-1-cp311-abi3-any.whl"
+STUDY = '[tendon]\npretension = ["100 N", "150 N"]\n[load]\nmass = ["0 kg", "5 kg"]\n'
+KIND = "from tendon_cli.kernel import kind; print(kind())"
+
+
+def test_every_file_of_the_package_goes_into_the_wheel():
+    data = {file.relative_to(ROOT).as_posix() for pattern in PATTERNS for file in (ROOT / "tendon_cli").glob(pattern)}
+    others = {name for name in release.of_the_package() if not name.endswith((".py", ".c", ".h"))}
+    assert release.NEEDED <= others <= data
+
+
+def wheel_of(folder, names):
+    path = folder / NAME
+    with zipfile.ZipFile(path, "w") as wheel:
+        for name in names:
+            wheel.writestr(name, "")
+    return path
+
+
+def of_a_wheel():
+    return {name for name in release.of_the_package() if not name.endswith((".c", ".h"))} | {
+        "tendon_cli/kernel/_native.abi3.so"
+    }
+
+
+def test_a_whole_wheel_has_no_fault(tmp_path):
+    assert release.faults_of_wheel(wheel_of(tmp_path, of_a_wheel())) == []
+
+
+@pytest.mark.parametrize("name", ["tendon_cli/study/starter.yaml", "tendon_cli/py.typed", "tendon_cli/cli.py"])
+def test_what_a_wheel_lacks_is_told(tmp_path, name):
+    assert release.faults_of_wheel(wheel_of(tmp_path, of_a_wheel() - {name})) == [f"lacks {name}"]
+
+
+def test_what_a_wheel_has_too_much_is_told(tmp_path):
+    path = wheel_of(tmp_path, of_a_wheel() | {"tests/test_face.py"})
+    assert release.faults_of_wheel(path) == ["has tests/test_face.py"]
+
+
+def test_a_wheel_without_compiled_code_is_told(tmp_path):
+    path = wheel_of(tmp_path, of_a_wheel() - {"tendon_cli/kernel/_native.abi3.so"})
+    assert release.faults_of_wheel(path) == ["has no compiled kernel"]
+
+
+def called(*words, **options):
+    return subprocess.run([*map(str, words)], check=False, capture_output=True, text=True, timeout=900, **options)
+
+
+def python_of(version):
+    """A Python of this version, on the path or one of pyenv's; None where there is none."""
+    kept = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    for found in (shutil.which(f"python{version}"), *sorted(kept.glob(f"{version}.*/bin/python"))):
+        if found and re.match(rf"Python {version}\.", called(found, "--version").stdout):
+            return found
+    return None
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """The wheel that `make release` would build, of a copy of the sources."""
+    pytest.importorskip("build", reason="`build` is not installed: pip install -c constraints.txt '.[release]'")
+    source, out = (tmp_path_factory.mktemp("release") / name for name in ("source", "dist"))
+    left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
+    shutil.copytree(ROOT / "tendon_cli", source / "tendon_cli", ignore=left_out)
+    for name in release.OF_THE_SOURCE:
+        shutil.copy(ROOT / name, source / name)
+    built = called(sys.executable, "-m", "build", "--outdir", out, source)
+    assert built.returncode == 0, built.stderr
+    assert release.main(out) == 0
+    return next(out.glob("*.whl"))
+
+
+@pytest.mark.torture
+@pytest.mark.parametrize("version", PYTHONS)
+def test_the_wheel_installs_and_computes_by_compiled_code(wheel, tmp_path, version):
+    python = python_of(version)
+    if python is None:
+        pytest.skip(f"there is no Python {version} here")
+    assert called(python, "-m", "venv", tmp_path / "venv").returncode == 0
+    programs = tmp_path / "venv/bin"
+    words = ("-m", "pip", "install", "--quiet", "--only-binary", ":all:", "-c", ROOT / "constraints.txt", wheel)
+    installed = called(programs / "python", *words)
+    assert installed.returncode == 0, installed.stderr
+    (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
+    assert called(programs / "tendon", "--version", cwd=tmp_path).stdout.startswith("tendon ")
+    swept = called(programs / "tendon", "sweep", "study.toml", "--out", "run", cwd=tmp_path)
+    assert swept.returncode == 0, swept.stderr
+    assert (tmp_path / "run/designs.parquet").is_file()
+    assert called(programs / "tendon", "init", "mine.yaml", cwd=tmp_path).returncode == 0
+    kind = called(programs / "python", "-P", "-c", KIND, cwd=tmp_path)
+    assert kind.stdout.strip() not in ("", "None"), kind.stderr
