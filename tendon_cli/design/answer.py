@@ -17,6 +17,9 @@ from tendon_cli.design.sensitivity import Sensitivity, sensitivities
 
 _REFINED_ON_FRONT = 24
 
+_AMONG_EQUALS = (Goal("tolerance", maximise=True),)
+"""What decides between choices that are as good by a goal, such as all that serve everyone."""
+
 
 @dataclass(frozen=True, eq=False)
 class Gathered:
@@ -79,7 +82,8 @@ def gather(candidates: Candidates, goals: tuple[Goal, ...]) -> Gathered:
     if solutions.feasible.any():
         able = np.flatnonzero(solutions.feasible)
         worth = candidates.worth(goals or (SERVED, *USUAL))[able]
-        keep += [able[[best(column)]] for column in worth.T]
+        tolerance = candidates.worth(_AMONG_EQUALS)[able, 0]
+        keep += [able[[best(column, tolerance)]] for column in worth.T]
         keep += [able[front(worth)]] if len(goals) > 1 else []
     shut = np.flatnonzero(~solutions.feasible)
     named = np.array([" ".join(pair) for pair in pairs(solutions.taken(shut))])
@@ -117,7 +121,7 @@ def findings(problem: Problem, gathered: Gathered) -> Findings:
 
 def _best(problem: Problem, goal: Goal, able: Candidates) -> tuple[Candidates, float]:
     """The best by one goal, between the points of the grid, too, and by what share it beats the grid's."""
-    start = able.taken(np.array([best(able.worth((goal,))[:, 0])]))
+    start = able.taken(np.array([best(*able.worth((goal, *_AMONG_EQUALS)).T)]))
     better = refined(problem, (goal,), start)
     if better is None:
         return start, 0.0

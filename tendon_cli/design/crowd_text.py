@@ -34,7 +34,8 @@ def lines_of(crowd: Crowd) -> Iterator[tuple[str, str]]:
     if not crowd.best_share > 0.0:
         yield f"{which}no pretension serves anyone of {everyone}", "  "
     else:
-        share = f"{_percent(crowd.share)} +/- {_percent(crowd.error)} of {everyone}"
+        error = f" +/- {_percent(crowd.error)}" if len(crowd.windows.low) > 1 else ""
+        share = f"{_percent(crowd.share)}{error} of {everyone}"
         yield f"{which}{rounded(crowd.pretension, 4)} N serves {share}{_best(crowd)}", "  "
     for reason in crowd.reasons:
         yield _left_out(crowd, reason), "  "
@@ -85,7 +86,7 @@ def _condition(crowd: Crowd, condition: int) -> str:
 
 
 def _sizes(crowd: Crowd) -> Iterator[tuple[str, str]]:
-    for each in crowd.sizes:
+    for each in crowd.sizes if len(crowd.windows.low) > 1 else ():
         few = f", by the first {each.persons} persons" if each.persons < len(crowd.windows.low) else ""
         thin = f", among {len(each.values)} of its values" if each.thinned else ""
         factor = next(factor for factor in crowd.problem.choices.factors if factor.column == each.column)

@@ -44,9 +44,9 @@ def goals_of(study: Study) -> tuple[Goal, ...]:
     return (*least, *(Goal(column, maximise=True) for column in study.design.maximise))
 
 
-def best(worth: Array) -> int:
-    """The row of the largest worth, (rows,), the first of equals."""
-    return int(np.argmax(worth))
+def best(worth: Array, tolerance: Array) -> int:
+    """The row of the largest worth, (rows,); of equals the one of the largest tolerance, then the first."""
+    return int(np.lexsort((-tolerance, -worth))[0])
 
 
 def front(worth: Array) -> Rows:

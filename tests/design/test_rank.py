@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design.rank import Goal, front, knee, losses
+from tendon_cli.design.rank import Goal, best, front, knee, losses
 
 
 @pytest.mark.parametrize("goals", [1, 2, 3, 4])
@@ -32,3 +32,8 @@ def test_the_knee_gives_up_least_of_what_it_gives_up_most():
 def test_a_torque_counts_by_its_magnitude_and_null_is_worst():
     goal = Goal("peak_motor_torque", maximise=False)
     assert np.argsort(goal.worth(np.array([-9.0, 3.0, np.nan, 5.0]))).tolist() == [2, 0, 3, 1]
+
+
+def test_of_equals_the_larger_tolerance_is_best():
+    assert best(np.array([1.0, 1.0, 0.5, 1.0]), np.array([0.1, 0.3, 0.9, 0.3])) == 1
+    assert best(np.array([0.2, 0.5]), np.array([0.9, 0.1])) == 1
