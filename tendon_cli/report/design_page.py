@@ -21,6 +21,7 @@ from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.report import html
 from tendon_cli.report.data import NO_DATA
 from tendon_cli.report.packed import packed, packed_classes
+from tendon_cli.report.people import people_record
 from tendon_cli.report.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning, thinned
 from tendon_cli.report.states import MOST_ANGLES, MOST_DESIGNS, arm_record
 from tendon_cli.report.sweep_page import ending
@@ -62,14 +63,17 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     maps, left_out = quantities({name: values[:cells] for name, values in columns.items()}, labels)
     maps.insert(1, _conflicts(choices.slice(0, cells)))
     states, arm = _states(problem, axes, columns["pretension"][:cells])
+    people = people_record(problem, table.read(), record.get("crowd"))
     data = NO_DATA | {
         "kind": "design", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
         "design": _answers(choices, columns, labels, cells), "table": _table(problem, axes, choices, columns, labels),
-        "start": _start(record, axes),
+        "start": _start(record, axes), "people": people,
     }  # fmt: skip
     thinning = said_of_thinning(axes, left_out)
     title = record["title"] or record["name"]
-    return html.html_page(title, _sections(title, record, thinning, has_map=bool(axes)), data)
+    return html.html_page(
+        title, _sections(title, record, thinning, has_map=bool(axes), has_people=people is not None), data
+    )
 
 
 def _problem(table: TableFiles) -> Problem:
@@ -198,7 +202,10 @@ def _states(problem: Problem, axes: Sequence[PageAxis], pretension: npt.NDArray[
     }
     axis_of = {factor.key: at for at, factor in enumerate(problem.choices.factors)}
     along = [[] if axis.values is None else axis.values[axis.kept].tolist() for axis in axes]
-    return record, arm_record(problem.study.document(), axis_of, along)
+    document, people = problem.study.document(), problem.study.people
+    if people is not None:  # whose hand is where the body says: the mean man's is drawn
+        document["arm"].setdefault("load_distance", float(people.population.reference.forearm_grip_length))
+    return record, arm_record(document, axis_of, along)
 
 
 def _grid_rows(problem: Problem, axes: Sequence[PageAxis], cells: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -251,7 +258,7 @@ def _groups(state: actuator.State, shape: tuple[int, ...], condition: str) -> li
     return found
 
 
-def _sections(title: str, record: dict[str, Any], thinning: str, *, has_map: bool) -> list[str]:
+def _sections(title: str, record: dict[str, Any], thinning: str, *, has_map: bool, has_people: bool) -> list[str]:
     links = {"answer": "Answer", "map": "Map", "windows": "Windows", "front": "Front", "design": "One choice"}
     answer = html.text(record["text"]) + html.warnings([*record["notes"], *([thinning] if thinning else [])])
     parts = [
@@ -261,6 +268,8 @@ def _sections(title: str, record: dict[str, Any], thinning: str, *, has_map: boo
     if has_map:
         parts += [html.section("map", "Map of the choices", html.MAP)]
         parts += [html.section("windows", "Windows of pretension", html.WINDOWS)]
+    if has_people:
+        parts += [html.section("people", "For whom", html.PEOPLE)]
     return [
         *parts,
         html.section("front", "What is traded for what", html.FRONT),

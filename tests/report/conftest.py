@@ -86,3 +86,21 @@ def answered(tmp_path_factory):
 @pytest.fixture(scope="session")
 def answer_page(answered):
     return write_report(answered)
+
+
+@pytest.fixture(scope="session")
+def answered_for_people(tmp_path_factory):
+    """The answer to a question of two choices and sixty persons."""
+    folder = tmp_path_factory.mktemp("people") / "suit-design"
+    study = tendon.study(
+        {
+            "people": {"count": 60},
+            "spring": {"stiffness": "5 kN/m"},
+            "spool": {"ratio": [0.6, 0.7]},
+            "load": {"mass": ["0 kg", "10 kg"]},
+            "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
+            "design": {"serve": 0.5},
+        }
+    )
+    tendon.design(study, folder)
+    return folder

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tendon_cli.report.report import write_report
 from tests.report.conftest import TITLE
 
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]
@@ -95,6 +96,12 @@ def test_a_box_drawn_on_the_front_marks_choices(opened, answer_page):
         page.mouse.move(box["x"] + box["width"] - 20, box["y"] + box["height"] - 20, steps=8)
         page.mouse.up()
         page.wait_for_function("view.brushed !== null && view.brushed.length > 0")
+
+
+def test_persons_left_out_are_told_by_shape_too(opened, answered_for_people):
+    with opened(write_report(answered_for_people)) as page:
+        symbols = page.evaluate("document.getElementById('people').data.map((trace) => trace.marker.symbol)")
+        assert len(set(symbols)) == 2
 
 
 def test_windows_follow_the_map(opened, answer_page):

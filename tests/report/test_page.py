@@ -157,3 +157,13 @@ def test_a_changed_answer_is_refused(answered, tmp_path):
     (folder / "choices.parquet").write_bytes(b"PAR1")
     with pytest.raises(InputError, match="not as it was written"):
         write_report(folder)
+
+
+def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
+    record = json.loads((answered_for_people / "design.json").read_text(encoding="utf-8"))
+    people = data_of(write_report(answered_for_people))["people"]
+    served = unpacked(people["served"]["array"])
+    assert len(served) == 60
+    assert served.mean() == pytest.approx(record["crowd"]["served"])
+    assert 0 < served.sum() < 60
+    assert f"{100 * record['crowd']['served']:.3g} % of 60 persons" in people["title"]
