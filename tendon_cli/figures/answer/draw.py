@@ -192,8 +192,9 @@ def _name_limits(panel: Axes, x: Scale, values: Any, by: Any, room: Any, *, colo
         if not np.isfinite(values[middle]) or not str(by[middle]).strip():
             continue
         offset = 5 if side == "bottom" else -5
+        inward = "left" if middle == 0 else "right" if middle == len(by) - 1 else "center"  # the panel cuts the rest
         panel.annotate(str(by[middle]), (x.places[middle], values[middle]), (0, offset), textcoords="offset points",
-                       ha="center", va=side, size=6.5, color=colour, clip_on=True,
+                       ha=inward, va=side, size=6.5, color=colour, clip_on=True,
                        bbox={"facecolor": "white", "alpha": 0.75, "linewidth": 0, "pad": 0.8})  # fmt: skip
 
 
