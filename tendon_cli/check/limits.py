@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from heapq import heappush, heappushpop
 from typing import Any
 
 import numpy as np
@@ -72,9 +72,9 @@ def check_designs(table: TableFiles, study: Study, worst: int) -> LimitCheck:
             broken[breach.limit] = broken.get(breach.limit, 0) + 1
             entry = (breach.excess, -breach.design, breach)
             if len(found) < worst:
-                heapq.heappush(found, entry)
+                heappush(found, entry)
             elif worst:
-                heapq.heappushpop(found, entry)
+                heappushpop(found, entry)
     plan = Plan(study)
     worst_first = [breach for *_, breach in sorted(found, key=lambda each: each[:2], reverse=True)]
     return LimitCheck(

@@ -28,6 +28,8 @@ _FEWEST_ELSEWHERE = 10
 _FAR_INSIDE = 0.1
 _MOVING = 0.12
 _LEAST_SHARE = 0.1
+_NOTHING = 1e-9
+"""Of the usual force of a cell: what is below it is nothing."""
 _FEWEST_IN_LOG = 60
 
 
@@ -138,7 +140,8 @@ def _unusable(readings: Readings, meaning: list[int | None]) -> npt.NDArray[np.o
         reasons[_saturated(cell)] = SATURATED
     usual = [float(np.quantile(cell[cell > 0.0], 0.9)) if np.any(cell > 0.0) else 0.0 for cell in cells]
     reasons[np.all(cells < _UNLOADED * np.array(usual)[:, None], axis=0)] = UNLOADED
-    reasons[np.any(cells <= 0.0, axis=0)] = NOT_POSITIVE
+    nothing = _NOTHING * np.array(usual).reshape(2, 1)
+    reasons[np.any(cells <= nothing, axis=0)] = NOT_POSITIVE
     reasons[~np.all(np.isfinite(cells), axis=0)] = NO_READING
     return reasons
 

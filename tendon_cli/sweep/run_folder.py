@@ -75,9 +75,20 @@ class RunFolder:
         finally:
             os.close(handle)
 
-    def _lock(self, handle: int) -> None:
+    def check_free(self) -> None:
+        """Raises FolderError where another run writes here just now; leaves no trace."""
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            handle = os.open(self.path / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        except OSError:  # no run was ever here
+            return
+        try:
+            self._lock(handle, fcntl.LOCK_SH)
+        finally:
+            os.close(handle)
+
+    def _lock(self, handle: int, kind: int = fcntl.LOCK_EX) -> None:
+        try:
+            fcntl.flock(handle, kind | fcntl.LOCK_NB)
         except OSError as error:
             if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
                 hint = "wait for it, or choose another folder with --out"

@@ -58,6 +58,8 @@ def sweep(
                 raise UsageError("a cluster writes into a run folder", hint="name one")
             return _in_memory(plan, jobs or available_cores(), ended, progress)
         folder = RunFolder(out, plan)
+        if lock:
+            folder.check_free()
         check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
         folder.check_space()
         with _runner(scheduler, jobs) as runner, folder.locked(use_lock=lock):

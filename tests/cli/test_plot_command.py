@@ -105,7 +105,7 @@ def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace)
     angle = tendon("sweep", "study.toml", "--out", "run", "--json", "--no-figures").json["study"]["sheath"][
         "bend_angle"
     ]
-    angle = parse_measure(str(angle), "angle").si
+    angle = parse_measure(angle["mean"], "angle").si
     assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
 
 

@@ -13,6 +13,15 @@ FLAGS = "--no-sandbox --disable-gpu --no-first-run --disable-background-networki
 TITLE = "<script>document.title = 'run'</script> & \"springs\""
 
 
+def until(page, expression, arg=None):
+    """Wait for an expression to be true, asked from outside: the page's own policy lets nothing be evaluated in it."""
+    for _ in range(300):
+        if page.evaluate(expression, arg):
+            return
+        page.wait_for_timeout(100)
+    raise AssertionError(f"never came true: {expression}")
+
+
 @pytest.fixture(scope="session")
 def swept(tmp_path_factory):
     """A run of 9 x 7 x 2 designs, its title hostile."""

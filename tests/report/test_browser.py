@@ -3,7 +3,7 @@
 import pytest
 
 from tendon_cli.report.report import write_report
-from tests.report.conftest import TITLE
+from tests.report.conftest import TITLE, until
 
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]
 
@@ -20,7 +20,7 @@ def test_a_slider_moves_the_map(opened, page_file):
     with opened(page_file) as page:
         before = page.evaluate("JSON.stringify(Array.from(mapped.z[0]))")
         page.locator("#sliders input").fill("1")
-        page.wait_for_function("before => JSON.stringify(Array.from(mapped.z[0])) !== before", arg=before)
+        until(page, "before => JSON.stringify(Array.from(mapped.z[0])) !== before", before)
         assert "5 kg" in page.locator("#sliders output").inner_text()
 
 
@@ -28,7 +28,7 @@ def test_a_click_shows_the_states_of_that_design(opened, page_file):
     with opened(page_file) as page:
         box = page.locator("#map .nsewdrag").first.bounding_box()
         page.mouse.click(box["x"] + 0.97 * box["width"], box["y"] + 0.03 * box["height"])
-        page.wait_for_function("document.getElementById('design-says').textContent.includes('240 N')")
+        until(page, "document.getElementById('design-says').textContent.includes('240 N')")
         assert "5 kN/m" in page.locator("#design-says").inner_text()
 
 
@@ -39,7 +39,7 @@ def test_keys_move_the_cursor_and_enter_shows_the_states(opened, page_file):
             page.keyboard.press(key)
         assert "82.5 N" in page.locator("#map-says").inner_text()
         page.keyboard.press("Enter")
-        page.wait_for_function("document.getElementById('design-says').textContent.includes('82.5 N')")
+        until(page, "document.getElementById('design-says').textContent.includes('82.5 N')")
         told = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
         assert told != "none"
 
@@ -48,7 +48,7 @@ def test_the_angle_moves_the_arm_and_tells_the_values(opened, page_file):
     with opened(page_file) as page:
         before = page.locator("#arm").inner_html()
         page.locator("#angle").fill("18")
-        page.wait_for_function("before => document.getElementById('arm').innerHTML !== before", arg=before)
+        until(page, "before => document.getElementById('arm').innerHTML !== before", before)
         assert page.locator("#angle-says").inner_text() == "90°"
         assert page.locator("#arm-values li").count() == 10
 
@@ -79,10 +79,10 @@ def test_a_brush_on_the_front_marks_the_map_and_the_table(opened, answer_page):
     with opened(answer_page) as page:
         page.locator("#brush-y-low").fill("0.3")
         page.locator("#brush-y-low").press("Enter")
-        page.wait_for_function("view.brushed !== null && view.brushed.length > 0")
+        until(page, "view.brushed !== null && view.brushed.length > 0")
         marked = page.evaluate("view.brushed.length")
         assert f"{marked} of them on the map" in page.locator("#brush-says").inner_text()
-        page.wait_for_function("document.getElementById('map').data.some((trace) => trace.name === 'brushed')")
+        until(page, "document.getElementById('map').data.some((trace) => trace.name === 'brushed')")
         page.locator("#brushed-only").check()
         assert page.evaluate("rowsOfTable().length") == marked
 
@@ -95,7 +95,7 @@ def test_a_box_drawn_on_the_front_marks_choices(opened, answer_page):
         page.mouse.down()
         page.mouse.move(box["x"] + box["width"] - 20, box["y"] + box["height"] - 20, steps=8)
         page.mouse.up()
-        page.wait_for_function("view.brushed !== null && view.brushed.length > 0")
+        until(page, "view.brushed !== null && view.brushed.length > 0")
 
 
 def test_persons_left_out_are_told_by_shape_too(opened, answered_for_people):
@@ -109,7 +109,7 @@ def test_windows_follow_the_map(opened, answer_page):
         lines = page.evaluate("document.getElementById('windows').data.map((trace) => trace.y.length)")
         assert lines == [4, 4]
         page.locator("#choosers select").nth(1).select_option("1")
-        page.wait_for_function("document.getElementById('windows').data[0].y.length === 3")
+        until(page, "document.getElementById('windows').data[0].y.length === 3")
 
 
 @pytest.mark.parametrize(("width", "scheme"), SIZES)

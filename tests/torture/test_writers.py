@@ -41,8 +41,9 @@ def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(tendon, 
     assert tendon(*WRITERS[name]).exit == 0  # what is made at the first import only is made here
     whole = file.read_bytes()
     file.unlink()
+    earlier = whole  # what tendon wrote before: nothing else is ever replaced
     if stands:
-        file.write_bytes(BEFORE)
+        file.write_bytes(earlier)
     before = sorted(workplace.iterdir())
     for at in range(len(STEPS)):
         for number in NUMBERS if name == "friction.toml" else NUMBERS[:2]:
@@ -52,7 +53,7 @@ def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(tendon, 
             assert os.strerror(number) in ran.json["error"]["message"]
             assert name in ran.json["error"]["where"]
             assert sorted(workplace.iterdir()) == before
-            assert not stands or file.read_bytes() == BEFORE
+            assert not stands or file.read_bytes() == earlier
     assert tendon(*WRITERS[name]).exit == 0
     assert file.read_bytes() == whole
 

@@ -15,7 +15,7 @@ mass = ["0 kg", "3 kg"]
 [tendon]
 pretension = [60, 120, 240]
 [motion]
-elbow_angle = [0, 1, 2]
+elbow_angle = ["0 rad", "1 rad", "2 rad"]
 """
 WITH_CASES = """
 [tendon]
