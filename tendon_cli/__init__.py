@@ -134,13 +134,15 @@ def design(
     figures: bool = False,
     *,
     overwrite: bool = False,
+    scheduler: str | None = None,
     progress: "Callable[[int, int], None]" = lambda _done, _all: None,
     stop: "Event | None" = None,
 ) -> "Answer":
     """Answer the design question of a study into the folder `out`, or without one in memory.
 
     The folder appears whole or not at all. `overwrite` replaces the answer that stands there; the same question asked
-    again is not worked out again. Raises TendonError.
+    again is not worked out again. Choices are solved by the workers of a Dask `scheduler`, if there is one. Raises
+    TendonError.
 
     >>> import tendon_cli as tendon
     >>> arm = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
@@ -161,6 +163,7 @@ def design(
         None if out is None else Path(out),
         jobs=jobs,
         overwrite=overwrite,
+        scheduler=scheduler,
         draw=_draw_answer if figures else None,
         progress=progress,
         stop=stop,

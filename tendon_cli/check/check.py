@@ -14,8 +14,7 @@ from tendon_cli.check.text import comparison_text, record_of, verdict_text
 from tendon_cli.design.folder import read_record as read_answer
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.figures.product import Product, product_of
-from tendon_cli.study.load import study_from
-from tendon_cli.study.study import Study
+from tendon_cli.study.load import recorded_study
 from tendon_cli.sweep.record import stands
 from tendon_cli.sweep.results import open_run
 from tendon_cli.tables.read import TableFiles, open_table
@@ -44,7 +43,7 @@ def check(folder: Path, *, worst: int = WORST) -> Checked:
         return _answer(folder, answer)
     run = open_run(folder)
     table = _designs(folder, run.record)
-    found = check_designs(table, _study(table), worst)
+    found = check_designs(table, recorded_study(table.facts["study"]), worst)
     return Checked(found.holds, verdict_text(found, product_of(table), run.record["name"]), record_of(found))
 
 
@@ -70,7 +69,7 @@ def compare(
     """
     runs = [open_run(each) for each in (folder, baseline)]
     tables = [_designs(each, run.record) for each, run in zip((folder, baseline), runs, strict=True)]
-    ours, theirs = (_study(table) for table in tables)
+    ours, theirs = (recorded_study(table.facts["study"]) for table in tables)
     check_studies(ours, theirs, apart)
     here, there = (product_of(table) for table in tables)
     shared = shared_rows(here, there, ours, theirs)
@@ -98,9 +97,3 @@ def _states(folder: Path, baseline: Path, records: list[dict[str, Any]]) -> tupl
     if any("states" not in record["study"]["output"]["tables"] for record in records):
         return None
     return product_of(open_table(folder / "states.parquet")), product_of(open_table(baseline / "states.parquet"))
-
-
-def _study(table: TableFiles) -> Study:
-    facts = table.facts["study"]
-    order = tuple(facts["axes"])
-    return study_from(facts["study"], order=order).ordered(order, facts["sources"])

@@ -31,6 +31,7 @@ def design(
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
     no_figures: NoFigures = False,
+    scheduler: options.Scheduler = None,
 ) -> None:
     """Answer a design question: the window of pretension, the best choice, what binds, what would fix it."""
     with stopped_by_signals(str(out or "results")) as stop:
@@ -41,7 +42,9 @@ def design(
             return
         keep_freed_memory()
         with progress(loaded.name, quiet=quiet or as_json) as show:
-            answer = tendon.design(loaded, folder, jobs, not no_figures, overwrite=overwrite, progress=show, stop=stop)
+            answer = tendon.design(
+                loaded, folder, jobs, not no_figures, overwrite=overwrite, scheduler=scheduler, progress=show, stop=stop
+            )
     files = [*dict.fromkeys(entry["path"].split("/")[0] for entry in answer.record["files"]), "design.json"]
     said = ", up to date" if answer.up_to_date else f" in {answer.record['seconds']:.3g} s"
     end = f"\n{loaded.name}{said}, in {folder}: {', '.join([*files, *answer.record['figures']])}"

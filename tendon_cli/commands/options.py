@@ -43,3 +43,6 @@ Columns = Annotated[list[str] | None, typer.Option(metavar="NAMES", help="which 
 def listed(names: list[str] | None) -> tuple[str, ...]:
     """Names that are separated by commas, or given one by one."""
     return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
+
+
+Scheduler = Annotated[str | None, typer.Option(metavar="tcp://HOST:PORT", help="compute on this running Dask cluster")]

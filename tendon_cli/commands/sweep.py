@@ -26,7 +26,6 @@ NoLock = Annotated[bool, typer.Option("--no-lock", help="for file systems that c
 AllowNoEquilibrium = Annotated[
     bool, typer.Option("--allow-no-equilibrium", help="exit 0 although states have no equilibrium")
 ]
-Scheduler = Annotated[str | None, typer.Option(metavar="tcp://HOST:PORT", help="compute on this running Dask cluster")]
 
 
 def sweep(
@@ -42,7 +41,7 @@ def sweep(
     no_figures: NoFigures = False,
     allow_no_equilibrium: AllowNoEquilibrium = False,
     no_lock: NoLock = False,
-    scheduler: Scheduler = None,
+    scheduler: options.Scheduler = None,
 ) -> None:
     """Run a study over every combination: Parquet tables and slack maps."""
     if resume and overwrite:

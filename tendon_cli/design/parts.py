@@ -27,6 +27,10 @@ Progress = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
 
 
+Solve = Callable[["Choices", threading.Event], Iterator[Candidates]]
+"""Solves all parts of choices elsewhere, in their order."""
+
+
 @dataclass(frozen=True, eq=False)
 class Choices:
     """The choices of a question, in parts whose length follows from the question alone."""
@@ -57,26 +61,30 @@ class Choices:
         """Where a part stands in the folder of the answer."""
         return file_name("choices", index, self.parts)
 
-    def gathered(self, folder: Path | None, jobs: int, stop: threading.Event, progress: Progress) -> Gathered:
+    def gathered(
+        self, folder: Path | None, jobs: int, stop: threading.Event, progress: Progress, solve: Solve | None = None
+    ) -> Gathered:
         """What matters of all choices; several parts are written into a folder, if there is one, as they are solved.
 
-        Raises Stopped where `stop` is set, OutputError where a part cannot be written.
+        By `solve` where it is given, else in threads. Raises Stopped where `stop` is set, OutputError where a part
+        cannot be written.
         """
         goals = goals_of(self.problem.study)
+        elsewhere = None if solve is None or self.parts == 1 else solve(self, stop)
 
         def one(index: int) -> Gathered:
             if stop.is_set():
                 raise Stopped
             if self.parts == 1:
                 return gather(self.only, goals)
-            solved = self.part(index)
+            solved = self.part(index) if elsewhere is None else next(elsewhere)
             if folder is not None:
                 self._write(folder, index, solved, np.zeros(len(solved), np.bool_))
             return gather(solved, goals)
 
         progress(0, self.parts)
         whole: Gathered | None = None
-        for done, found in enumerate(_in_order(one, self.parts, jobs), start=1):
+        for done, found in enumerate(_in_order(one, self.parts, jobs if elsewhere is None else 1), start=1):
             whole = found if whole is None else whole + found
             progress(done, self.parts)
         if whole is None or stop.is_set():

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from tendon_cli.design.answer import findings
 from tendon_cli.design.crowd import crowd
 from tendon_cli.design.crowd_text import record_of_crowd
 from tendon_cli.design.folder import made_whole, standing, write_record
-from tendon_cli.design.parts import Choices, Progress
+from tendon_cli.design.parts import Choices, Progress, Solve
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.question import question
 from tendon_cli.design.record import record_of
@@ -109,6 +110,7 @@ def design(
     *,
     jobs: int | None = None,
     overwrite: bool = False,
+    scheduler: str | None = None,
     draw: Draw | None = None,
     progress: Progress = lambda _done, _all: None,
     stop: threading.Event | None = None,
@@ -116,7 +118,7 @@ def design(
     """Answer the question of a study into the folder `out`, or without one in memory; raises TendonError, Stopped."""
     choices, ended = Choices(question(study)), stop or threading.Event()
     _check_size(choices.problem)
-    go = partial(_answer, choices, jobs or available_cores(), ended, progress, draw)
+    go = partial(_answer, choices, jobs, scheduler, ended, progress, draw)
     if out is None:
         if len(choices.problem.choices) > MOST_IN_MEMORY:
             raise SizeError(f"{len(choices.problem.choices):,} choices are too many for memory", hint="name a folder")
@@ -132,11 +134,14 @@ def design(
 
 
 def _answer(
-    choices: Choices, jobs: int, stop: threading.Event, progress: Progress, draw: Draw | None, folder: Path
-) -> dict[str, Any]:
+    choices: Choices, jobs: int | None, scheduler: str | None, stop: threading.Event, progress: Progress,
+    draw: Draw | None, folder: Path,
+) -> dict[str, Any]:  # fmt: skip
     """Work the answer out, its files into a folder; returns its record."""
     started = time.monotonic()
-    found = findings(choices.problem, choices.gathered(folder, jobs, stop, progress))
+    with _elsewhere(scheduler, jobs) as solve:
+        gathered = choices.gathered(folder, jobs or available_cores(), stop, progress, solve)
+    found = findings(choices.problem, gathered)
     written = choices.finish(folder, found)
     written["conditions.parquet"] = _write_conditions(choices.problem, folder)
     whom = crowd(choices.problem, found.most_universal)
@@ -152,6 +157,18 @@ def _answer(
     record["notes"] += warnings
     write_record(folder, record)
     return record
+
+
+@contextlib.contextmanager
+def _elsewhere(scheduler: str | None, jobs: int | None) -> Iterator[Solve | None]:
+    """What solves choices where that is not this process."""
+    if scheduler is None:
+        yield None
+        return
+    from tendon_cli.design.cluster import solver
+
+    with solver(scheduler, jobs) as solve:
+        yield solve
 
 
 def _check_size(problem: Problem) -> None:

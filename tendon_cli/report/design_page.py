@@ -25,7 +25,7 @@ from tendon_cli.report.people import people_record
 from tendon_cli.report.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning, thinned
 from tendon_cli.report.states import MOST_ANGLES, MOST_DESIGNS, arm_record
 from tendon_cli.report.sweep_page import ending
-from tendon_cli.study.load import study_from
+from tendon_cli.study.load import recorded_study
 from tendon_cli.study.study import keys
 from tendon_cli.sweep.record import stands
 from tendon_cli.tables.read import TableFiles, open_table
@@ -52,7 +52,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     if lost:
         raise InputError("is missing, or not as it was written", where=str(folder / lost[0]), hint="`tendon design`")
     table = open_table(folder / "choices.parquet")
-    problem = _problem(table)
+    problem = question(recorded_study(table.facts["study"]))
     axes = [_axis(factor, kept) for factor, kept in _kept(problem)]
     rows = _rows(problem, table, axes)
     choices = table.read().take(pa.array(rows))
@@ -74,12 +74,6 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     return html.html_page(
         title, _sections(title, record, thinning, has_map=bool(axes), has_people=people is not None), data
     )
-
-
-def _problem(table: TableFiles) -> Problem:
-    facts = table.facts["study"]
-    order = tuple(facts["axes"])
-    return question(study_from(facts["study"], order=order).ordered(order, facts["sources"]))
 
 
 def _kept(problem: Problem) -> list[tuple[Factor, npt.NDArray[np.int64]]]:
