@@ -27,7 +27,7 @@ def people_record(problem: Problem, choices: pa.Table, crowd: dict[str, Any] | N
     if crowd is None or people is None or crowd["kind"] != "persons":
         return None
     population = people.population
-    row = choices.slice(crowd["choice"], 1)
+    row = choices.slice(_row(choices, crowd), 1)
     columns = {each.column: _value(each.names, row.column(each.column)[0].as_py()) for each in problem.choices.factors}
     served = windows_of(problem, numbers_of(problem, columns)).held(crowd["pretension"])
     kept = evenly(len(population), MOST_PERSONS)
@@ -39,6 +39,13 @@ def people_record(problem: Problem, choices: pa.Table, crowd: dict[str, Any] | N
         found[name] = number_record(shown, population.values[kept, DIMENSIONS.index(dimension)])
     share = f"{100 * crowd['served']:.3g} % of {crowd['count']} persons are served by {crowd['pretension']:.4g} N"
     return {**found, "served": {"array": packed_classes(served[kept])}, "title": share}
+
+
+def _row(choices: pa.Table, crowd: dict[str, Any]) -> int:
+    """The row of the choice that was told of: one between the points of the grid is known by its pretension."""
+    if crowd["choice"] is not None:
+        return int(crowd["choice"])
+    return int(np.nanargmin(np.abs(choices.column("pretension").to_numpy() - crowd["pretension"])))
 
 
 def _value(names: tuple[str, ...], value: Any) -> np.ndarray[Any, Any]:

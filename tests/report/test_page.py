@@ -167,3 +167,19 @@ def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
     assert served.mean() == pytest.approx(record["crowd"]["served"])
     assert 0 < served.sum() < 60
     assert f"{100 * record['crowd']['served']:.3g} % of 60 persons" in people["title"]
+
+
+def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
+    study = {
+        "people": {"count": 20},
+        "spring": {"stiffness": {"from": "3 kN/m", "to": "8 kN/m", "num": 3}},
+        "spool": {"ratio": 0.6},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+        "limits": {"max_tension": "340 N"},
+        "design": {"maximise": ["tolerance"], "serve": 0.8},
+    }
+    record = tendon.design(tendon.study(study), tmp_path / "answer").record
+    assert record["crowd"]["choice"] is None
+    served = unpacked(data_of(write_report(tmp_path / "answer"))["people"]["served"]["array"])
+    assert served.mean() == pytest.approx(record["crowd"]["served"])
