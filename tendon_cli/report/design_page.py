@@ -55,7 +55,8 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     problem = question(recorded_study(table.facts["study"]))
     axes = [_axis(factor, kept) for factor, kept in _kept(problem)]
     rows = _rows(problem, table, axes)
-    choices = table.read().take(pa.array(rows))
+    whole = table.read()
+    choices = whole.take(pa.array(rows))
     columns = {name: _numbers(choices, name) for name in RESULTS if name in choices.schema.names}
     columns = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     labels = {name: Shown.of(name, QUANTITIES[name]) for name in columns}
@@ -63,7 +64,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     maps, left_out = quantities({name: values[:cells] for name, values in columns.items()}, labels)
     maps.insert(1, _conflicts(choices.slice(0, cells)))
     states, arm = _states(problem, axes, columns["pretension"][:cells])
-    people = people_record(problem, table.read(), record.get("crowd"))
+    people = people_record(problem, whole, record.get("crowd"))
     data = NO_DATA | {
         "kind": "design", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
         "design": _answers(choices, columns, labels, cells), "table": _table(problem, axes, choices, columns, labels),
