@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from tendon_cli.design.run import Answer
-    from tendon_cli.friction.result import FrictionFit
+    from tendon_cli.friction.result import Fit
     from tendon_cli.state_page.page import StatePage
     from tendon_cli.study.study import Study
     from tendon_cli.sweep.estimate import Estimate
@@ -244,7 +244,7 @@ def fit_friction(
     offset: bool | None = None,
     delay: bool | None = None,
     robust: bool = False,
-) -> "FrictionFit":
+) -> "Fit":
     """The friction coefficient from a CSV of two load cells' readings, with its uncertainty.
 
     `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad; `offset` and `delay` force these effects of

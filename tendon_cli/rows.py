@@ -46,7 +46,7 @@ def table_in(path: Path, wanted: str | None = None) -> TableFiles:
 
 
 @dataclass(frozen=True)
-class Rows:
+class TableRows:
     """Some rows and columns of a table; raises UsageError for columns that it has not."""
 
     table: TableFiles
@@ -127,7 +127,7 @@ class Rows:
         return [name if unit == "1" else f"{name} ({unit})" for name, unit in zip(self.names, units, strict=True)]
 
 
-def write_csv(rows: Rows, file: Any, stretches: Iterator[pa.Table] | None = None) -> int:
+def write_csv(rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None = None) -> int:
     """Rows as CSV in SI, units in the header; text that a spreadsheet would run has a ' before it. Returns how many."""
     from pyarrow import csv
 
@@ -145,7 +145,7 @@ def write_csv(rows: Rows, file: Any, stretches: Iterator[pa.Table] | None = None
     return count
 
 
-def export(rows: Rows, path: Path) -> int:
+def export(rows: TableRows, path: Path) -> int:
     """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
     if path.suffix.lower() != ".csv":
         raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")

@@ -10,7 +10,7 @@ from tendon_cli.units import UNITS
 if TYPE_CHECKING:
     import pyarrow as pa
 
-    from tendon_cli.rows import Rows
+    from tendon_cli.rows import TableRows
     from tendon_cli.sweep.estimate import Estimate
     from tendon_cli.sweep.results import Run
 
@@ -56,7 +56,7 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     return "\n".join(lines)
 
 
-def rows_text(rows: Rows, shown: pa.Table, total: int, width: int) -> str:
+def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
     """Rows as a table that is at most so wide, in the units that people read; further columns come below."""
     cells = [_column_text(rows, name, shown[name].to_pylist()) for name in rows.names]
     lines: list[str] = []
@@ -70,7 +70,7 @@ def rows_text(rows: Rows, shown: pa.Table, total: int, width: int) -> str:
     return "\n".join([*lines, "", f"{shown.num_rows:,} of {_counted(total, 'row')}"])
 
 
-def _column_text(rows: Rows, name: str, values: list[Any]) -> list[str]:
+def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
     """A column's cells, its name and unit first, all of one width."""
     quantity = rows.quantity(name)
     unit = quantity.shown_in if quantity is not None else "1"

@@ -176,3 +176,12 @@ def test_reading_a_study_loads_no_heavy_library(tmp_path):
 @pytest.mark.parametrize("module", ["", ".study", ".study.study", ".study.load", ".model.actuator", ".units"])
 def test_importing_the_study_or_the_model_loads_no_heavy_library(module):
     assert loaded_by(f"import tendon_cli{module}") == []
+
+
+def test_no_two_classes_of_the_package_share_a_name():
+    found = {}
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import actuator, statics
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
 from verification.cases import Case, Line
 
@@ -28,7 +28,7 @@ class ToolAnswers:
 
 def answers(cases: list[Case]) -> ToolAnswers:
     """Evaluate the cases as one array of unilateral designs without friction."""
-    arm = Arm(
+    arm = Limb(
         anchors=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius")),
         **_columns(cases, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle"),
     )

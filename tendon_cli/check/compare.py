@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import Axis, Ints
+from tendon_cli.figures.axes import Ints, RowAxis
 from tendon_cli.figures.product import Product
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.study.study import Study, keys
@@ -87,7 +87,7 @@ class Shared:
     """Of the axes that both have, slowest first."""
     here: Mapping[str, Ints]
     there: Mapping[str, Ints]
-    axes: tuple[Axis, ...]
+    axes: tuple[RowAxis, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -135,7 +135,7 @@ def shared_rows(here: Product, there: Product, ours: Study, theirs: Study) -> Sh
     return Shared(tuple(columns), at_here, at_there, tuple(axes))
 
 
-def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
+def _common(axis: RowAxis, other: RowAxis) -> tuple[Ints, Ints]:
     places = {_token(value): at for at, value in enumerate(other.values)}
     pairs = [(at, places[_token(value)]) for at, value in enumerate(axis.values) if _token(value) in places]
     if not pairs:
@@ -144,7 +144,7 @@ def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
     return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
 
 
-def _single(axis: Axis, other: Study) -> Ints:
+def _single(axis: RowAxis, other: Study) -> Ints:
     """Where an axis has the one value that the other run has of it."""
     known = keys().get(axis.key)
     value = other.numbers[axis.key].single if known and axis.key in other.numbers else None
@@ -198,7 +198,7 @@ def _together(
 
 
 def _row_numbers(
-    product: Product, at: Mapping[str, Ints], axes: Sequence[Axis], places: Sequence[Ints], flat: Ints
+    product: Product, at: Mapping[str, Ints], axes: Sequence[RowAxis], places: Sequence[Ints], flat: Ints
 ) -> Ints:
     rows = np.zeros(len(flat), dtype=np.int64)
     for axis, place in zip(axes, places, strict=True):

@@ -20,10 +20,10 @@ def export(
     as_json: options.AsJson = False,
 ) -> None:
     """Write a table as CSV, in SI and with units in the header, for tools that cannot read Parquet."""
-    from tendon_cli.rows import Rows, table_in
+    from tendon_cli.rows import TableRows, table_in
     from tendon_cli.rows import export as written
 
-    rows = Rows(table_in(source, table), tuple(where or ()), options.listed(columns))
+    rows = TableRows(table_in(source, table), tuple(where or ()), options.listed(columns))
     count = written(rows, file)
     text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
     print_result(as_json_text({"file": str(file), "rows": count, "columns": rows.names}) if as_json else text)

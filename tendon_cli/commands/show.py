@@ -28,12 +28,12 @@ def show(
     as_csv: AsCsv = False,
 ) -> None:
     """Look at a table in the terminal: of a run its designs, of an answer its choices, or any one by its file."""
-    from tendon_cli.rows import Rows, table_in, write_csv
+    from tendon_cli.rows import TableRows, table_in, write_csv
     from tendon_cli.summary import rows_text
 
     if as_json and as_csv:
         raise UsageError("--json and --csv exclude each other")
-    rows = Rows(table_in(Path(source), table), tuple(where or ()), options.listed(columns))
+    rows = TableRows(table_in(Path(source), table), tuple(where or ()), options.listed(columns))
     shown, total = rows.head(head, sort)
     if as_csv:
         text = io.BytesIO()

@@ -10,7 +10,7 @@ from tendon_cli.design import shares
 from tendon_cli.design.candidates import Candidates, numbers_of
 from tendon_cli.design.coverage import grouped
 from tendon_cli.design.doubt import Indices, indices
-from tendon_cli.design.factors import Factor, Product
+from tendon_cli.design.factors import Combinations, Factor
 from tendon_cli.design.left_out import Reason, Windows, left_out, windows_of
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.shares import Curve
@@ -98,7 +98,7 @@ def _sizes(problem: Problem, chosen: Candidates) -> list[AxisSizes]:
     persons = min(len(problem.weighting), _MOST_PERSONS)
     each = len(problem.conditions) // len(problem.weighting)
     first = {key: values[: persons * each] for key, values in problem.condition_numbers.items()}
-    some = replace(problem, conditions=Product((Factor("", "", first, ("",) * (persons * each)),)))
+    some = replace(problem, conditions=Combinations((Factor("", "", first, ("",) * (persons * each)),)))
     for factor in problem.choices.factors:
         along = np.unique(np.linspace(0, len(factor) - 1, min(len(factor), _MOST_ALONG)).round().astype(np.int64))
         if len(along) < 2:

@@ -54,7 +54,7 @@ class Factor:
 
 
 @dataclass(frozen=True, eq=False)
-class Product:
+class Combinations:
     """Every combination of some factors, the last one fastest."""
 
     factors: tuple[Factor, ...]

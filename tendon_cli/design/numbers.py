@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tendon_cli.design.factors import REFERENCE, Numbers, scale_of
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors, Real
 from tendon_cli.study.study import SIDES, Study
 
@@ -38,7 +38,7 @@ def model_design(study: Study, choices: Numbers, conditions: Numbers, pretension
     flexor, extensor = (one_side(side) for side in SIDES)
     anchors = Anchors(**{name: number(f"arm.{name}") for name in ANCHORS})
     return Design(
-        arm=Arm(anchors, **{name: number(f"arm.{name}") for name in WEIGHTS}),
+        arm=Limb(anchors, **{name: number(f"arm.{name}") for name in WEIGHTS}),
         flexor=flexor,
         extensor=extensor,
         flexor_radius=number("spool.flexor_radius"),

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.design.factors import Factor, Numbers, Product
+from tendon_cli.design.factors import Combinations, Factor, Numbers
 from tendon_cli.design.numbers import model_design
 from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation
@@ -33,8 +33,8 @@ class Problem:
     """What is asked: over which choices, under which conditions, within which limits."""
 
     study: Study
-    choices: Product
-    conditions: Product
+    choices: Combinations
+    conditions: Combinations
     bounds: Bounds
     motor: MotorBounds | None = None
     """Limits on the motor; None where there are none."""
@@ -84,7 +84,7 @@ class Problem:
     def of_condition(self, condition: int) -> Problem:
         """The same question under one condition alone."""
         numbers = {key: values[[condition]] for key, values in self.condition_numbers.items()}
-        return replace(self, conditions=Product((Factor("", "", numbers, ("",)),)))
+        return replace(self, conditions=Combinations((Factor("", "", numbers, ("",)),)))
 
     def saying(self, numbers: Numbers) -> Problem:
         """The same question where its conditions say something else, or more, of the study's numbers."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tendon_cli.design.factors import PRETENSION, Factor, Product, factors_of
+from tendon_cli.design.factors import PRETENSION, Combinations, Factor, factors_of
 from tendon_cli.design.problem import Problem
 from tendon_cli.study.checks import case_numbers
 from tendon_cli.study.study import DRAW_AXIS, PERSON_AXIS, Study, split_side
@@ -21,7 +21,7 @@ def question(study: Study) -> Problem:
     conditions = set(study.conditions)
     return Problem(
         study=study,
-        choices=Product(tuple(factor for factor in factors if factor.key not in conditions)),
+        choices=Combinations(tuple(factor for factor in factors if factor.key not in conditions)),
         conditions=conditions_of([factor for factor in factors if factor.key in conditions]),
         bounds=bounds_of(study),
         motor=motor_bounds_of(study),
@@ -31,19 +31,19 @@ def question(study: Study) -> Problem:
     )
 
 
-def conditions_of(factors: list[Factor]) -> Product:
+def conditions_of(factors: list[Factor]) -> Combinations:
     """Conditions in groups by persons, or by draws where there are no persons.
 
     One of these is served by a pretension that all its other conditions allow, and counts as much as it is weighted.
     """
     whose = next((factor for key in (PERSON_AXIS, DRAW_AXIS) for factor in factors if factor.key == key), None)
     if whose is None:
-        return Product(tuple(factors))
+        return Combinations(tuple(factors))
     others = tuple(factor for factor in factors if factor is not whose)
     each = math.prod(len(factor) for factor in others)
     weighting = np.ones(len(whose)) if whose.weighting is None else whose.weighting
     groups = np.repeat(np.arange(len(whose)), each)
-    return Product((whose, *others), weighting=np.repeat(weighting, each), groups=groups)
+    return Combinations((whose, *others), weighting=np.repeat(weighting, each), groups=groups)
 
 
 def _left_out(study: Study) -> list[str]:

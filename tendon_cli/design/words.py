@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from tendon_cli.design.factors import Product
+from tendon_cli.design.factors import Combinations
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.study import keys
 from tendon_cli.units import UNITS
@@ -58,7 +58,7 @@ def of_key(key: str, value: float) -> str:
     return f"{quantity.symbol}{side} {shown(quantity, value)}"
 
 
-def of_row(product: Product, columns: Mapping[str, Any]) -> str:
+def of_row(product: Combinations, columns: Mapping[str, Any]) -> str:
     """A choice or a condition: what it has of each axis; empty where there is none."""
     said = []
     for factor in product.factors:

@@ -17,7 +17,7 @@ LOAD, DIRECTION, ANGLE = "load_mass", "direction", "elbow_angle"
 
 
 @dataclass(frozen=True)
-class Axis:
+class RowAxis:
     """One axis of a table's rows."""
 
     key: str
@@ -50,7 +50,7 @@ def evenly(count: int, most: int) -> Ints:
 
 def axes_of(
     record: Mapping[str, Any], kind: str, columns: Mapping[str, object], linked: Callable[[str], Sequence[str]]
-) -> tuple[Axis, ...]:
+) -> tuple[RowAxis, ...]:
     """The axes that a recorded study spans, slowest first; `linked` gives the names of those that no number gives."""
     study = record["study"]
     names = [*record["axes"], *((DIRECTION, "motion.elbow_angle") if kind == "states" else ())]
@@ -60,12 +60,12 @@ def axes_of(
         else (np.array(list(_names(study, key) or linked(key)), dtype=object), False)
         for key in names
     ]
-    found: list[Axis] = []
+    found: list[RowAxis] = []
     stride = 1
     for key, (array, is_log) in reversed(list(zip(names, values, strict=True))):
         known = keys()[key].column if key in keys() else key
         column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)
-        found.append(Axis(key, column, array, stride, is_log))
+        found.append(RowAxis(key, column, array, stride, is_log))
         stride *= len(array)
     return tuple(reversed(found))
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from tendon_cli.figures.axes import Axis, Ints
+from tendon_cli.figures.axes import Ints, RowAxis
 from tendon_cli.figures.product import Columns, Product
 from tendon_cli.figures.style import plain
 from tendon_cli.study.figures import FigureSpec
@@ -31,7 +31,7 @@ def caption(
     return [*lines, *([f"At {', '.join(fixed)}."] if fixed else [])], fixed
 
 
-def value_texts(product: Product, axis: Axis, at: Ints, units: Mapping[str, str]) -> list[str]:
+def value_texts(product: Product, axis: RowAxis, at: Ints, units: Mapping[str, str]) -> list[str]:
     """The values at some positions of an axis, as a title or a key names them."""
     values = axis.values[at]
     if axis.is_text:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.errors import InputError
-from tendon_cli.figures.axes import ANGLE, LOAD, Axis, Ints, axes_of
+from tendon_cli.figures.axes import ANGLE, LOAD, Ints, RowAxis, axes_of
 from tendon_cli.figures.labels import Shown, quantity_in
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
@@ -35,7 +35,7 @@ class Product:
 
     kind: str
     """designs or states."""
-    axes: tuple[Axis, ...]
+    axes: tuple[RowAxis, ...]
     columns: Mapping[str, Quantity | None]
     """What each column holds, the derived ones included; words and truths are no quantity."""
     study: Mapping[str, Any]
@@ -81,7 +81,7 @@ class Product:
         sides = [f"{column}_{side}" for side in SIDES]
         return sides if set(sides) <= set(self.columns) else [column]
 
-    def axis(self, column: str) -> Axis | None:
+    def axis(self, column: str) -> RowAxis | None:
         """The axis of a column."""
         return next((axis for axis in self.axes if axis.column == column), None)
 

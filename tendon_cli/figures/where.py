@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import Axis, Ints
+from tendon_cli.figures.axes import Ints, RowAxis
 from tendon_cli.figures.product import Product
 from tendon_cli.study.filters import Condition, Filter
 from tendon_cli.units import shorten
@@ -82,7 +82,7 @@ def _of_truth(asked: Filter, column: str) -> Condition:
     return Condition(asked.text, column, asked.relation, tuple(float(each) for each in wanted if each is not None))
 
 
-def _listed(product: Product, axis: Axis, positions: Ints) -> list[str]:
+def _listed(product: Product, axis: RowAxis, positions: Ints) -> list[str]:
     """The values of an axis as one writes them in a filter, many of them shortened."""
     ends = positions if len(positions) <= _MOST_LISTED else positions[[0, 1, 2, -1]]
     values = axis.values[ends]

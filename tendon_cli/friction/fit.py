@@ -16,7 +16,7 @@ from tendon_cli.friction.directions import find_motor
 from tendon_cli.friction.effects import DELAY, OFFSETS, Fitted, fit_effects
 from tendon_cli.friction.estimate import Slipping, log_ratio_of, points_of, solve
 from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
-from tendon_cli.friction.result import DirectionFit, FrictionFit, Parts, Rows, SetAside
+from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, Parts, SetAside
 from tendon_cli.friction.selection import Selection, drop_inside, select
 from tendon_cli.friction.uncertainty import uncertainty_of
 
@@ -31,7 +31,7 @@ def fit_file(
     offset: bool | None = None,
     delay: bool | None = None,
     robust: bool = False,
-) -> FrictionFit:
+) -> Fit:
     """μ from a CSV of two load cells' readings; raises UsageError for options and InputError for the file.
 
     `offset` and `delay` force these effects of the rig into the fit, or bar them; None fits them where they are found.
@@ -54,7 +54,7 @@ def fit_readings(
     offset: bool | None = None,
     delay: bool | None = None,
     robust: bool = False,
-) -> FrictionFit:
+) -> Fit:
     """μ from readings that are already in memory; `bend` is needed where they have no bend angle of their own."""
     angles, angle_share = bend_angles(readings, bend)
     check_forces(readings)
@@ -76,7 +76,7 @@ def fit_readings(
             break
         chosen = dropped
     check_result(fitted, slipping, readings, np.flatnonzero(chosen.stroke >= 0), is_log=chosen.is_log)
-    fit = FrictionFit(
+    fit = Fit(
         friction=fitted.friction,
         uncertainty=uncertainty_of(fitted.linear, slipping, angle_share, fitted.doubt(known)),
         gain_ratio=math.exp(fitted.log_gain),
@@ -137,7 +137,7 @@ def _rows(
     angles: Floats,
     chosen: Selection,
     fitted: Fitted,
-) -> Rows:
+) -> FittedRows:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
     log_ratio = np.full(len(way), np.nan)
     positive = (cells[0] > 0.0) & (cells[1] > 0.0)
@@ -147,7 +147,7 @@ def _rows(
     line[used] += fitted.of_effects()
     residual = np.where(used, log_ratio - line, np.nan)
     force = np.sqrt(np.where(positive, cells[0] * cells[1], np.nan))
-    return Rows(readings.lines, log_ratio, way, angles, chosen.stroke, residual, force, readings.time)
+    return FittedRows(readings.lines, log_ratio, way, angles, chosen.stroke, residual, force, readings.time)
 
 
 def _parts(fitted: Fitted) -> Parts:

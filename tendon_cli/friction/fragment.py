@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from tendon_cli.files import write_shared
-from tendon_cli.friction.result import FrictionFit
+from tendon_cli.friction.result import Fit
 from tendon_cli.version import __version__
 
 MARK = "# A friction coefficient fitted by `tendon fit-friction`."
@@ -19,7 +19,7 @@ _HEADER = """\
 """
 
 
-def fragment_text(fit: FrictionFit) -> str:
+def fragment_text(fit: Fit) -> str:
     """The fragment: the coefficient, how far it can be trusted, and where it comes from."""
     low, high = fit.uncertainty.interval_95
     values = {
@@ -39,7 +39,7 @@ def fragment_text(fit: FrictionFit) -> str:
     return "\n".join([_HEADER, "[friction]", *lines, ""])
 
 
-def write_fragment(fit: FrictionFit, path: Path) -> None:
+def write_fragment(fit: Fit, path: Path) -> None:
     """Write the fragment, whole or not at all; raises OutputError."""
     write_shared(path, fragment_text(fit).encode())
 

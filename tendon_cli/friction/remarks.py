@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.friction.effects import DELAY, DRIFT, FORCE, GAIN_DRIFT, OFFSETS, Effect, Fitted, offset_columns
 from tendon_cli.friction.estimate import ASSUMED_SCATTER, Linear
 from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.result import Check, FrictionFit
+from tendon_cli.friction.result import Check, Fit
 
 _MATTERS = 0.02
 """Sensitivity of μ, as a share, that is worth a word."""
@@ -23,7 +23,7 @@ _WORDS = {
 }
 
 
-def judged(fit: FrictionFit, fitted: Fitted, known: dict[str, Effect]) -> FrictionFit:
+def judged(fit: Fit, fitted: Fitted, known: dict[str, Effect]) -> Fit:
     """The fit with its checks, notes and warnings."""
     tried = {
         name: fitted.linear if _has(fitted, name) else fitted.with_effect(effect) for name, effect in known.items()
@@ -41,7 +41,7 @@ def _has(fitted: Fitted, name: str) -> bool:
     return any(effect.name == name for effect in fitted.effects)
 
 
-def _checks(fit: FrictionFit, fitted: Fitted, known: dict[str, Effect], tried: dict[str, Linear]) -> tuple[Check, ...]:
+def _checks(fit: Fit, fitted: Fitted, known: dict[str, Effect], tried: dict[str, Linear]) -> tuple[Check, ...]:
     unit, time = fit.unit or "unit of the file", "unit of the file's time"
     wanted = [
         ("offset_motor", OFFSETS, 0, unit), ("offset_load", OFFSETS, 1, unit), ("delay", DELAY, 0, time),
@@ -107,7 +107,7 @@ def _about_effects(fitted: Fitted, checks: tuple[Check, ...], notes: list[str], 
 
 
 def _about_offsets(
-    fit: FrictionFit,
+    fit: Fit,
     fitted: Fitted,
     known: dict[str, Effect],
     tried: dict[str, Linear],
@@ -139,7 +139,7 @@ def _about_offsets(
         notes.append(f"{text}; at these forces an offset cannot be told")
 
 
-def _about_sample(fit: FrictionFit, fitted: Fitted, notes: list[str], warnings: list[str]) -> None:
+def _about_sample(fit: Fit, fitted: Fitted, notes: list[str], warnings: list[str]) -> None:
     """Too little, or too odd, to be relied on."""
     widest = max(fit.bend_angles)
     if not fit.gain_estimated:

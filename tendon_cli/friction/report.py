@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tendon_cli.friction.result import Check, DirectionFit, FrictionFit, Uncertainty
+from tendon_cli.friction.result import Check, DirectionFit, Fit, FrictionUncertainty
 
 _DIRECTION_NAMES = {"toward_motor": "toward motor", "toward_load": "toward load"}
 
 
-def summary_lines(fit: FrictionFit) -> str:
+def summary_lines(fit: Fit) -> str:
     """A short readable summary."""
     error = fit.uncertainty
     digits = _digits(error.standard_error)
@@ -33,7 +33,7 @@ def summary_lines(fit: FrictionFit) -> str:
     return "\n".join(lines)
 
 
-def as_json(fit: FrictionFit) -> dict[str, Any]:
+def as_json(fit: Fit) -> dict[str, Any]:
     """The same as plain JSON values, angles in rad."""
     used = fit.rows.used
     return {
@@ -88,7 +88,7 @@ def _digits(error: float) -> int:
     return 4 if error <= 0.0 else min(9, max(4, 1 - math.floor(math.log10(error))))
 
 
-def _bend_text(fit: FrictionFit) -> str:
+def _bend_text(fit: Fit) -> str:
     text = fit.bend_angle_text
     if fit.bend_angle_uncertainty_text:
         return f"{text} +/- {fit.bend_angle_uncertainty_text}"
@@ -97,7 +97,7 @@ def _bend_text(fit: FrictionFit) -> str:
     return f"{text} (taken as exact; 1 deg more is {100.0 * math.radians(1.0) / fit.bend_angles[0]:.1f} % less μ)"
 
 
-def _gain_text(fit: FrictionFit) -> str:
+def _gain_text(fit: Fit) -> str:
     if not fit.gain_estimated:
         return "1, assumed (one direction only)"
     return f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's, removed from μ"
@@ -109,7 +109,7 @@ def _direction_text(part: DirectionFit, digits: int) -> str:
     return f"μ = {part.friction:.{digits}f}{error} with a gain ratio of 1, {readings}"
 
 
-def _parts_text(error: Uncertainty) -> str:
+def _parts_text(error: FrictionUncertainty) -> str:
     largest = max(error.standard_error, 1e-300)
     names = {
         "scatter": error.scatter,
@@ -120,7 +120,7 @@ def _parts_text(error: Uncertainty) -> str:
     return ", ".join(f"{name} {value:.2g}" for name, value in names.items() if value > 1e-3 * largest) or "nothing"
 
 
-def _used_text(fit: FrictionFit) -> str:
+def _used_text(fit: Fit) -> str:
     used, total = int(fit.rows.used.sum()), len(fit.rows.used)
     if fit.is_log:
         return f"{used} slipping of {total} in the log, in {fit.strokes} strokes"

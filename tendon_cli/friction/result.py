@@ -11,7 +11,7 @@ from tendon_cli.friction.reading.readings import Floats, Integers
 
 
 @dataclass(frozen=True)
-class Uncertainty:
+class FrictionUncertainty:
     """Standard error of μ and the parts it is made of."""
 
     scatter: float
@@ -34,7 +34,7 @@ class DirectionFit:
     """μ from the readings of one direction alone, with the gain of the cells taken as 1, as the paper does it."""
 
     friction: float
-    uncertainty: Uncertainty | None
+    uncertainty: FrictionUncertainty | None
     """None where the direction has one stroke or reading only."""
     used: int
     """Readings used."""
@@ -66,7 +66,7 @@ class Check:
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class FittedRows:
     """The readings one by one, as the figure shows them."""
 
     line: Integers
@@ -108,12 +108,12 @@ class Parts:
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionFit:
+class Fit:
     """A friction coefficient with its uncertainty and provenance."""
 
     friction: float
     """Coulomb coefficient μ between tendon and sheath."""
-    uncertainty: Uncertainty
+    uncertainty: FrictionUncertainty
     gain_ratio: float
     """Gain of the motor's cell over that of the load's; 1 where it could not be estimated."""
     gain_estimated: bool
@@ -131,7 +131,7 @@ class FrictionFit:
     robust: bool
     strokes: int
     """Strokes used; settled readings count one each unless a column `stroke` says otherwise."""
-    rows: Rows
+    rows: FittedRows
     parts: Parts
     set_aside: tuple[SetAside, ...]
     checks: tuple[Check, ...]

@@ -11,7 +11,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.friction.directions import meanings, named_sides, sides_by_sign
 from tendon_cli.friction.reading.readings import Floats, Integers, Readings
 from tendon_cli.friction.resolution import resolution_of
-from tendon_cli.friction.result import Rows
+from tendon_cli.friction.result import FittedRows
 from tendon_cli.friction.slip import INSIDE, PARTIAL, STICKING, Slip, separate
 
 AT_REST = "at rest, says the column of directions"
@@ -109,7 +109,7 @@ def _check_swapped(readings: Readings, rows: Integers, named: Integers | None, f
             )
 
 
-def drop_inside(chosen: Selection, rows: Rows, friction: float) -> Selection:
+def drop_inside(chosen: Selection, rows: FittedRows, friction: float) -> Selection:
     """Set aside stretches inside both limits, such as a pause of the motor; the same selection if there are none."""
     from scipy.ndimage import median_filter
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from tendon_cli.friction.estimate import Linear, Slipping
 from tendon_cli.friction.resolution import resolution_floor
-from tendon_cli.friction.result import Uncertainty
+from tendon_cli.friction.result import FrictionUncertainty
 
 
-def uncertainty_of(linear: Linear, slipping: Slipping, angle_share: float, doubt: float = 0.0) -> Uncertainty:
+def uncertainty_of(linear: Linear, slipping: Slipping, angle_share: float, doubt: float = 0.0) -> FrictionUncertainty:
     """Scatter of the strokes, raised to what the resolution allows, and the bend angle's own uncertainty.
 
     `angle_share` is that of the angle as a share of it, `doubt` what offsets and delay may do that are not shown.
@@ -30,6 +30,6 @@ def uncertainty_of(linear: Linear, slipping: Slipping, angle_share: float, doubt
     free = math.inf if linear.assumed else max(linear.degrees_of_freedom, 1)
     degrees = free * (total / scatter) ** 4 if scatter > 1e-6 * total > 0.0 else math.inf
     half_width = float(stdtrit(min(degrees, 1e9), 0.975)) * total
-    return Uncertainty(
+    return FrictionUncertainty(
         scatter, resolution, angle, doubt, total, degrees, (friction - half_width, friction + half_width)
     )

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from tendon_cli.model import sheath, statics
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Array, Kinematics, Real, kinematics
 from tendon_cli.model.statics import Balance, Coupling, Flag, Status
 
@@ -181,12 +181,12 @@ class State:
         }
 
 
-def gravity_moment(arm: Arm, load_mass: Real) -> Array:
+def gravity_moment(arm: Limb, load_mass: Real) -> Array:
     """Moment of forearm and load about the elbow where the forearm is level, N m."""
     return np.asarray(STANDARD_GRAVITY * (arm.forearm_mass * arm.forearm_com + load_mass * arm.load_distance))
 
 
-def gravity_torque(arm: Arm, load_mass: Real, elbow_angle: Real) -> tuple[Array, Array]:
+def gravity_torque(arm: Limb, load_mass: Real, elbow_angle: Real) -> tuple[Array, Array]:
     """τ_a that holds forearm and load against gravity, quasi-static (N m), and its derivative dτ_a/dθ (N m/rad)."""
     moment = gravity_moment(arm, load_mass)
     inclination = np.add(elbow_angle, arm.upper_arm_angle)

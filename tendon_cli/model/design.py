@@ -14,7 +14,7 @@ from tendon_cli.model.statics import Flag
 
 
 @dataclass(frozen=True, eq=False)
-class Arm:
+class Limb:
     """The arm, its anchors and its weight."""
 
     anchors: Anchors
@@ -54,7 +54,7 @@ class Side:
 class Design:
     """Everything that a state depends on besides elbow angle and direction."""
 
-    arm: Arm
+    arm: Limb
     flexor: Side
     extensor: Side
     flexor_radius: Real

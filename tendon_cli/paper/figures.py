@@ -16,7 +16,7 @@ from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, house_style
 from tendon_cli.paper.entry import number
 from tendon_cli.paper.measures import crossing
-from tendon_cli.paper.runs import Array, Run
+from tendon_cli.paper.runs import Array, PaperTables
 from tendon_cli.paper.slips import Evidence
 from tendon_cli.study.figures import FigureSpec
 
@@ -25,7 +25,7 @@ _DASHED = (0, (3.2, 1.4))
 _LETTERS = "abcdefgh"
 
 
-def finisher(run: Run) -> Finish:
+def finisher(run: PaperTables) -> Finish:
     """Adds what a figure of the paper needs so that its finding is read off it."""
 
     def finish(figure: FigureSpec, page: Figure) -> None:
@@ -59,7 +59,7 @@ def _mark_ratio(axes: Axes) -> None:
         axes.annotate(text, (at, height), xytext=offset, textcoords="offset points", ha=side, va="center")
 
 
-def _mark_crossings(page: Figure, run: Run) -> None:
+def _mark_crossings(page: Figure, run: PaperTables) -> None:
     """The first angles of flexion, where the motor torque is the larger one."""
     for letter, axes, load in zip(_LETTERS, page.axes, run.values("load_mass"), strict=False):
         angle = crossing(run, load_mass=load)
@@ -70,7 +70,7 @@ def _mark_crossings(page: Figure, run: Run) -> None:
                       transform=axes.get_xaxis_transform(), size=7.0)  # fmt: skip
 
 
-def draw_slips(runs: Mapping[str, Run], found: Evidence, path: Path) -> Path:
+def draw_slips(runs: Mapping[str, PaperTables], found: Evidence, path: Path) -> Path:
     """The letter of the paper beside the reading used, a panel per slip that has curves."""
     key = [
         Line2D([], [], color=_USED, label="reading used"),
@@ -94,7 +94,7 @@ def draw_slips(runs: Mapping[str, Run], found: Evidence, path: Path) -> Path:
     return page.save(path)
 
 
-def _eq_12(axes: Axes, run: Run, found: Evidence) -> None:
+def _eq_12(axes: Axes, run: PaperTables, found: Evidence) -> None:
     at = run.values("load_mass").index(5.0)
     for side, above_used, place in (("flexor", True, 0.3), ("extensor", False, 0.88)):
         printed: Array = getattr(found.eq_12, side)[at][0]
@@ -106,7 +106,7 @@ def _eq_12(axes: Axes, run: Run, found: Evidence) -> None:
     _finish(axes, "S1: Eq. 12 with its printed sign, 5 kg, flexion")
 
 
-def _eq_11(axes: Axes, run: Run, found: Evidence) -> None:
+def _eq_11(axes: Axes, run: PaperTables, found: Evidence) -> None:
     at = run.values("load_mass").index(0.0)
     for way, (direction, dash) in enumerate((("flexion", "solid"), ("extension", _DASHED))):
         style: dict[str, Any] = {"linestyle": dash}
@@ -119,7 +119,7 @@ def _eq_11(axes: Axes, run: Run, found: Evidence) -> None:
     _finish(axes, "S2: Eq. 11 first, flexor at the elbow, no load")
 
 
-def _reference(axes: Axes, runs: Mapping[str, Run]) -> None:
+def _reference(axes: Axes, runs: Mapping[str, PaperTables]) -> None:
     printed, initial = (
         runs[name].line("flexor_travel") / runs[name].line("extensor_travel") for name in ("fig04", "fig04-initial")
     )
@@ -135,7 +135,7 @@ def _reference(axes: Axes, runs: Mapping[str, Run]) -> None:
     axes.set_title("S4: where the flexor's travel counts from")
 
 
-def _stiffness(axes: Axes, runs: Mapping[str, Run]) -> None:
+def _stiffness(axes: Axes, runs: Mapping[str, PaperTables]) -> None:
     for name, colour, text in (("fig06", _USED, "3 kN/m"), ("fig06-30kN", _LETTER, "30 kN/m")):
         run = runs[name]
         line = run.line("extensor_tension_distal", load_mass=5.0)

@@ -7,19 +7,19 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from tendon_cli.friction.result import FrictionFit
+from tendon_cli.friction.result import Fit
 from tendon_cli.paper.entry import TRUE, Entry, Verdict, judge
 from tendon_cli.paper.measures import DIRECTIONS, SIDES, apart, crossing, depth, falls, gain, least, shared, window
-from tendon_cli.paper.runs import PLACES, Run
+from tendon_cli.paper.runs import PLACES, PaperTables
 
-Runs = Mapping[str, Run]
+Runs = Mapping[str, PaperTables]
 
 _LAST_OF_THE_FIRST_ANGLES = 30.0  # deg, below which "a few initial values" of Fig. 6 lie
 _COINCIDE, _DIFFER = 1.0, 30.0  # % of the peak tension
 _PRINTED_MU, _AS_PRINTED = np.array([0.073, 0.075]), 5e-4
 
 
-def findings(runs: Runs, fit: FrictionFit) -> list[Entry]:
+def findings(runs: Runs, fit: Fit) -> list[Entry]:
     """All findings, in the order of the paper; `fit` is that of Table A.1."""
     entries = [check(runs).entry(id_, text, f"{figure}.png") for id_, figure, text, check in _CHECKS]
     text = "Table A.1: the friction coefficient is 0.073 with the weight rising and 0.075 with it falling"
@@ -157,7 +157,7 @@ def _smaller_ratio(runs: Runs) -> Verdict:
     )  # fmt: skip
 
 
-def _table_a1(fit: FrictionFit) -> Verdict:
+def _table_a1(fit: Fit) -> Verdict:
     found = np.array([fit.by_direction[way].friction for way in ("toward_motor", "toward_load")])
     holds = np.abs(found - _PRINTED_MU) < _AS_PRINTED
     return judge(list(holds), f"μ = {{:4}} rising, {{:4}} falling, at {fit.bend_angle_text}", *found)

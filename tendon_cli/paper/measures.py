@@ -8,19 +8,19 @@ from tendon_cli.design.coverage import grouped, share_served
 from tendon_cli.design.question import question
 from tendon_cli.model.limits import Bounds
 from tendon_cli.model.window import window as window_of
-from tendon_cli.paper.runs import Array, Run
+from tendon_cli.paper.runs import Array, PaperTables
 from tendon_cli.study.load import study_from
 
 DIRECTIONS = ("flexion", "extension")
 SIDES = ("flexor", "extensor")
 
 
-def gain(run: Run, direction: str, **fixed: float) -> Array:
+def gain(run: PaperTables, direction: str, **fixed: float) -> Array:
     """τ_a − τ_m by elbow angle, N m."""
     return run.line("elbow_torque", direction, **fixed) - run.line("motor_torque", direction, **fixed)
 
 
-def crossing(run: Run, **fixed: float) -> float:
+def crossing(run: PaperTables, **fixed: float) -> float:
     """The elbow angle of flexion at which the elbow torque comes to exceed the motor torque, deg; NaN for none."""
     gained = gain(run, "flexion", **fixed)
     below = np.flatnonzero(gained <= 0.0)
@@ -30,17 +30,17 @@ def crossing(run: Run, **fixed: float) -> float:
     return float(np.interp(0.0, gained[last], run.degrees[last]))
 
 
-def least(run: Run, column: str, **fixed: float) -> float:
+def least(run: PaperTables, column: str, **fixed: float) -> float:
     """The smallest value of a column of states in both directions."""
     return float(min(run.line(column, way, **fixed).min() for way in DIRECTIONS))
 
 
-def depth(run: Run, **fixed: float) -> float:
+def depth(run: PaperTables, **fixed: float) -> float:
     """How deep the extensor's slack is: -(least distal tension) / K, mm; negative where it stays in tension."""
     return -1e3 * least(run, "extensor_tension_distal", **fixed) / run.design("spring_stiffness", **fixed)
 
 
-def apart(run: Run, quantity: str, **fixed: float) -> list[float]:
+def apart(run: PaperTables, quantity: str, **fixed: float) -> list[float]:
     """Largest difference between flexion and extension over the peak, in %, of flexor and extensor."""
     shares = []
     for side in SIDES:
@@ -50,7 +50,7 @@ def apart(run: Run, quantity: str, **fixed: float) -> list[float]:
     return shares
 
 
-def window(run: Run, **fixed: float) -> tuple[float, float]:
+def window(run: PaperTables, **fixed: float) -> tuple[float, float]:
     """The pretensions at which every state of a design is taut and stable, N; empty where the first is the larger."""
     found = window_of(*run.inputs(), Bounds())
     low, high = (float(np.ravel(end)[run.row(**fixed)]) for end in (found.low, found.high))

@@ -13,12 +13,12 @@ from tendon_cli.figures.draw import draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.friction import fit_file
-from tendon_cli.friction.result import FrictionFit
+from tendon_cli.friction.result import Fit
 from tendon_cli.paper.claims import claims
 from tendon_cli.paper.figures import draw_slips, finisher
 from tendon_cli.paper.findings import failing_by_place, findings
 from tendon_cli.paper.ledger import Ledger, Places, ledger_json, ledger_page
-from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, Run, swept
+from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, PaperTables, swept
 from tendon_cli.paper.slips import FIGURE, Evidence, evidence, slips
 
 Progress = Callable[[int, int], None]
@@ -32,8 +32,8 @@ WRAP_ANGLE, PRINTED_ANGLE = "144 deg", "180 deg"
 class Evaluation:
     """The paper's studies and fits, and what follows from them."""
 
-    runs: dict[str, Run]
-    fit: FrictionFit
+    runs: dict[str, PaperTables]
+    fit: Fit
     letter: Evidence
     ledger: Ledger
 
@@ -100,7 +100,7 @@ def evaluate(
     lock: bool = True,
 ) -> Evaluation:  # fmt: skip
     """Sweep all studies into folders of `area`, fit Table A.1, and judge; nothing is drawn."""
-    runs: dict[str, Run] = {}
+    runs: dict[str, PaperTables] = {}
     for name, run in swept((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event(), lock=lock):
         runs[name] = run
         step()

@@ -50,7 +50,7 @@ VARIANTS = PLACES | {
 
 
 @dataclass(frozen=True)
-class Run:
+class PaperTables:
     """A study of the paper and its tables."""
 
     study: Study
@@ -80,7 +80,7 @@ class Run:
         """A column of the one design with these values."""
         return float(self.designs[column].to_numpy(np.float64)[self.row(**fixed)])
 
-    def at(self, **fixed: float) -> Run:
+    def at(self, **fixed: float) -> PaperTables:
         """The run of the designs with these values alone."""
         found = self._rows(fixed)
         per_design = len(self.states) // len(self.designs)
@@ -113,9 +113,9 @@ def load(name: str) -> Study:
 
 def swept(
     names: tuple[str, ...], area: Path, *, jobs: int | None, stop: threading.Event, lock: bool = True
-) -> Iterator[tuple[str, Run]]:
+) -> Iterator[tuple[str, PaperTables]]:
     """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
     for name in names:
         study = load(name)
         done = sweep(study, area / name, jobs=jobs, stop=stop, lock=lock)
-        yield name, Run(study, area / name, done.states, done.designs)
+        yield name, PaperTables(study, area / name, done.states, done.designs)

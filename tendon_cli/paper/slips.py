@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.result import FrictionFit
+from tendon_cli.friction.result import Fit
 from tendon_cli.paper import letter
 from tendon_cli.paper.entry import Entry, judge
 from tendon_cli.paper.letter import Tensions
 from tendon_cli.paper.measures import apart, least
-from tendon_cli.paper.runs import Array, Run
+from tendon_cli.paper.runs import Array, PaperTables
 
 FIGURE = "slips.png"
 _HEAVY = 5.0
@@ -30,13 +30,13 @@ class Evidence:
     eq_11: Tensions
 
 
-def evidence(fig07: Run) -> Evidence:
+def evidence(fig07: PaperTables) -> Evidence:
     """Run the two letters that give whole curves."""
     inputs = fig07.inputs()
     return Evidence(letter.eq_12_as_printed(*inputs), letter.eq_11_first(*inputs))
 
 
-def slips(runs: Mapping[str, Run], found: Evidence, at_pi: FrictionFit, used: FrictionFit) -> list[Entry]:
+def slips(runs: Mapping[str, PaperTables], found: Evidence, at_pi: Fit, used: Fit) -> list[Entry]:
     """All slips; the fits are those of Table A.1 with a wrap of π and with the angle that its coefficients imply."""
     return [
         _eq_12(runs["fig07"], found.eq_12),
@@ -49,7 +49,7 @@ def slips(runs: Mapping[str, Run], found: Evidence, at_pi: FrictionFit, used: Fr
     ]
 
 
-def _eq_12(run: Run, printed: Tensions) -> Entry:
+def _eq_12(run: PaperTables, printed: Tensions) -> Entry:
     at = run.values("load_mass").index(_HEAVY)
     sides = (printed.flexor, printed.extensor)
     lowest = min(float(side.min()) for side in sides)
@@ -64,7 +64,7 @@ def _eq_12(run: Run, printed: Tensions) -> Entry:
     ).entry("S1", text, FIGURE)  # fmt: skip
 
 
-def _eq_11(run: Run, printed: Tensions) -> Entry:
+def _eq_11(run: PaperTables, printed: Tensions) -> Entry:
     at = run.values("load_mass").index(0.0)
     flexor, extensor = printed.flexor[at], printed.extensor[at]
     share = max(_apart(side) for side in (flexor, extensor))
@@ -88,7 +88,7 @@ def _apart(side: Array) -> float:
     return float(100.0 * np.abs(side[0] - side[1]).max() / np.abs(side).max())
 
 
-def _labels(run: Run) -> Entry:
+def _labels(run: PaperTables) -> Entry:
     flexor, extensor = (float(run.line(f"{side}_travel")[-1]) for side in ("flexor", "extensor"))
     printed, used = letter.eq_3_as_labelled(flexor, extensor), extensor / flexor
     missed = [abs(1e3 * (extensor - ratio * flexor)) for ratio in (printed, used)]
@@ -104,7 +104,7 @@ def _labels(run: Run) -> Entry:
     ).entry("S3", text, "fig04.png")  # fmt: skip
 
 
-def _reference(fig07: Run, fig04: Run, initial: Run) -> Entry:
+def _reference(fig07: PaperTables, fig04: PaperTables, initial: PaperTables) -> Entry:
     at_zero = 1e3 * float(fig07.line("flexor_travel", load_mass=0.0)[0])
     ratio, better = (run.line("flexor_travel") / run.line("extensor_travel") for run in (fig04, initial))
     zero = np.interp(0.0, fig04.line("flexor_travel"), fig04.degrees)
@@ -119,7 +119,7 @@ def _reference(fig07: Run, fig04: Run, initial: Run) -> Entry:
     ).entry("S4", text, FIGURE)  # fmt: skip
 
 
-def _stiffness(run: Run, stiff: Run) -> Entry:
+def _stiffness(run: PaperTables, stiff: PaperTables) -> Entry:
     loads = run.values("load_mass")
     with_30, with_3 = ([least(each, "extensor_tension_distal", load_mass=load) for load in loads]
                        for each in (stiff, run))  # fmt: skip
@@ -144,7 +144,7 @@ def _a_9() -> Entry:
     ).entry("S6", text, None)  # fmt: skip
 
 
-def _wrap_angle(at_pi: FrictionFit, used: FrictionFit) -> Entry:
+def _wrap_angle(at_pi: Fit, used: Fit) -> Entry:
     by_pi, ours = ([fit.by_direction[way].friction for way in ("toward_motor", "toward_load")] for fit in (at_pi, used))
     text = (
         "Table A.1's wrap angle is not printed. Section 3's π does not give its coefficients; they imply 2.51 to 2.53 "

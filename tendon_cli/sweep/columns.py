@@ -15,7 +15,7 @@ import pyarrow as pa
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.study.study import LINKED_AXES, SIDES, keys, split_side
-from tendon_cli.sweep.inputs import Inputs, Source
+from tendon_cli.sweep.inputs import Input, Inputs
 from tendon_cli.sweep.plan import Axis, Block
 from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.version import RESULTS_VERSION, __version__
@@ -154,7 +154,7 @@ def _directions(block: Block) -> npt.ArrayLike:
 
 def _positions(at: int, axis: Axis) -> Values:
     """Where the designs of a block stand on one of the axes."""
-    return Source(np.arange(len(axis), dtype=np.float64), (at,)).within
+    return Input(np.arange(len(axis), dtype=np.float64), (at,)).within
 
 
 def _null(_: Block) -> npt.ArrayLike:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors, Real, kinematics
 from tendon_cli.model.limits import Bounds
 from tendon_cli.model.motor_window import MotorBounds
@@ -24,20 +24,20 @@ Flags = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
+class Input:
     """A number of the design: its values along the design axes that it depends on, in ascending order of `axes`."""
 
     values: npt.NDArray[np.float64]
     axes: tuple[int, ...] = ()
 
-    def times(self, other: Source) -> Source:
+    def times(self, other: Input) -> Input:
         """The product of both, over the axes of either."""
         axes = tuple(sorted({*self.axes, *other.axes}))
         factors = [
             np.expand_dims(each.values, tuple(at for at, axis in enumerate(axes) if axis not in each.axes))
             for each in (self, other)
         ]
-        return Source(factors[0] * factors[1], axes)
+        return Input(factors[0] * factors[1], axes)
 
     def within(self, block: Block) -> Real:
         """The values in a block, shaped to broadcast over its designs, directions and angles."""
@@ -66,7 +66,7 @@ class Inputs:
     def _cases(self) -> list[dict[str, float]]:
         return [case_numbers(case) for case in self.plan.study.cases]
 
-    def source(self, key: str, side: str | None = None) -> Source:
+    def source(self, key: str, side: str | None = None) -> Input:
         """A number by its common key; with `side`, as it is on that side of the arm."""
         table, _, name = key.rpartition(".")
         candidates = [f"{table}.{side}.{name}", key] if side else [key]
@@ -76,16 +76,16 @@ class Inputs:
             source = self._one(given[0]) if len(set(given)) == 1 else self._per_case(given)
         for axis in self.plan.study.linked:
             if key in axis.scales:
-                source = source.times(Source(axis.scales[key], (self.plan.study.axes.index(axis.key),)))
+                source = source.times(Input(axis.scales[key], (self.plan.study.axes.index(axis.key),)))
         return source
 
-    def _linked(self, candidates: list[str]) -> Source | None:
+    def _linked(self, candidates: list[str]) -> Input | None:
         """A number that persons or draws set, more than what a case, an axis or the study says of the same key."""
         study = self.plan.study
         for key in candidates:
             for axis in study.linked:
                 if key in axis.numbers:
-                    return Source(axis.numbers[key], (study.axes.index(axis.key),))
+                    return Input(axis.numbers[key], (study.axes.index(axis.key),))
             if key in study.numbers or any(key in case for case in self._cases):
                 break
         return None
@@ -105,22 +105,22 @@ class Inputs:
             return np.nan  # the one number that a study may leave open
         raise KeyError(candidates[-1])
 
-    def _one(self, given: float | str) -> Source:
+    def _one(self, given: float | str) -> Input:
         if isinstance(given, str):
             index = self.plan.study.axes.index(given)
-            return Source(self.plan.study.numbers[given].array, (index,))
-        return Source(np.array(given))
+            return Input(self.plan.study.numbers[given].array, (index,))
+        return Input(np.array(given))
 
-    def _per_case(self, given: list[float | str]) -> Source:
+    def _per_case(self, given: list[float | str]) -> Input:
         """A number that differs between cases; one that is an axis in other cases depends on both."""
         sources = [self._one(each) for each in given]
         along = next((source for source in sources if source.axes), None)
         if along is None:
-            return Source(np.array([source.values for source in sources]), (0,))
+            return Input(np.array([source.values for source in sources]), (0,))
         rows = [np.broadcast_to(source.values, along.values.shape) for source in sources]
-        return Source(np.array(rows), (0, *along.axes))
+        return Input(np.array(rows), (0, *along.axes))
 
-    def flag(self, read: Callable[[str, str], bool]) -> Source | bool:
+    def flag(self, read: Callable[[str, str], bool]) -> Input | bool:
         """A choice of the model, which cases may differ in."""
         model = self.plan.study.model
         base = read(model.slack, model.reference)
@@ -132,10 +132,10 @@ class Inputs:
             chosen.append(read(slack, reference))
         if all(choice == base for choice in chosen):
             return base
-        return Source(np.array(chosen), (0,))
+        return Input(np.array(chosen), (0,))
 
     @cached_property
-    def _all(self) -> dict[str, Source]:
+    def _all(self) -> dict[str, Input]:
         """Every number the model takes, once."""
         arm = {f"arm.{name}": self.source(f"arm.{name}") for name in _ARM}
         sides = {f"{side} {key}": self.source(key, side) for side in SIDES for key in _SIDE.values()}
@@ -143,12 +143,12 @@ class Inputs:
         return arm | sides | rest
 
     @cached_property
-    def _unilateral(self) -> Source | bool:
+    def _unilateral(self) -> Input | bool:
         """Whether tendons cannot push."""
         return self.flag(lambda slack, _: slack == "unilateral")
 
     @cached_property
-    def _from_initial(self) -> Source | bool:
+    def _from_initial(self) -> Input | bool:
         return self.flag(lambda _, reference: reference == "initial")
 
     def motion(self, block: Block) -> tuple[npt.NDArray[np.float64], Flags]:
@@ -192,7 +192,7 @@ class Inputs:
         return not np.isnan(motion.pulling_arm).any()
 
     @property
-    def _flags(self) -> list[Source]:
+    def _flags(self) -> list[Input]:
         return [flag for flag in (self._from_initial, self._unilateral) if not isinstance(flag, bool)]
 
     def design(self, block: Block) -> Design:
@@ -202,13 +202,13 @@ class Inputs:
         def side(name: str) -> Side:
             return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})
 
-        def flag(choice: Source | bool) -> bool | Flags:
+        def flag(choice: Input | bool) -> bool | Flags:
             return choice if isinstance(choice, bool) else np.asarray(choice.within(block), dtype=bool)
 
         anchors = Anchors(**{name: number[f"arm.{name}"] for name in _ANCHORS})
         weight = {name: number[f"arm.{name}"] for name in _ARM if name not in _ANCHORS}
         return Design(
-            arm=Arm(anchors, **weight),
+            arm=Limb(anchors, **weight),
             flexor=side("flexor"),
             extensor=side("extensor"),
             flexor_radius=number["spool.flexor_radius"],

@@ -28,7 +28,7 @@ _BLOCKS_AT_ONCE = 4
 """Blocks of a plan that compiled code best takes at once; the rows do not depend on it."""
 
 
-class Rows(Protocol):
+class RowSink(Protocol):
     """Where the rows of a table go."""
 
     def fill(self, count: int, write: Filler) -> None:
@@ -138,7 +138,7 @@ class PartMaker:
         rows, at_once = self.plan.rows(table, self.plan.part(index)), rows_at_once(table)
         return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
-    def fill(self, tables: Mapping[str, Rows], designs: range) -> tuple[Totals, str]:
+    def fill(self, tables: Mapping[str, RowSink], designs: range) -> tuple[Totals, str]:
         """Evaluate a range of designs into the tables asked for; returns the note of its suits, too. Raises Stopped."""
         states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
         for block in self.plan.blocks(designs, states) if "states" in tables else ():

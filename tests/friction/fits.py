@@ -7,7 +7,7 @@ import numpy as np
 from tendon_cli.friction.bend import BendAngle
 from tendon_cli.friction.fit import fit_readings
 from tendon_cli.friction.reading.readings import Readings
-from tendon_cli.friction.result import FrictionFit
+from tendon_cli.friction.result import Fit
 
 from .rig import Logs, Rig
 
@@ -27,7 +27,7 @@ def readings_of(logs: Logs, seed: int) -> Readings:
     )
 
 
-def fit_seed(rig: Rig, logs: Logs, seed: int) -> FrictionFit:
+def fit_seed(rig: Rig, logs: Logs, seed: int) -> Fit:
     """The fit of one seed's log."""
     bend = BendAngle(rig.bend_angle, 0.0, f"{rig.bend_angle} rad")
     return fit_readings(readings_of(logs, seed), bend=bend)

@@ -13,7 +13,7 @@ import numpy as np
 from tendon_cli.errors import InputError
 from tendon_cli.friction.bend import BendAngle
 from tendon_cli.friction.fit import fit_readings
-from tendon_cli.friction.result import FrictionFit
+from tendon_cli.friction.result import Fit
 
 from .cases import CASES, FRICTION, Case, log_of
 from .rig import simulate
@@ -25,7 +25,7 @@ BEGIN, END = "<!-- written by `make friction` -->", "<!-- end of what is written
 class Count:
     """What the fits of one case say together; shares of all its seeds."""
 
-    fits: list[FrictionFit]
+    fits: list[Fit]
     refused: list[str]
     case: Case
 
@@ -59,7 +59,7 @@ class Count:
         return len(self.fits) if self.case.refused else unnamed
 
 
-def covers(fit: FrictionFit) -> bool:
+def covers(fit: Fit) -> bool:
     low, high = fit.uncertainty.interval_95
     # The chain of the simulated sheath is itself good to 1e-4.
     return low * 0.9999 <= FRICTION <= high * 1.0001

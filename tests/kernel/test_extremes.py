@@ -6,7 +6,7 @@ import pytest
 from tendon_cli import kernel
 from tendon_cli.model import extremes
 from tendon_cli.model.actuator import Situation, State
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 
@@ -40,7 +40,7 @@ def situation_of(rng, slack):
     pretension = np.linspace(0.0, 300.0, shape[0]).reshape(-1, *[1] * (len(shape) + 1)) if rng.random() < 0.7 else None
     unilateral = {"unilateral": True, "bilateral": False, "both": some(0.0, 1.0) > 0.5}[slack]
     design = Design(
-        Arm(Anchors(*anchors), *weight), side(pretension), side(pretension), some(0.01, 0.06), some(0.5, 2.0),
+        Limb(Anchors(*anchors), *weight), side(pretension), side(pretension), some(0.01, 0.06), some(0.5, 2.0),
         some(0.0, 12.0) * loaded, from_initial=some(0.0, 1.0) > 0.5, unilateral=unilateral,
     )  # fmt: skip
     angles = np.append(0.0, rng.uniform(-0.5, 3.0, rng.choice(ANGLES)))[1 - int(on_the_bone) :]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
 
 SIDE = ("friction", "bend_angle", "length", "diameter", "youngs_modulus", "spring_stiffness", "pretension")
@@ -25,7 +25,7 @@ def design(p) -> Design:
     """The package's design of flat parameters, numbers or arrays."""
     sides = {side: Side(**{name: p[f"{side}_{name}"] for name in SIDE}) for side in ("flexor", "extensor")}
     anchors = Anchors(p["a1"], p["b1"], p["a2"], p["b2"], p["elbow_radius"])
-    arm = Arm(anchors, p["forearm_mass"], p["forearm_com"], p["load_distance"], p["upper_arm_angle"])
+    arm = Limb(anchors, p["forearm_mass"], p["forearm_com"], p["load_distance"], p["upper_arm_angle"])
     rest = ("flexor_radius", "ratio", "load_mass", "from_initial", "unilateral")
     return Design(arm=arm, **sides, **{name: p[name] for name in rest})
 

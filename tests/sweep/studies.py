@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 
-from tendon_cli.model.design import Arm, Design, Side
+from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
 
 STUDY = """
@@ -127,7 +127,7 @@ def design_of(numbers) -> Design:
     anchors = Anchors(*(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")))
     weight = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
     return Design(
-        arm=Arm(anchors, *(numbers[f"arm.{name}"] for name in weight)),
+        arm=Limb(anchors, *(numbers[f"arm.{name}"] for name in weight)),
         **sides,
         flexor_radius=numbers["spool.flexor_radius"],
         ratio=numbers["spool.ratio"],

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import ANGLE, DIRECTION, LOAD, Axis, Ints, evenly
+from tendon_cli.figures.axes import ANGLE, DIRECTION, LOAD, Ints, RowAxis, evenly
 from tendon_cli.figures.product import Product
 from tendon_cli.figures.where import find_column, find_numbers
 from tendon_cli.study.derived import DERIVED
@@ -38,16 +38,16 @@ class CurvePlan:
     quantities: tuple[str, ...]
     x_column: str
     """What stands along x: the column of `x`, or another that changes along it."""
-    x: Axis
-    colour: Axis | None
-    dash: Axis | None
+    x: RowAxis
+    colour: RowAxis | None
+    dash: RowAxis | None
     """The direction of motion, unless it plays another part."""
-    panels: Axis | None
+    panels: RowAxis | None
     positions: Mapping[str, Ints]
     notes: tuple[str, ...]
 
     @property
-    def parts(self) -> tuple[Axis | None, ...]:
+    def parts(self) -> tuple[RowAxis | None, ...]:
         """Panels, colour, dashes, x: the order of the values' dimensions."""
         return self.panels, self.colour, self.dash, self.x
 
@@ -95,7 +95,7 @@ def _quantities(product: Product, spec: FigureSpec) -> tuple[str, ...]:
     return tuple(name for name in STATE_PAIRS if name in kept) or tuple(kept[:MOST_QUANTITIES])
 
 
-def _along_x(product: Product, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]:
+def _along_x(product: Product, spec: FigureSpec, long: list[RowAxis]) -> tuple[str, RowAxis]:
     """The column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
     angle = next((axis for axis in product.axes if axis.column == ANGLE), None)
@@ -116,7 +116,7 @@ def _along_x(product: Product, spec: FigureSpec, long: list[Axis]) -> tuple[str,
     return runs.column, runs
 
 
-def _named(product: Product, name: str | None, where: str) -> Axis | None:
+def _named(product: Product, name: str | None, where: str) -> RowAxis | None:
     """The axis of a column or key; none where the study has one value of it."""
     if name is None:
         return None
@@ -128,19 +128,19 @@ def _named(product: Product, name: str | None, where: str) -> Axis | None:
     return axis
 
 
-def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
+def _usual_colour(free: list[RowAxis], panels: RowAxis | None) -> RowAxis | None:
     """The load, or else the first axis that nothing was asked of."""
     open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
     return next((axis for axis in open_axes if axis.column == LOAD), open_axes[0] if open_axes else None)
 
 
-def _usual_panels(free: list[Axis]) -> Axis | None:
+def _usual_panels(free: list[RowAxis]) -> RowAxis | None:
     """The same of the axes that do not run along x or by dashes."""
     return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
 
 
 def _thinned(
-    product: Product, chosen: Mapping[str, Ints], most: Mapping[Axis | None, int]
+    product: Product, chosen: Mapping[str, Ints], most: Mapping[RowAxis | None, int]
 ) -> tuple[dict[str, Ints], list[str]]:
     """Positions drawn on the axes that play a part, and what was left out of them."""
     positions: dict[str, Ints] = {}

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import Axis
+from tendon_cli.figures.axes import RowAxis
 from tendon_cli.figures.captions import caption, value_texts
 from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.plan import MapPlan
@@ -141,7 +141,7 @@ def _joined(titles: list[str]) -> str:
     return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
 
 
-def _scale(product: Product, axis: Axis, plan: MapPlan, spec: FigureSpec) -> Scale:
+def _scale(product: Product, axis: RowAxis, plan: MapPlan, spec: FigureSpec) -> Scale:
     shown = None if axis.is_text else product.shown(axis.column, spec.units)
     return scale_of(axis.values[plan.positions[axis.column]], shown, is_log=axis.is_log)
 

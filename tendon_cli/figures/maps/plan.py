@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.figures.axes import LOAD, Axis, Ints, evenly
+from tendon_cli.figures.axes import LOAD, Ints, RowAxis, evenly
 from tendon_cli.figures.product import Product
 
 CELLS_PER_AXIS = 400
@@ -21,13 +21,13 @@ MOST_PANELS = 24
 class MapPlan:
     """Axes and positions of all panels."""
 
-    x: Axis
-    y: Axis
+    x: RowAxis
+    y: RowAxis
     positions: Mapping[str, Ints]
     """Positions drawn along x and y."""
     panels: tuple[Mapping[str, int], ...]
     """Position on every other axis, for each panel."""
-    titled: tuple[Axis, ...]
+    titled: tuple[RowAxis, ...]
     """Axes that differ between the panels, the load first."""
     notes: tuple[str, ...]
 
@@ -37,7 +37,7 @@ class MapPlan:
         return product.rows([self.y.column, self.x.column], {**fixed, **self.positions})
 
 
-def long_axes(product: Product, chosen: Mapping[str, Ints]) -> list[Axis]:
+def long_axes(product: Product, chosen: Mapping[str, Ints]) -> list[RowAxis]:
     """Axes other than the load of which more than one value is chosen."""
     return [axis for axis in product.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
@@ -69,12 +69,12 @@ def plan_maps(product: Product, chosen: Mapping[str, Ints]) -> MapPlan:
     return MapPlan(x, y, positions, panels, tuple(titled), (*notes, *note))
 
 
-def words(axis: Axis) -> str:
+def words(axis: RowAxis) -> str:
     """An axis named in a sentence."""
     return axis.column.replace("_", " ")
 
 
-def _thinned(axes: list[Axis], chosen: Mapping[str, Ints]) -> tuple[dict[str, Ints], list[str]]:
+def _thinned(axes: list[RowAxis], chosen: Mapping[str, Ints]) -> tuple[dict[str, Ints], list[str]]:
     """All positions where their combinations fit, else a few of each axis, evenly chosen, and a note of it."""
     lengths = [len(chosen[axis.column]) for axis in axes]
     total = math.prod(lengths)

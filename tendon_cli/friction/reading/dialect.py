@@ -9,7 +9,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.reading.text import Source
+from tendon_cli.friction.reading.text import LogFile
 from tendon_cli.units import shorten
 
 _COMMENT = ("#", "%", "//", "*")
@@ -28,7 +28,7 @@ def is_comment(line: str) -> bool:
     return not text.strip(' \t"') or text.startswith(_COMMENT)
 
 
-def find_separator(lines: list[str], source: Source) -> str:
+def find_separator(lines: list[str], source: LogFile) -> str:
     """The separator that divides most of the lines into equally many columns.
 
     A comma is believed last, since in a file separated by semicolons or tabs it is the decimal sign.
@@ -64,7 +64,7 @@ def split(line: str, separator: str, place: str) -> list[str]:
 class NumberReader:
     """Reads numbers one way through a whole file: what is a decimal sign in one row is one in every row."""
 
-    source: Source
+    source: LogFile
     separator: str
     decimal: str | None = None
     """The decimal sign, known from the first number that has one."""
@@ -133,7 +133,7 @@ class NumberReader:
         return None
 
 
-def ragged(source: Source, line: int, found: int, expected: int, separator: str) -> InputError:
+def ragged(source: LogFile, line: int, found: int, expected: int, separator: str) -> InputError:
     """The error of a row with another number of cells than the header."""
     hint = _DECIMAL_COMMA if separator == "," and found > expected else None
     cells = "cell" if found == 1 else "cells"

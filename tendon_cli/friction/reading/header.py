@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.reading.text import Source
+from tendon_cli.friction.reading.text import LogFile
 from tendon_cli.units import UNITS, shorten
 
 STANDARD_GRAVITY = Fraction("9.80665")
@@ -47,7 +47,7 @@ _LABELS = (
 
 
 @dataclass(frozen=True)
-class Column:
+class Heading:
     """One column of the file: its place, its header and what the header says."""
 
     index: int
@@ -67,8 +67,8 @@ class Column:
 class CellPair:
     """The two columns that give one reading, and the case or direction they stand for."""
 
-    first: Column
-    second: Column
+    first: Heading
+    second: Heading
     label: str | None = None
 
 
@@ -88,16 +88,16 @@ def force_factor(symbol: str) -> float | None:
     return float(unit.factor * (STANDARD_GRAVITY if unit.dimension == "mass" else 1))
 
 
-def read_column(index: int, header: str) -> Column:
+def read_column(index: int, header: str) -> Heading:
     """What one header says; a header that says nothing known is a column that is not read."""
     text = unicodedata.normalize("NFKC", header)
     if text.casefold().strip(" *:") == "case":
-        return Column(index, header, "case")
+        return Heading(index, header, "case")
     unit, text = _take_unit(text)
     label, text = _take_label(text)
     words = _words(text)
     known = set(words)
-    column = Column(index, header, "", unit, label=label)
+    column = Heading(index, header, "", unit, label=label)
     if "angle" in known and known & _ANGLE_KINDS:
         return replace(column, role="bend angle uncertainty" if known & _UNCERTAINTY else "bend angle")
     if unit is None and len(known) == 1 and known <= _STROKE_NAMES | _DIRECTION_NAMES:
@@ -109,7 +109,7 @@ def read_column(index: int, header: str) -> Column:
     return _as_cell(column, known)
 
 
-def _as_cell(column: Column, known: set[str]) -> Column:
+def _as_cell(column: Heading, known: set[str]) -> Heading:
     foreign = unit_is_foreign(column.unit)
     if not known or known & _NOT_A_FORCE or foreign:
         return column
@@ -118,7 +118,7 @@ def _as_cell(column: Column, known: set[str]) -> Column:
     understood = known <= _FORCE_WORDS | _FIRST | _SECOND | _MOTOR_WORDS | _LOAD_WORDS | _FILLERS
     if not understood or (end is None and (cell is None or not known & _FORCE_WORDS)):
         return column
-    return Column(column.index, column.header, "cell", column.unit, cell, end, column.label)
+    return Heading(column.index, column.header, "cell", column.unit, cell, end, column.label)
 
 
 def unit_is_foreign(unit: str | None) -> bool:
@@ -151,7 +151,7 @@ def _words(text: str) -> list[str]:
     return [word for word in re.findall(r"[^\W\d_]+|\d+", text) if word]
 
 
-def pair_cells(columns: list[Column], labels: list[str], place: str) -> list[CellPair]:
+def pair_cells(columns: list[Heading], labels: list[str], place: str) -> list[CellPair]:
     """The pairs of cell columns: one, or one per case where the cases stand side by side; none if not a header."""
     cells = [column for column in columns if column.role == "cell"]
     if len(cells) > 2 and any(column.cell is not None for column in cells):
@@ -176,7 +176,7 @@ def pair_cells(columns: list[Column], labels: list[str], place: str) -> list[Cel
     return pairs
 
 
-def _is_first(column: Column) -> bool:
+def _is_first(column: Heading) -> bool:
     return column.cell == 1 if column.cell is not None else column.end == "motor"
 
 
@@ -188,7 +188,7 @@ def _label_above(labels: list[str], index: int) -> str | None:
     return None
 
 
-def named_pair(columns: list[Column], cell_1: str, cell_2: str) -> list[CellPair]:
+def named_pair(columns: list[Heading], cell_1: str, cell_2: str) -> list[CellPair]:
     """The pair of columns that the options name; empty where this line has not both of them."""
     found = []
     for name in (cell_1, cell_2):
@@ -201,7 +201,7 @@ def named_pair(columns: list[Column], cell_1: str, cell_2: str) -> list[CellPair
     return [CellPair(found[0], found[1])]
 
 
-def check_units(pair: CellPair, source: Source, line: int) -> tuple[float, float]:
+def check_units(pair: CellPair, source: LogFile, line: int) -> tuple[float, float]:
     """Factors that bring both cells to one unit; only their ratio matters, so equal units need not be known."""
     one, two = pair.first.unit, pair.second.unit
     if one == two and one in _VOLTS:

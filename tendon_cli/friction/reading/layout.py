@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.reading.header import CellPair, Column, named_pair, pair_cells, read_column
-from tendon_cli.friction.reading.text import Source
+from tendon_cli.friction.reading.header import CellPair, Heading, named_pair, pair_cells, read_column
+from tendon_cli.friction.reading.text import LogFile
 from tendon_cli.units import shorten
 
 _HEADER_WITHIN = 200
@@ -21,9 +21,9 @@ class Layout:
     line: int
     width: int
     pairs: list[CellPair]
-    columns: list[Column]
+    columns: list[Heading]
 
-    def find(self, role: str, place: str) -> Column | None:
+    def find(self, role: str, place: str) -> Heading | None:
         """The one column of a role; refused where there are two."""
         found = [column for column in self.columns if column.role == role]
         if len(found) > 1:
@@ -31,7 +31,7 @@ class Layout:
         return found[0] if found else None
 
 
-def find_header(rows: Iterator[tuple[int, list[str]]], source: Source, names: tuple[str, str] | None) -> Layout:
+def find_header(rows: Iterator[tuple[int, list[str]]], source: LogFile, names: tuple[str, str] | None) -> Layout:
     """The first of the lines that names both cells, by the options' names or by the obvious ones."""
     above: list[str] = []
     widest: tuple[int, list[str]] = (1, [])

@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction.reading.dialect import NumberReader, find_separator, is_comment, ragged, split
-from tendon_cli.friction.reading.header import CellPair, Column, check_units, unit_symbol
+from tendon_cli.friction.reading.header import CellPair, Heading, check_units, unit_symbol
 from tendon_cli.friction.reading.layout import Layout, find_header
-from tendon_cli.friction.reading.text import Source, numbered_lines, read_source
+from tendon_cli.friction.reading.text import LogFile, numbered_lines, read_source
 from tendon_cli.units import shorten
 
 Floats = npt.NDArray[np.float64]
@@ -83,7 +83,7 @@ def read_readings(path: Path, *, cell_1: str | None = None, cell_2: str | None =
 class _Table:
     """The rows below the header, as they are read."""
 
-    source: Source
+    source: LogFile
     layout: Layout
     numbers: NumberReader
     lines: list[int] = field(default_factory=list)
@@ -157,7 +157,7 @@ class _Table:
         self.units = {index: unit or "" for index, cell in enumerate(cells) if (unit := unit_symbol(cell))}
         return True
 
-    def _unit(self, column: Column) -> Column:
+    def _unit(self, column: Heading) -> Heading:
         """The column with the unit that the row of units gives it."""
         below = self.units.get(column.index)
         if below is not None and column.unit not in {None, below}:
@@ -165,7 +165,7 @@ class _Table:
                 f'the header gives "{column.unit}" and the row of units "{below}"',
                 where=self.source.place(self.layout.line, column.index),
             )
-        return Column(column.index, column.header, column.role, below or column.unit, column.cell, column.end)
+        return Heading(column.index, column.header, column.role, below or column.unit, column.cell, column.end)
 
     def finish(self) -> Readings:
         """The arrays, in one unit."""
@@ -201,7 +201,7 @@ class _Table:
             motor=_motor_of(first),
         )
 
-    def _radians(self, column: Column | None, values: list[float]) -> Floats | None:
+    def _radians(self, column: Heading | None, values: list[float]) -> Floats | None:
         if column is None:
             return None
         place = self.source.place(self.layout.line, column.index)

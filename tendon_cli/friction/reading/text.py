@@ -22,7 +22,7 @@ _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 
 
 @dataclass(frozen=True)
-class Source:
+class LogFile:
     """A readings file held as bytes, so that what is fitted is what was hashed."""
 
     name: str
@@ -41,7 +41,7 @@ class Source:
         return place if column is None else f"{place}, column {column + 1}"
 
 
-def read_source(path: Path) -> Source:
+def read_source(path: Path) -> LogFile:
     """Read a regular file of at most 64 MB and find its encoding; raises InputError."""
     # A name that is no UTF-8 is shown with a sign for what cannot be.
     name = os.fsencode(path.name or str(path)).decode("utf-8", "replace") if "\0" not in str(path) else "the file"
@@ -56,10 +56,10 @@ def read_source(path: Path) -> Source:
         raise _too_large(name, max(size, len(data)))
     if not data.strip(b" \t\r\n\0\xef\xbb\xbf\xff\xfe"):
         raise InputError("the file is empty", where=name)
-    return Source(name, data, _encoding(name, data))
+    return LogFile(name, data, _encoding(name, data))
 
 
-def numbered_lines(source: Source) -> Iterator[tuple[int, str]]:
+def numbered_lines(source: LogFile) -> Iterator[tuple[int, str]]:
     """The lines with their numbers from 1, without line ends; lines are read one at a time."""
     text = io.TextIOWrapper(io.BytesIO(source.data), encoding=source.encoding, newline=None)
     number = 0
@@ -113,7 +113,7 @@ def _encoding(name: str, data: bytes) -> str:
     raise InputError("a zero byte: this is not text", where=f"{name}, line {line}", hint=_AS_CSV)
 
 
-def _not_decodable(source: Source) -> InputError:
+def _not_decodable(source: LogFile) -> InputError:
     try:
         source.data.decode(source.encoding)
         start = 0
