@@ -48,14 +48,15 @@ docs: $(DOCS)  ## build the documentation, to be read in docs/_build/index.html
 bench: $(READY)  ## measure ratios against the machine's limit, an expert's script and C; BENCH=--quick for a look
 	$(BIN)/python -m benchmarks.bench $(BENCH)
 
-FUZZER := $(VENV)/.fuzzer
+TORTURE := $(VENV)/.torture
 
-$(FUZZER): $(READY)
+$(TORTURE): $(READY)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,readers,release]'
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt \
-		--only-binary atheris -e '.[dev,torture]' || echo "atheris cannot be installed here; what needs it is skipped"
+		--only-binary atheris -e '.[torture]' || echo "atheris cannot be installed here; what needs it is skipped"
 	@touch $@
 
-torture: $(FUZZER)  ## the whole of what the tests sample
+torture: $(TORTURE)  ## the whole of what the tests sample
 	$(BIN)/python -m pytest -q -n auto -m torture
 
 friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/friction.md
@@ -64,10 +65,9 @@ friction: $(READY)  ## fit 200 seeds of every simulated rig, table in docs/frict
 mutants: $(READY)  ## put random faults into copies of the package and see whether the tests notice; MUTANTS="--count 60"
 	nice $(BIN)/python -m tests.torture.mutants $(MUTANTS)
 
-release: $(READY)  ## build sdist and wheel into dist/ and check what they hold
+release: $(READY)  ## build sdist and wheel (manylinux on Linux) into dist/ and check what they hold
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[release]'
 	rm -rf dist build
-	$(BIN)/python -m build --outdir dist .
 	$(BIN)/python -m tests.release dist
 
 clean:  ## remove the environment and caches, never results

@@ -1,5 +1,7 @@
-"""What a release holds: every file of the package and nothing else; `python -m tests.release dist` checks it."""
+"""What a release holds: all of the package and nothing else; `python -m tests.release dist` builds and checks it."""
 
+import os
+import subprocess
 import sys
 import tarfile
 import zipfile
@@ -26,14 +28,31 @@ def of_the_package():
     return {file.relative_to(ROOT).as_posix() for file in files if file.suffix not in (".so", ".pyd", ".pyc")}
 
 
+def build(source, folder):
+    """Build sdist and wheel; on Linux the wheel gets the tag of the oldest C library that it runs with."""
+    called("build", "--outdir", folder, source)
+    if sys.platform == "linux":
+        for wheel in folder.glob("*-linux_*.whl"):
+            called("auditwheel", "repair", "--wheel-dir", folder, wheel)
+            wheel.unlink()
+
+
+def called(module, *words):
+    """Run a module of this environment, with its programs on the path, and stop where it fails."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    command = [sys.executable, "-m", module, *map(str, words)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=os.environ | {"PATH": path})
+
+
 def faults_of_wheel(path):
     """What a wheel lacks and what it has too much, one line each."""
     with zipfile.ZipFile(path) as wheel:
-        found = {name for name in wheel.namelist() if ".dist-info/" not in name}
+        found = {name for name in wheel.namelist() if ".dist-info/" not in name and not name.endswith("/")}
     compiled = {name for name in found if name.startswith("tendon_cli/kernel/_native.")}
     expected = {name for name in of_the_package() if Path(name).suffix not in (".c", ".h")}
     faults = [] if len(compiled) == 1 else ["has no compiled kernel"]
     faults += [] if "-cp311-abi3-" in path.name else ["is not tagged for every Python from 3.11 on (cp311-abi3)"]
+    faults += ["is tagged for this machine's Linux only (no manylinux)"] if "-linux_" in path.name else []
     return faults + _difference(expected | NEEDED, found - compiled)
 
 
@@ -60,4 +79,5 @@ def main(folder):
 
 
 if __name__ == "__main__":
+    build(ROOT, Path(sys.argv[1]))
     sys.exit(main(Path(sys.argv[1])))

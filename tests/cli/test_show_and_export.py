@@ -144,16 +144,19 @@ def test_nothing_is_left_is_no_error(tendon, run):
 
 
 LIMITED = """
-import resource, sys
+import sys
+from pathlib import Path
 from tendon_cli.cli import main
 try:
     main(sys.argv[1:])
 finally:
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    print(int(status["VmHWM"].split()[0]) * 1024, file=sys.stderr)  # ru_maxrss would count the peak of these tests
 """
 
 
 @pytest.mark.torture
+@pytest.mark.skipif(sys.platform != "linux", reason="the peak of a process alone is Linux's to tell")
 def test_ten_million_rows_are_exported_in_constant_memory(tendon, workplace):
     content = '[tendon]\npretension = { from = "60 N", to = "240 N", num = 55000 }\n[output]\ntables = ["states"]\n'
     (workplace / "large.toml").write_text(content, encoding="utf-8")
@@ -161,7 +164,6 @@ def test_ten_million_rows_are_exported_in_constant_memory(tendon, workplace):
     ran = subprocess.run(
         [sys.executable, "-c", LIMITED, "export", "large", "large.csv"], capture_output=True, text=True, check=True
     )
-    unit = 1 if sys.platform == "darwin" else 1024
-    assert int(ran.stderr.split()[-1]) * unit < 300e6
+    assert int(ran.stderr.split()[-1]) < 300e6
     with Path("large.csv").open("rb") as file:
         assert sum(1 for _ in file) == 55000 * 182 + 1
