@@ -3,14 +3,14 @@
 In C a state is said once, in `state.h`: `drive_at` is what a design has in one direction, `lines_at` some of its states
 as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
 `rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted, `window.h` between which
-pretensions every limit is kept. `arrays.h` names, once, what
-goes in and out; `module.c` checks what Python hands over and lets go of Python's lock. Everything is compiled for each
-kind of processor, and the best that runs here is taken.
+pretensions every limit is kept; the last two take designs `beside.h` each other, one a lane. `arrays.h` names, once,
+what goes in and out; `module.c` checks what Python hands over and lets go of Python's lock. Everything is compiled for
+each kind of processor, and the best that runs here is taken.
 
 To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a function that goes over
-designs and directions by `next_line` and calls `drive_at` and `lines_at` (and `state_at`, where it wants a pretension);
-let `entry.h` export it and `module.c` call it, like extremes. Say the same in `tendon_cli/model/` with NumPy, and here
-choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
+designs by `gather` and directions by `turn`, and calls `drive_at` and `lines_at` (and `state_at`, where it wants a
+pretension); let `entry.h` export it and `module.c` call it, like extremes. Say the same in `tendon_cli/model/` with
+NumPy, and here choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from tendon_cli.model.limits import Bounds
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 5
+VERSION = 6
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -94,7 +94,7 @@ def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[
         fold(found, State.of(at), elbow_angle)
     else:
         given = _given(at, shape)
-        native().extremes(chosen, given, np.ascontiguousarray(elbow_angle), found, _axis_of_pretension(given))
+        native().extremes(chosen, given, np.ascontiguousarray(elbow_angle), found)
 
 
 def fold_window(
@@ -170,14 +170,6 @@ def _given(at: Situation, shape: tuple[int, ...]) -> dict[str, Array]:
 def _over(values: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
     """Values over a whole shape without a copy of them for each axis; along the last they lie side by side."""
     return np.broadcast_to(np.ascontiguousarray(values), shape)
-
-
-def _axis_of_pretension(given: Mapping[str, Array]) -> int:
-    """The longest axis of designs that nothing but pretension depends on; -1 where there is none."""
-    rest = [values for name, values in given.items() if not name.endswith("_pretension")]
-    shape = rest[0].shape
-    free = [axis for axis in range(len(shape) - 2) if not any(values.strides[axis] for values in rest)]
-    return max(free, key=lambda axis: shape[axis], default=-1)
 
 
 def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:

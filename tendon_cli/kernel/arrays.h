@@ -52,11 +52,11 @@ typedef struct {
     long axes, length[MOST_AXES], index[MOST_AXES];
 } Walk;
 
-/* To the next line of angles, the last axis but the angle fastest, leaving out the axis `skipped` (or -1); moves the
- * arrays along. Returns zero after the last. */
-static inline int next_line(Walk *walk, Array *arrays, int count, long skipped) {
+/* To the next line of angles, the last axis but the angle fastest; moves the arrays along. Returns zero after the last,
+ * and is at the first again. */
+static inline int next_line(Walk *walk, Array *arrays, int count) {
     for (long axis = walk->axes - 2; axis >= 0; axis--) {
-        if (axis == skipped) continue;
+        if (walk->length[axis] == 1) continue;
         long move = ++walk->index[axis] < walk->length[axis] ? 1 : 1 - walk->length[axis];
         for (int i = 0; i < count; i++) arrays[i].at += move * arrays[i].step[axis];
         if (move == 1) return 1;
@@ -91,12 +91,11 @@ typedef struct {
 } Rows;
 
 /* Extremes over states: the inputs, then an accumulator for each of EXTREMES, which has no step along direction and
- * angle. Pretension alone depends on the axis `pretensions` (or -1: none). */
+ * angle. */
 typedef struct {
     Walk walk;
     Array arrays[INPUTS + ACCUMULATORS];
     const double *angle;
-    long pretensions;
 } Extremes;
 
 /* Ends of windows over states: the inputs, the bounds, then an accumulator for each of WINDOW. The angles are those from

@@ -1,45 +1,29 @@
 /* What designs come to over all their states: a fold of `state_at`, for each pretension over the same lines.
  *
- * Where there are enough pretensions these lie along the lanes, so that each is folded in a lane of its own; else
- * angles do, and the lanes are put together at the end.
+ * Designs lie along the lanes, which share neither state nor result. Where nothing but pretension depends on an axis
+ * its values are gone through with the lines at hand; where there are fewer designs else than lanes, it is cut in runs.
  */
 
-#include "state.h"
+#include "beside.h"
 
-#define VECTORS 32 /* of angles, whose lines fit the innermost cache */
-#define TOGETHER 6 /* as many vectors of states as putting the lanes together takes the time of */
+#define ANGLES 24      /* whose lines fit the innermost cache */
+#define PRETENSIONS 32 /* that are gone through together */
 
-/* Over some states; and over the same before any pretension. */
+/* Over some states of each design; and over the same before any pretension. */
 typedef struct {
     Lanes low_x, high_x, low_y, high_y, low_motor, high_motor, stiffness, unstable, slack, first, longest;
 } Found;
 
 typedef struct {
-    double shortfall, limit, low_torque, high_torque, no_equilibrium;
+    Lanes shortfall, low_torque, high_torque, no_equilibrium;
 } Before;
-
-/* Lanes by halves: of all, the upper half folded onto the lower one until one is left. */
-#define BY_HALVES(name, type, take)                                    \
-    INLINE type name(Lanes a) {                                        \
-        double lane[LANES];                                            \
-        memcpy(lane, &a, sizeof a);                                    \
-        for (int half = LANES / 2; half; half /= 2)                    \
-            for (int i = 0; i < half; i++) lane[i] = take(lane[i], lane[i + half]); \
-        return lane[0];                                                \
-    }
-#define LESS(a, b) ((b) < (a) ? (b) : (a))
-#define MORE(a, b) ((b) > (a) ? (b) : (a))
-#define SUM(a, b) ((a) + (b))
-BY_HALVES(lowest_of, double, LESS)
-BY_HALVES(highest_of, double, MORE)
-BY_HALVES(sum_of, double, SUM)
 
 INLINE Found nothing(void) {
     Lanes high = same(INFINITY), low = same(-INFINITY), zero = same(0.0);
     return (Found){high, low, high, low, high, low, high, zero, zero, high, low};
 }
 
-/* More states, a state a lane; `any_slack` says whether one may be. */
+/* A state more of each design; `any_slack` says whether one may be. */
 INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, Lanes pretension, int any_slack) {
     Lanes zero = same(0.0), unit = same(1.0);
     State s = state_at(lines, d, pretension);
@@ -54,126 +38,143 @@ INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, L
     f->longest = pick(s.slack, larger(s.loose * lines->per_side, f->longest), f->longest);
 }
 
-/* All states of some lines, angles along the lanes; every lane has what was found of all. */
-INLINE Found along_angles(const Lines *lines, const double *angle, long angles, const Drive *d, Lanes pretension,
-                          int any_slack) {
-    Found f = nothing();
-    for (long at = 0; at < angles; at += LANES, lines++) {
-        Lanes here = same(INFINITY);
-        memcpy(&here, angle + at, angles - at >= LANES ? sizeof here : 8 * (unsigned long)(angles - at));
-        take_in(&f, lines, d, here, pretension, any_slack);
-    }
-    return (Found){same(lowest_of(f.low_x)), same(highest_of(f.high_x)), same(lowest_of(f.low_y)),
-                   same(highest_of(f.high_y)), same(lowest_of(f.low_motor)), same(highest_of(f.high_motor)),
-                   same(lowest_of(f.stiffness)), same(sum_of(f.unstable)), same(sum_of(f.slack)),
-                   same(lowest_of(f.first)), same(highest_of(f.longest))};
-}
-
-/* The same of a pretension a lane. */
-INLINE Found along_pretensions(const Lines *lines, const double *angle, long angles, const Drive *d, Lanes pretension,
-                               int any_slack) {
-    Found f = nothing();
-    for (long at = 0; at < angles; at++) {
-        Lines here;
-        const double *from = (const double *)(lines + at / LANES) + at % LANES;
-        Lanes *to = (Lanes *)&here;
-        for (long field = 0; field < (long)(sizeof here / sizeof *to); field++) to[field] = same(from[field * LANES]);
-        take_in(&f, &here, d, same(angle[at]), pretension, any_slack);
-    }
+INLINE Found along_angles(Found f, const Lines *lines, const double *angle, long angles, const Drive *d,
+                          Lanes pretension, int any_slack) {
+    for (long at = 0; at < angles; at++) take_in(&f, lines + at, d, same(angle[at]), pretension, any_slack);
     return f;
 }
 
-static Before prepare(Lines *lines, const Array *a, const Drive *d, long axis, long from, long angles) {
-    Lanes shortfall = same(-INFINITY), limit = shortfall, high = shortfall, low = same(INFINITY), able = same(0.0);
-    for (long at = 0; at < angles; at += LANES, lines++) {
-        *lines = lines_at(a, d, axis, from + at, angles - at);
-        shortfall = larger(lines->shortfall, shortfall), limit = larger(lines->limit, limit);
-        low = pick(lines->able, smaller(lines->torque, low), low);
-        high = pick(lines->able, larger(lines->torque, high), high);
-        able += pick(lines->able, same(1.0), same(0.0));
+/* The lines of some angles; returns the pretension below which one of their states is slack. */
+static Lanes prepare(Lines *lines, Before *b, const Extremes *e, const Beside *of, const Drive *d, long from, long angles) {
+    Lanes limit = same(-INFINITY);
+    for (long at = 0; at < angles; at++, lines++) {
+        Angle here = angle_across(of, &e->walk, e->arrays, from + at);
+        *lines = lines_at(d, &here);
+        limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);
+        b->low_torque = pick(lines->able, smaller(lines->torque, b->low_torque), b->low_torque);
+        b->high_torque = pick(lines->able, larger(lines->torque, b->high_torque), b->high_torque);
+        b->no_equilibrium += pick(lines->able, same(0.0), same(1.0));
     }
-    return (Before){highest_of(shortfall), highest_of(limit), lowest_of(low), highest_of(high),
-                    (double)angles - sum_of(able)};
+    return limit;
 }
 
-/* The smaller, or the larger, of what was found before and of a value for each pretension; or their sum. */
-#define INTO(name, take)                                                                                     \
-    INLINE void name(const Array *found, long axis, long first, long count, Lanes values) {                  \
-        for (long lane = 0; lane < count; lane++) {                                                          \
-            double *to = (double *)(found->at + (first + lane) * found->step[axis]), value = values[lane];   \
-            *to = take(*to, value);                                                                          \
-        }                                                                                                    \
+/* The smaller, or the larger, of what was found of each design before and of a value; or their sum. */
+#define INTO(name, take)                                                              \
+    INLINE void name(const Beside *of, int result, long offset, Lanes values) {       \
+        Lanes found;                                                                  \
+        if (of->adjoining) {                                                          \
+            memcpy(&found, of->at[result][0] + offset, sizeof found);                 \
+            found = take(values, found);                                              \
+            memcpy(of->at[result][0] + offset, &found, sizeof found);                 \
+            return;                                                                   \
+        }                                                                             \
+        for (long lane = 0; lane < of->count; lane++)                                 \
+            found[lane] = *(double *)(of->at[result][lane] + offset);                 \
+        found = take(values, found);                                                  \
+        for (long lane = 0; lane < of->count; lane++)                                 \
+            *(double *)(of->at[result][lane] + offset) = found[lane];                 \
     }
-INTO(least, LESS)
-INTO(most, MORE)
-INTO(more, SUM)
+INLINE Lanes sum(Lanes a, Lanes b) { return a + b; }
+INTO(least, smaller)
+INTO(most, larger)
+INTO(more, sum)
 
-/* What was found at `count` pretensions, from `first` on, into the accumulators of their designs. */
-INLINE void note(const Array *a, long axis, long first, long count, const Found *f, const Before *b, const Drive *d,
-                 long angles, Lanes pretension, Lanes smaller_side) {
-#define INTO_ITS(name) a + INPUTS + AT_##name, axis, first, count
-    Lanes capstan_x = same(one(a, IN_flexor_capstan)), capstan_y = same(one(a, IN_extensor_capstan));
-    Lanes low = same(-INFINITY), margin = pretension - b->shortfall;
+/* What was found at a pretension, by its place, into the results of the designs. */
+INLINE void note(const Extremes *e, const Beside *of, const long *step, long place, const Found *f, const Before *b,
+                 const Drive *d, const Lanes *in, Lanes pretension, Lanes smaller_side) {
+#define ITS(name) of, INPUTS + AT_##name, place * step[INPUTS + AT_##name]
+    Lanes capstan_x = in[IN_flexor_capstan], capstan_y = in[IN_extensor_capstan], low = same(-INFINITY);
     Lanes max_x = larger(f->high_x, f->high_x / capstan_x), max_y = larger(f->high_y, f->high_y / capstan_y);
-    Mask any_taut = (double)angles > f->slack + b->no_equilibrium;
-    Lanes at_spring = larger(f->high_y * one(a, IN_extensor_spring), low);
-    least(INTO_ITS(min_flexor_tension), smaller(f->low_x, f->low_x / capstan_x));
-    least(INTO_ITS(min_extensor_tension), smaller(f->low_y, f->low_y / capstan_y));
-    most(INTO_ITS(max_tension), larger(max_x, max_y)), most(INTO_ITS(max_extensor_distal), f->high_y);
-    most(INTO_ITS(max_spring_extension), larger(f->high_x * one(a, IN_flexor_spring), at_spring));
-    most(INTO_ITS(max_slack), d->unilateral ? larger(pick(any_taut, same(0.0), low), f->longest) : f->longest);
-    least(INTO_ITS(lowest_elbow_torque), same(b->low_torque));
-    most(INTO_ITS(highest_elbow_torque), same(b->high_torque));
-    least(INTO_ITS(lowest_motor_torque), f->low_motor), most(INTO_ITS(highest_motor_torque), f->high_motor);
-    least(INTO_ITS(min_elbow_stiffness), f->stiffness), least(INTO_ITS(first_slack_angle), f->first);
-    most(INTO_ITS(required_pretension), same(b->shortfall)), least(INTO_ITS(margin), smaller(margin, smaller_side));
-    more(INTO_ITS(slack), f->slack), more(INTO_ITS(unstable), f->unstable);
-    more(INTO_ITS(no_equilibrium), same(b->no_equilibrium));
-#undef INTO_ITS
+    Mask any_taut = (double)e->walk.length[e->walk.axes - 1] > f->slack + b->no_equilibrium;
+    Lanes no_slack = pick(d->unilateral & any_taut, same(0.0), low);
+    least(ITS(min_flexor_tension), smaller(f->low_x, f->low_x / capstan_x));
+    least(ITS(min_extensor_tension), smaller(f->low_y, f->low_y / capstan_y));
+    most(ITS(max_tension), larger(max_x, max_y)), most(ITS(max_extensor_distal), f->high_y);
+    most(ITS(max_spring_extension), larger(f->high_x * in[IN_flexor_spring], f->high_y * in[IN_extensor_spring]));
+    most(ITS(max_slack), larger(no_slack, f->longest));
+    least(ITS(lowest_elbow_torque), b->low_torque), most(ITS(highest_elbow_torque), b->high_torque);
+    least(ITS(lowest_motor_torque), f->low_motor), most(ITS(highest_motor_torque), f->high_motor);
+    least(ITS(min_elbow_stiffness), f->stiffness), least(ITS(first_slack_angle), f->first);
+    most(ITS(required_pretension), b->shortfall);
+    least(ITS(margin), smaller(smaller_side, pretension - b->shortfall));
+    more(ITS(slack), f->slack), more(ITS(unstable), f->unstable), more(ITS(no_equilibrium), b->no_equilibrium);
+#undef ITS
 }
 
-/* Some lines at all pretensions, `at_once` of which are taken together: LANES, or one. */
-INLINE void fold_lines(const Extremes *e, const Lines *lines, const Before *b, const Drive *d, const double *angle,
-                       long angles, long axis, long pretensions, long at_once) {
-    const Array *a = e->arrays, *flexor = a + IN_flexor_pretension, *extensor = a + IN_extensor_pretension;
-    for (long first = 0; first < pretensions; first += at_once) {
-        long count = pretensions - first < at_once ? pretensions - first : at_once;
-        Lanes pretension, smaller_side;
-        for (long lane = 0; lane < LANES; lane++) {
-            long p = first + (lane < count ? lane : 0); /* what is left of the lanes repeats the first */
-            double x = *(const double *)(flexor->at + p * flexor->step[axis]);
-            double y = *(const double *)(extensor->at + p * extensor->step[axis]);
-            pretension[lane] = common_pretension(d, x, y), smaller_side[lane] = LESS(y, x);
+/* Designs in a direction at `count` pretensions, from `first` on; `step` is from one to the next, of each array. */
+static void fold_some(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
+                      long count) {
+    Lines lines[ANGLES];
+    Found found[PRETENSIONS];
+    Lanes pretension[PRETENSIONS], smaller_side[PRETENSIONS];
+    Before before = {same(-INFINITY), same(INFINITY), same(-INFINITY), same(0.0)};
+    for (long p = 0; p < count; p++) {
+        Lanes x = across(of, IN_flexor_pretension, (first + p) * step[IN_flexor_pretension]);
+        Lanes y = across(of, IN_extensor_pretension, (first + p) * step[IN_extensor_pretension]);
+        found[p] = nothing(), pretension[p] = common_pretension(d, x, y), smaller_side[p] = smaller(x, y);
+    }
+    for (long from = 0, all = e->walk.length[e->walk.axes - 1]; from < all; from += ANGLES) {
+        long angles = all - from < ANGLES ? all - from : ANGLES;
+        Lanes limit = prepare(lines, &before, e, of, d, from, angles);
+        for (long p = 0; p < count; p++)
+            found[p] = any(pretension[p] < limit)
+                           ? along_angles(found[p], lines, e->angle + from, angles, d, pretension[p], 1)
+                           : along_angles(found[p], lines, e->angle + from, angles, d, pretension[p], 0);
+    }
+    for (long p = 0; p < count; p++)
+        note(e, of, step, first + p, found + p, &before, d, in, pretension[p], smaller_side[p]);
+}
+
+/* All designs, an axis of which has `length` values after each of which come `pretensions`, `step` from one another. */
+static void fold_all(Extremes *e, const long *step, long pretensions) {
+    Walk *walk = &e->walk;
+    Beside of;
+    int more;
+    long directions = walk->length[walk->axes - 2];
+    walk->length[walk->axes - 2] = 1;
+    do {
+        more = gather(&of, walk, e->arrays, INPUTS, ACCUMULATORS);
+        for (long direction = 0; direction < directions; direction++, turn(&of, walk, e->arrays, INPUTS)) {
+            Lanes in[INPUTS];
+            for (int i = 0; i < INPUTS; i++) in[i] = across(&of, i, 0);
+            Drive d = drive_at(in);
+            for (long first = 0; first < pretensions; first += PRETENSIONS) {
+                long count = pretensions - first < PRETENSIONS ? pretensions - first : PRETENSIONS;
+                fold_some(e, &of, step, in, &d, first, count);
+            }
         }
-        int any_slack = lowest_of(pretension) < b->limit;
-        Found f;
-        if (at_once == 1) f = any_slack ? along_angles(lines, angle, angles, d, pretension, 1)
-                                        : along_angles(lines, angle, angles, d, pretension, 0);
-        else f = any_slack ? along_pretensions(lines, angle, angles, d, pretension, 1)
-                           : along_pretensions(lines, angle, angles, d, pretension, 0);
-        note(a, axis, first, count, &f, b, d, angles, pretension, smaller_side);
-    }
+    } while (more);
+    walk->length[walk->axes - 2] = directions;
 }
 
-/* A design and direction at all pretensions; `lines` is there to work in. */
-static void fold_line(const Extremes *e, Lines *lines) {
-    const Array *a = e->arrays;
-    long angle_axis = e->walk.axes - 1, angles = e->walk.length[angle_axis];
-    long axis = e->pretensions < 0 ? 0 : e->pretensions;
-    long pretensions = e->pretensions < 0 ? 1 : e->walk.length[axis];
-    Drive d = drive_at(a);
-    for (long from = 0; from < angles; from += VECTORS * LANES) {
-        long count = angles - from < VECTORS * LANES ? angles - from : VECTORS * LANES;
-        long alone = pretensions * ((count + LANES - 1) / LANES + TOGETHER);
-        long together = (pretensions + LANES - 1) / LANES * count;
-        Before b = prepare(lines, a, &d, angle_axis, from, count);
-        if (together < alone) fold_lines(e, lines, &b, &d, e->angle + from, count, axis, pretensions, LANES);
-        else fold_lines(e, lines, &b, &d, e->angle + from, count, axis, pretensions, 1);
+/* The longest axis of designs that nothing but pretension depends on; -1 where there is none. */
+static long axis_of_pretension(const Extremes *e) {
+    long longest = -1;
+    for (long axis = 0; axis < e->walk.axes - 2; axis++) {
+        int is_free = 1;
+        for (int i = 0; i < INPUTS; i++)
+            is_free &= i == IN_flexor_pretension || i == IN_extensor_pretension || !e->arrays[i].step[axis];
+        if (is_free && (longest < 0 || e->walk.length[axis] > e->walk.length[longest])) longest = axis;
     }
+    return longest;
 }
 
 static void extremes(Extremes *e) {
-    Lines lines[VECTORS];
-    do fold_line(e, lines);
-    while (next_line(&e->walk, e->arrays, INPUTS + ACCUMULATORS, e->pretensions));
+    long axis = axis_of_pretension(e), step[INPUTS + ACCUMULATORS] = {0};
+    if (axis < 0) {
+        fold_all(e, step, 1);
+        return;
+    }
+    long pretensions = e->walk.length[axis], rest = 1;
+    for (long other = 0; other < e->walk.axes - 2; other++)
+        if (other != axis) rest *= e->walk.length[other];
+    for (int i = 0; i < INPUTS + ACCUMULATORS; i++) step[i] = e->arrays[i].step[axis];
+    for (long done = 0, runs = rest < LANES ? LANES / rest : 1, each; done < pretensions; done += runs * each) {
+        if (runs > pretensions - done) runs = pretensions - done;
+        each = (pretensions - done) / runs;
+        e->walk.length[axis] = runs;
+        for (int i = 0; i < INPUTS + ACCUMULATORS; i++) e->arrays[i].step[axis] = each * step[i];
+        fold_all(e, step, each);
+        for (int i = 0; i < INPUTS + ACCUMULATORS; i++) e->arrays[i].at += runs * each * step[i];
+    }
 }

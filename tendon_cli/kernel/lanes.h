@@ -41,15 +41,21 @@ INLINE Lanes larger(Lanes a, Lanes b) { return pick(a > b, a, b); }
 INLINE Lanes smaller(Lanes a, Lanes b) { return pick(a < b, a, b); }
 #endif
 
+/* Whether a mask has any lane. */
+#if LANES == 8 && defined(__AVX512F__)
+INLINE int any(Mask which) { return _mm512_test_epi64_mask((__m512i)which, (__m512i)which) != 0; }
+#elif LANES == 4 && defined(__AVX2__)
+INLINE int any(Mask which) { return _mm256_movemask_pd((__m256d)which) != 0; }
+#else
+INLINE int any(Mask which) {
+    long long found = 0;
+    for (int lane = 0; lane < LANES; lane++) found |= which[lane];
+    return found != 0;
+}
+#endif
+
 /* A number that is at least `low`; what is not a number stays so. */
 INLINE Lanes at_least(Lanes low, Lanes a) { return larger(low, a); }
-
-/* Which lanes stand for one of `count` numbers. */
-INLINE Mask is_used(long count) {
-    Mask used;
-    for (int lane = 0; lane < LANES; lane++) used[lane] = lane < count ? -1 : 0;
-    return used;
-}
 
 INLINE void put(double *to, Lanes from, long count) {
     if (count >= LANES) memcpy(to, &from, sizeof from);

@@ -207,7 +207,7 @@ static PyObject *call_extremes(PyObject *self, PyObject *args) {
     static _Thread_local Extremes what;
     static _Thread_local Held held;
     memset(&what, 0, sizeof what), held.count = 0;
-    if (!PyArg_ParseTuple(args, "sO!OO!l", &name, &PyDict_Type, &given, &angle, &PyDict_Type, &found, &what.pretensions))
+    if (!PyArg_ParseTuple(args, "sO!OO!", &name, &PyDict_Type, &given, &angle, &PyDict_Type, &found))
         return NULL;
     const Kind *kind = kind_of(name);
     int ready = kind && set_out(&what.walk, what.arrays, &held, given);
@@ -218,8 +218,7 @@ static PyObject *call_extremes(PyObject *self, PyObject *args) {
     if (ready) {
         const Py_buffer *view = hold(&held, angle, "angle", 0, 8);
         long angles = what.walk.length[what.walk.axes - 1];
-        ready = view && view->ndim == 1 && view->shape[0] == angles && (angles == 1 || view->strides[0] == 8) &&
-                what.pretensions >= -1 && what.pretensions < what.walk.axes - 2;
+        ready = view && view->ndim == 1 && view->shape[0] == angles && (angles == 1 || view->strides[0] == 8);
         if (ready) what.angle = view->buf;
         else if (!PyErr_Occurred()) PyErr_SetString(PyExc_ValueError, "other angles than the states have, or no such axis");
     }

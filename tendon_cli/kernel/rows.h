@@ -2,41 +2,45 @@
 
 #include "state.h"
 
-/* What a row has of its design beside `Drive`. */
-typedef struct {
-    double pretension, flexor_pretension, extensor_pretension, flexor_radius, extensor_radius;
-} Ends;
+INLINE Lanes along(const Array *arrays, int input, long axis, long angle, long count) {
+    const Array *array = arrays + input;
+    Lanes to = same(*(const double *)array->at);
+    if (array->step[axis]) memcpy(&to, array->at + 8 * angle, count >= LANES ? sizeof to : 8 * (unsigned long)count);
+    return to;
+}
 
-INLINE Ends ends_at(const Array *a, const Drive *d) {
-    double flexor = one(a, IN_flexor_pretension), extensor = one(a, IN_extensor_pretension);
-    double radius = one(a, IN_flexor_radius);
-    return (Ends){common_pretension(d, flexor, extensor), flexor, extensor, radius, d->ratio * radius};
+INLINE Angle angles_along(const Array *a, long axis, long angle, long count) {
+#define ALONG(name) along(a, IN_##name, axis, angle, count)
+    return (Angle){ALONG(pulling_arm), ALONG(moment_arm_slope), ALONG(flexor_travel), ALONG(extensor_travel),
+                   ALONG(sine), ALONG(cosine)};
+#undef ALONG
 }
 
 /* All result columns of some states, in the order of RESULTS; returns their status. */
-INLINE Mask results_of(Lanes *r, const Array *a, const Lines *l, const Drive *d, const Ends *e, Lanes moment_arm) {
-    State s = state_at(l, d, same(e->pretension));
-    Mask no_flexor = e->pretension < l->flexor_limit, no_extensor = e->pretension < l->extensor_limit;
-    Mask both = no_flexor & no_extensor, unilateral = (Mask){0} - (d->unilateral ? 1 : 0);
-    Lanes flexor_change = s.x - e->flexor_pretension, extensor_change = s.y - e->extensor_pretension;
-    Lanes known = pick(both | ~l->able, same(NAN), same(d->unknown)), length = s.loose * l->per_side;
-    r[OF_flexor_tension_proximal] = s.x / one(a, IN_flexor_capstan), r[OF_flexor_tension_distal] = s.x;
-    r[OF_extensor_tension_proximal] = s.y / one(a, IN_extensor_capstan), r[OF_extensor_tension_distal] = s.y;
-    r[OF_flexor_tendon_stretch] = one(a, IN_flexor_tendon) * flexor_change;
-    r[OF_extensor_tendon_stretch] = one(a, IN_extensor_tendon) * extensor_change;
-    r[OF_flexor_spring_stretch] = one(a, IN_flexor_spring) * flexor_change;
-    r[OF_extensor_spring_stretch] = one(a, IN_extensor_spring) * extensor_change;
+INLINE Mask results_of(Lanes *r, const Lanes *in, const Angle *g, const Drive *d) {
+    Lines l = lines_at(d, g);
+    Lanes pretension = common_pretension(d, in[IN_flexor_pretension], in[IN_extensor_pretension]);
+    State s = state_at(&l, d, pretension);
+    Mask no_flexor = pretension < l.flexor_limit, no_extensor = pretension < l.extensor_limit;
+    Mask both = no_flexor & no_extensor;
+    Lanes flexor_change = s.x - in[IN_flexor_pretension], extensor_change = s.y - in[IN_extensor_pretension];
+    Lanes known = pick(both | ~l.able, same(NAN), d->unknown), length = s.loose * l.per_side;
+    r[OF_flexor_tension_proximal] = s.x / in[IN_flexor_capstan], r[OF_flexor_tension_distal] = s.x;
+    r[OF_extensor_tension_proximal] = s.y / in[IN_extensor_capstan], r[OF_extensor_tension_distal] = s.y;
+    r[OF_flexor_tendon_stretch] = in[IN_flexor_tendon] * flexor_change;
+    r[OF_extensor_tendon_stretch] = in[IN_extensor_tendon] * extensor_change;
+    r[OF_flexor_spring_stretch] = in[IN_flexor_spring] * flexor_change;
+    r[OF_extensor_spring_stretch] = in[IN_extensor_spring] * extensor_change;
     r[OF_flexor_slack] = pick(no_flexor & ~no_extensor, length, known);
     r[OF_extensor_slack] = pick(no_extensor & ~no_flexor, length, known);
-    r[OF_elbow_torque] = pick(l->able, l->torque, same(NAN));
+    r[OF_elbow_torque] = pick(l.able, l.torque, same(NAN));
     r[OF_motor_torque] = s.motor, r[OF_elbow_stiffness] = s.stiffness;
-    Lanes by_flexor = (l->flexor_travel + d->c_x * flexor_change) / e->flexor_radius;
-    Lanes by_extensor = (l->extensor_travel - d->c_y * extensor_change) / e->extensor_radius;
-    Lanes angle = pick(no_flexor & unilateral, by_extensor, by_flexor);
-    r[OF_spool_angle] = pick(both & unilateral, same(NAN), angle);
-    r[OF_flexor_moment_arm] = moment_arm;
-    r[OF_flexor_travel] = l->flexor_travel, r[OF_extensor_travel] = l->extensor_travel;
-    return (no_flexor & 1) | (no_extensor & 2) | (~l->able & 4);
+    Lanes by_flexor = (g->flexor_travel + d->c_x * flexor_change) / in[IN_flexor_radius];
+    Lanes by_extensor = (g->extensor_travel - d->c_y * extensor_change) / (d->ratio * in[IN_flexor_radius]);
+    Lanes angle = pick(no_flexor & d->unilateral, by_extensor, by_flexor);
+    r[OF_spool_angle] = pick(both & d->unilateral, same(NAN), angle);
+    r[OF_flexor_travel] = g->flexor_travel, r[OF_extensor_travel] = g->extensor_travel;
+    return (no_flexor & 1) | (no_extensor & 2) | (~l.able & 4);
 }
 
 static void copy(char *to, const char *from, long step, long bytes, long count) {
@@ -55,8 +59,9 @@ static void copy(char *to, const char *from, long step, long bytes, long count) 
 static void write_line(const Rows *w, long angle, long angles, long row) {
     const Array *a = w->arrays;
     long axis = w->walk.axes - 1;
-    Drive d = drive_at(a);
-    Ends e = ends_at(a, &d);
+    Lanes in[INPUTS];
+    for (int i = 0; i < INPUTS; i++) in[i] = same(*(const double *)a[i].at);
+    Drive d = drive_at(in);
     for (int i = 0; i < w->keys; i++) {
         const Array *from = a + INPUTS + i;
         copy(w->key[i].to + row * w->key[i].bytes, from->at + angle * from->step[axis], from->step[axis], w->key[i].bytes,
@@ -64,9 +69,11 @@ static void write_line(const Rows *w, long angle, long angles, long row) {
     }
     for (long done = 0; done < angles; done += LANES) {
         long count = angles - done, at = angle + done;
-        Lines l = lines_at(a, &d, axis, at, count);
+        /* Written out twice: knowing that all lanes are used saves every copy by length. */
+        Angle g = count >= LANES ? angles_along(a, axis, at, LANES) : angles_along(a, axis, at, count);
         Lanes results[COLUMNS];
-        Mask status = results_of(results, a, &l, &d, &e, along(a, IN_moment_arm, axis, at, count));
+        Mask status = results_of(results, in, &g, &d);
+        results[OF_flexor_moment_arm] = along(a, IN_moment_arm, axis, at, count);
         for (int column = 0; column < COLUMNS; column++)
             if (w->column[column]) put(w->column[column] + row + done, results[column], count);
         if (w->status)
@@ -82,6 +89,6 @@ static void rows(Rows *w) {
         long angles = w->count - done < length - angle ? w->count - done : length - angle;
         write_line(w, angle, angles, done);
         done += angles;
-        next_line(&w->walk, w->arrays, INPUTS + w->keys, -1);
+        next_line(&w->walk, w->arrays, INPUTS + w->keys);
     }
 }

@@ -1,0 +1,53 @@
+/* Designs beside each other, one a lane, as a walk comes to them: their inputs, and what was found of them. */
+
+#ifndef TENDON_BESIDE_H
+#define TENDON_BESIDE_H
+
+#include "state.h"
+
+typedef struct {
+    char *at[LIMITED + ACCUMULATORS][LANES]; /* each input and then each result, in one direction */
+    int alike[LIMITED];                      /* whether all lanes have the same of an input */
+    int adjoining;                           /* whether results of one design follow those of the other */
+    long count;                              /* designs; what is left of the lanes repeats the first, for nobody */
+} Beside;
+
+/* The designs that a walk comes to, which leaves out direction and angle; returns zero where these are the last. */
+static int gather(Beside *b, Walk *walk, Array *arrays, int inputs, int results) {
+    int more = 1, all = inputs + results;
+    b->count = 0, b->adjoining = 1;
+    for (int lane = 0; lane < LANES; lane++) {
+        for (int i = 0; i < all; i++) b->at[i][lane] = arrays[i].at;
+        if (more) b->count++, more = next_line(walk, arrays, all);
+    }
+    for (int i = 0; i < inputs; i++) {
+        b->alike[i] = 1;
+        for (int lane = 1; lane < LANES; lane++) b->alike[i] &= b->at[i][lane] == b->at[i][0];
+    }
+    for (int i = inputs; i < all; i++)
+        for (int lane = 1; lane < LANES; lane++) b->adjoining &= b->at[i][lane] == b->at[i][0] + 8 * lane;
+    return more;
+}
+
+/* From one direction to the next, where inputs have steps along it. */
+static void turn(Beside *b, const Walk *walk, const Array *arrays, int inputs) {
+    for (int i = 0; i < inputs; i++)
+        for (int lane = 0; lane < LANES; lane++) b->at[i][lane] += arrays[i].step[walk->axes - 2];
+}
+
+/* An input of each design, so many bytes from its first value. */
+INLINE Lanes across(const Beside *b, int input, long offset) {
+    Lanes to = same(*(const double *)(b->at[input][0] + offset));
+    if (!b->alike[input])
+        for (int lane = 1; lane < LANES; lane++) to[lane] = *(const double *)(b->at[input][lane] + offset);
+    return to;
+}
+
+INLINE Angle angle_across(const Beside *b, const Walk *walk, const Array *arrays, long angle) {
+#define ACROSS(name) across(b, IN_##name, angle * arrays[IN_##name].step[walk->axes - 1])
+    return (Angle){ACROSS(pulling_arm), ACROSS(moment_arm_slope), ACROSS(flexor_travel), ACROSS(extensor_travel),
+                   ACROSS(sine), ACROSS(cosine)};
+#undef ACROSS
+}
+
+#endif
