@@ -4,8 +4,8 @@ In C a state is said once, in `state.h`: `drive_at` is what a design has in one 
 as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
 `rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted, `window.h` between which
 pretensions every limit is kept; the last two take designs `beside.h` each other, one a lane. `arrays.h` names, once,
-what goes in and out; `module.c` checks what Python hands over and lets go of Python's lock. Everything is compiled for
-each kind of processor, and the best that runs here is taken.
+what goes in and out; `arguments.h` checks what Python hands over, `module.c` lets go of Python's lock. Everything is
+compiled for each kind of processor, and the best that runs here is taken.
 
 To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a function that goes over
 designs by `gather` and directions by `turn`, and calls `drive_at` and `lines_at` (and `state_at`, where it wants a
@@ -35,7 +35,7 @@ from tendon_cli.model.limits import Bounds
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 6
+VERSION = 7
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -78,11 +78,11 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
     if chosen is None:
         state = State.of(at)
         return copied({**keys, "status": state.status, **state.columns()}, shape)
-    given, spread = _given(at, shape), {name: _over(values, shape) for name, values in keys.items()}
+    given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
 
     def write(columns: Columns, rows: range) -> None:
         wanted = {name: values for name, values in spread.items() if name in columns}
-        native().rows(chosen, given, wanted, dict(columns), rows.start, len(rows))
+        native().rows(chosen, shape, given, wanted, dict(columns), rows.start, len(rows))
 
     return write
 
@@ -93,8 +93,7 @@ def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[
     if chosen is None:
         fold(found, State.of(at), elbow_angle)
     else:
-        given = _given(at, shape)
-        native().extremes(chosen, given, np.ascontiguousarray(elbow_angle), found)
+        native().extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), found)
 
 
 def fold_window(
@@ -117,8 +116,7 @@ def fold_window(
         states = np.arange(shape[-2])[:, np.newaxis] * total + first + np.arange(shape[-1])
         window.fold(found, at, bounds, states)
     else:
-        held = {name: _over(values, shape) for name, values in _held_to(at, bounds).items()}
-        native().window(chosen, _given(at, shape), held, found, first, total)
+        native().window(chosen, shape, _given(at), _held_to(at, bounds), found, first, total)
 
 
 def _held_to(at: Situation, bounds: Bounds) -> dict[str, Array]:
@@ -139,7 +137,7 @@ def _held_to(at: Situation, bounds: Bounds) -> dict[str, Array]:
     }
 
 
-def _given(at: Situation, shape: tuple[int, ...]) -> dict[str, Array]:
+def _given(at: Situation) -> dict[str, Array]:
     """What compiled code takes of a situation, by the names of GIVEN in `arrays.h`."""
     design, motion = at.design, at.motion
     values = {
@@ -164,12 +162,7 @@ def _given(at: Situation, shape: tuple[int, ...]) -> dict[str, Array]:
         "extensor_pretension": design.extensor.pretension,
         "unilateral": design.unilateral,
     }
-    return {name: _over(np.asarray(value, dtype=np.float64), shape) for name, value in values.items()}
-
-
-def _over(values: npt.NDArray[Any], shape: tuple[int, ...]) -> npt.NDArray[Any]:
-    """Values over a whole shape without a copy of them for each axis; along the last they lie side by side."""
-    return np.broadcast_to(np.ascontiguousarray(values), shape)
+    return {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in values.items()}
 
 
 def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:

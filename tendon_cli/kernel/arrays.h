@@ -95,7 +95,7 @@ typedef struct {
 typedef struct {
     Walk walk;
     Array arrays[INPUTS + ACCUMULATORS];
-    const double *angle;
+    Array angle;
 } Extremes;
 
 /* Ends of windows over states: the inputs, the bounds, then an accumulator for each of WINDOW. The angles are those from

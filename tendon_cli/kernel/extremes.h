@@ -44,10 +44,12 @@ INLINE Found along_angles(Found f, const Lines *lines, const double *angle, long
     return f;
 }
 
-/* The lines of some angles; returns the pretension below which one of their states is slack. */
-static Lanes prepare(Lines *lines, Before *b, const Extremes *e, const Beside *of, const Drive *d, long from, long angles) {
+/* The lines of some angles, and these; returns the pretension below which one of their states is slack. */
+static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, const Beside *of, const Drive *d, long from,
+                     long angles) {
     Lanes limit = same(-INFINITY);
     for (long at = 0; at < angles; at++, lines++) {
+        angle[at] = *(const double *)(e->angle.at + (from + at) * e->angle.step[e->walk.axes - 1]);
         Angle here = angle_across(of, &e->walk, e->arrays, from + at);
         *lines = lines_at(d, &here);
         limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);
@@ -105,6 +107,7 @@ INLINE void note(const Extremes *e, const Beside *of, const long *step, long pla
 static void fold_some(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
                       long count) {
     Lines lines[ANGLES];
+    double angle[ANGLES];
     Found found[PRETENSIONS];
     Lanes pretension[PRETENSIONS], smaller_side[PRETENSIONS];
     Before before = {same(-INFINITY), same(INFINITY), same(-INFINITY), same(0.0)};
@@ -115,11 +118,11 @@ static void fold_some(const Extremes *e, const Beside *of, const long *step, con
     }
     for (long from = 0, all = e->walk.length[e->walk.axes - 1]; from < all; from += ANGLES) {
         long angles = all - from < ANGLES ? all - from : ANGLES;
-        Lanes limit = prepare(lines, &before, e, of, d, from, angles);
+        Lanes limit = prepare(lines, angle, &before, e, of, d, from, angles);
         for (long p = 0; p < count; p++)
             found[p] = any(pretension[p] < limit)
-                           ? along_angles(found[p], lines, e->angle + from, angles, d, pretension[p], 1)
-                           : along_angles(found[p], lines, e->angle + from, angles, d, pretension[p], 0);
+                           ? along_angles(found[p], lines, angle, angles, d, pretension[p], 1)
+                           : along_angles(found[p], lines, angle, angles, d, pretension[p], 0);
     }
     for (long p = 0; p < count; p++)
         note(e, of, step, first + p, found + p, &before, d, in, pretension[p], smaller_side[p]);

@@ -130,3 +130,29 @@ def test_states_may_come_in_portions(most):
         kernel.fold_extremes(in_turn, portion, here, (*whole[:-1], len(here)))
     for name, values in once.items():
         assert same_bits(values + 0.0, in_turn[name] + 0.0), name
+
+
+@needs_code
+@pytest.mark.parametrize("springs", [1, 3, 8, 21])
+@pytest.mark.parametrize("pretensions", [2, 7, 31, 65, 100])
+@pytest.mark.parametrize("last", [True, False], ids=["pretension fastest", "pretension slowest"])
+def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(pretensions, springs, last):
+    lengths = (springs, pretensions) if last else (pretensions, springs)
+    pretension, spring = (
+        values.reshape([-1 if at == axis else 1 for at in range(4)])
+        for values, axis in ((np.linspace(1.0, 300.0, pretensions), last), (np.linspace(1e3, 8e3, springs), not last))
+    )
+    limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 1.54, 0.174, 0.32, 0.0)
+    flexor, extensor = (Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, spring, pull) for pull in (pretension, 2.0 * pretension))
+    design = Design(limb, flexor, extensor, 0.03, 0.8, 3.0)
+    angles, flexion = np.linspace(0.0, 1.6, 37), np.array([[True], [False]])
+    at, whole = Situation.of(design, angles.reshape(1, -1), flexion), (*lengths, 2, len(angles))
+    expected = None
+    with each_kind() as (kinds, take):
+        for kind in (None, *kinds):
+            take(kind)
+            found = extremes.begin(whole[:-2])
+            kernel.fold_extremes(found, at, angles, whole)
+            expected = expected or found
+            for name, values in found.items():
+                assert same_bits(values + 0.0, expected[name] + 0.0), (kind, name)

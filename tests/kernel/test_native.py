@@ -108,6 +108,11 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
         ({"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}}, "its angles lie apart"),
         ({"given": GIVEN | {"ratio": np.zeros((2, 1, 4), np.float32)}}, "values of 4 bytes"),
         ({"given": {}}, "moment_arm"),
+        ({"shape": (3, 1, 4)}, "moment_arm has another shape"),
+        ({"shape": (2, 1, 1)}, "moment_arm has another shape"),
+        ({"shape": (1, 4)}, "moment_arm has another shape"),
+        ({"shape": (2, 0, 4)}, "an axis is empty"),
+        ({"shape": (4,)}, "1 axes, expected 2 to 64"),
         ({"columns": {"motor_torque": np.zeros(7)}}, "not a column of 8 rows"),
         ({"columns": {"motor_torque": np.zeros(16)[::2]}}, "not a column of 8 rows"),
         ({"columns": {"status": np.zeros(8)}}, "values of 8 bytes"),
@@ -117,7 +122,7 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
     ],
 )
 def test_it_refuses_what_does_not_fit(fault, problem):
-    call = {"kind": "plain", "given": GIVEN, "keys": {}, "columns": {}, "first": 0, "count": 8}
+    call = {"kind": "plain", "shape": (2, 1, 4), "given": GIVEN, "keys": {}, "columns": {}, "first": 0, "count": 8}
     kernel.native().rows(*call.values())
     with pytest.raises((ValueError, KeyError), match=problem):
         kernel.native().rows(*(call | fault).values())
