@@ -11,14 +11,12 @@ from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict, Pair, conflict, counted, nearest, pairs
 from tendon_cli.design.fixes import Fix, affordable, fixes
 from tendon_cli.design.problem import Problem
-from tendon_cli.design.rank import SERVED, USUAL, Goal, best, front, goals_of, knee
+from tendon_cli.design.promising import best_of, leaves_out, promising
+from tendon_cli.design.rank import SERVED, USUAL, Goal, front, goals_of, knee
 from tendon_cli.design.search import refined
 from tendon_cli.design.sensitivity import Sensitivity, sensitivities
 
 _REFINED_ON_FRONT = 24
-
-_AMONG_EQUALS = (Goal("tolerance", maximise=True),)
-"""What decides between choices that are as good by a goal, such as all that serve everyone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,21 +76,8 @@ class Findings:
 def gather(candidates: Candidates, goals: tuple[Goal, ...]) -> Gathered:
     """What matters of some choices."""
     solutions = candidates.solutions
-    keep = [np.array([np.argmax(solutions.served)])]
-    if solutions.feasible.any():
-        able = np.flatnonzero(solutions.feasible)
-        worth = candidates.worth(goals or (SERVED, *USUAL))[able]
-        tolerance = candidates.worth(_AMONG_EQUALS)[able, 0]
-        keep += [able[[best(column, tolerance)]] for column in worth.T]
-        keep += [able[front(worth)]] if len(goals) > 1 else []
-    shut = np.flatnonzero(~solutions.feasible)
-    named = np.array([" ".join(pair) for pair in pairs(solutions.taken(shut))])
-    for name in np.unique(named):
-        of_pair = shut[named == name]
-        closest = nearest(candidates.taken(of_pair))
-        keep.append(of_pair[candidates.row[of_pair] == closest.row])
-    rows = np.unique(np.concatenate(keep))
-    return Gathered(len(candidates), int(solutions.feasible.sum()), counted(solutions), candidates.taken(rows))
+    kept = candidates.taken(promising(candidates, goals))
+    return Gathered(len(candidates), int(solutions.feasible.sum()), counted(solutions), kept)
 
 
 def sought(problem: Problem) -> tuple[Goal, ...]:
@@ -103,11 +88,14 @@ def sought(problem: Problem) -> tuple[Goal, ...]:
 
 def findings(problem: Problem, gathered: Gathered) -> Findings:
     """The answer, from what was gathered of all choices."""
-    goals, promising = goals_of(problem.study), gathered.promising
-    able = promising.taken(promising.solutions.feasible)
-    nobody = promising.taken(np.zeros(len(promising), dtype=np.bool_))
+    goals, kept, notes = goals_of(problem.study), gathered.promising, [*problem.notes]
+    if leaves_out(problem):
+        said = "the worst at its pretension is worked out of the choices that are told here, and of a few more"
+        notes.append(f"of {gathered.choices:,} choices all have their window; {said}")
+    able = kept.taken(kept.solutions.feasible)
+    nobody = kept.taken(np.zeros(len(kept), dtype=np.bool_))
     if not len(able):
-        return _explained(Findings(problem, goals, gathered, {}, {}, None, nobody, notes=[*problem.notes]))
+        return _explained(Findings(problem, goals, gathered, {}, {}, None, nobody, notes=notes))
     single = {goal.column: _best(problem, goal, able) for goal in sought(problem)}
     gains = {column: gain for column, (_, gain) in single.items() if gain}
     bests, on_front = {column: one for column, (one, _) in single.items()}, None
@@ -116,12 +104,12 @@ def findings(problem: Problem, gathered: Gathered) -> Findings:
         bests = {"": on_front.taken(np.array([knee(on_front.worth(goals))]))}
     named = [*bests.values()] if on_front is None else [on_front]
     beside = _distinct(Candidates.joined([one.taken(one.row < 0) for one in named]))
-    return _explained(Findings(problem, goals, gathered, bests, gains, on_front, beside, notes=[*problem.notes]))
+    return _explained(Findings(problem, goals, gathered, bests, gains, on_front, beside, notes=notes))
 
 
 def _best(problem: Problem, goal: Goal, able: Candidates) -> tuple[Candidates, float]:
     """The best by one goal, between the points of the grid, too, and by what share it beats the grid's."""
-    start = able.taken(np.array([best(*able.worth((goal, *_AMONG_EQUALS)).T)]))
+    start = able.taken(np.array([best_of(able, able.worth((goal,))[:, 0])]))
     better = refined(problem, (goal,), start)
     if better is None:
         return start, 0.0
@@ -152,8 +140,8 @@ def _distinct(candidates: Candidates) -> Candidates:
 
 def _explained(found: Findings) -> Findings:
     """With conflicts, and with sensitivities of the best or with fixes where there is none."""
-    problem, promising = found.problem, found.gathered.promising
-    shut = promising.taken(~promising.solutions.feasible)
+    problem, kept = found.problem, found.gathered.promising
+    shut = kept.taken(~kept.solutions.feasible)
     conflicts = []
     named = pairs(shut.solutions)
     for pair, count in found.gathered.conflicts.most_common():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,7 +10,6 @@ from tendon_cli.design import shares
 from tendon_cli.design.candidates import Candidates, numbers_of
 from tendon_cli.design.coverage import grouped
 from tendon_cli.design.doubt import Indices, indices
-from tendon_cli.design.factors import Combinations, Factor
 from tendon_cli.design.left_out import Reason, Windows, left_out, windows_of
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.shares import Curve
@@ -97,15 +96,14 @@ def _sizes(problem: Problem, chosen: Candidates) -> list[AxisSizes]:
     found = []
     persons = min(len(problem.weighting), _MOST_PERSONS)
     each = len(problem.conditions) // len(problem.weighting)
-    first = {key: values[: persons * each] for key, values in problem.condition_numbers.items()}
-    some = replace(problem, conditions=Combinations((Factor("", "", first, ("",) * (persons * each)),)))
+    some = problem.under(np.arange(persons * each))
     for factor in problem.choices.factors:
         along = np.unique(np.linspace(0, len(factor) - 1, min(len(factor), _MOST_ALONG)).round().astype(np.int64))
         if len(along) < 2:
             continue
         columns = {name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()}
         columns[factor.column] = along if factor.names else factor.values[along]
-        windows = some.windows(numbers_of(problem, columns), len(along))
+        windows = some.ends(numbers_of(problem, columns), len(along))
         ends = grouped(windows.low, windows.high, problem.groups[: persons * each])
         sizes = tuple(best_sizes(*ends, problem.weighting[:persons], most) for most in range(1, MOST_SIZES + 1))
         values = tuple(factor.names[at] if factor.names else float(factor.values[at]) for at in along.tolist())

@@ -111,7 +111,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
         drawn |= {key: quantile(known, points[:, at]) for at, (key, known) in enumerate(study.uncertain.items())}
         factor = Factor(DRAW_AXIS, DRAW_AXIS, drawn, ("",) * len(points))
         asked = replace(problem, conditions=conditions_of([factor, *others]))
-        found = asked.windows(numbers, 1)
+        found = asked.ends(numbers, 1)
         low, high = grouped(found.low, found.high, asked.groups)
         return np.concatenate([low, high])
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from tendon_cli.design.candidates import Candidates, numbers_of
 from tendon_cli.design.problem import Flags, Problem
-from tendon_cli.design.solve import WORST, Solutions, solve
+from tendon_cli.design.solve import Solutions, solve
+from tendon_cli.design.worst import WORST
 from tendon_cli.model.kinematics import Array
 
 KNOBS = {

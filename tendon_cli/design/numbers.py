@@ -21,15 +21,19 @@ SIDE = {
 }
 
 
-def model_design(study: Study, choices: Numbers, conditions: Numbers, pretension: Real = 0.0) -> Design:
+def model_design(
+    study: Study, choices: Numbers, conditions: Numbers, pretension: Real = 0.0, *, paired: bool = False
+) -> Design:
     """Designs of shape (choices, conditions, 1, 1), or as much of it as each number varies over.
+
+    Where they are `paired` each choice has the condition of its own place: (choices, 1, 1, 1).
 
     A condition says more than a choice, a choice more than the study, and what is said of one side more than what is
     said of both; what conditions scale is multiplied last. `pretension` has the shape (choices,).
     """
 
     def number(key: str, side: str | None = None) -> Real:
-        return _number(study, choices, conditions, key, side)
+        return _number(study, ((choices, True), (conditions, paired)), key, side)
 
     def one_side(side: str) -> Side:
         given = {argument: number(key, side) for argument, key in SIDE.items()}
@@ -48,8 +52,11 @@ def model_design(study: Study, choices: Numbers, conditions: Numbers, pretension
     )
 
 
-def _number(study: Study, choices: Numbers, conditions: Numbers, key: str, side: str | None) -> Real:
-    """A number by its common key; with `side`, as it is on that side of the arm."""
+def _number(study: Study, layers: tuple[tuple[Numbers, bool], ...], key: str, side: str | None) -> Real:
+    """A number by its common key; with `side`, as it is on that side of the arm.
+
+    Each layer says whether its rows are choices; what the last one scales is multiplied at the end.
+    """
     table, _, name = key.rpartition(".")
     found: Real = np.nan
     if key == REFERENCE:
@@ -58,11 +65,12 @@ def _number(study: Study, choices: Numbers, conditions: Numbers, key: str, side:
         values = study.numbers.get(candidate)
         if values is not None and not values.is_axis:
             found = values.single
-        for layer, choice in ((choices, True), (conditions, False)):
+        for layer, choice in layers:
             if candidate in layer:
                 found = _over(found, _spread(layer[candidate], choice=choice))
+    conditions, along_choices = layers[-1]
     scale = conditions.get(scale_of(key))
-    return found if scale is None else found * _spread(scale, choice=False)
+    return found if scale is None else found * _spread(scale, choice=along_choices)
 
 
 def _spread(values: Real, *, choice: bool) -> Real:

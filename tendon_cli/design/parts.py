@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.design.answer import Findings, Gathered, gather
-from tendon_cli.design.candidates import Candidates, of_rows
+from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.problem import Flags, Problem
+from tendon_cli.design.promising import part_of
 from tendon_cli.design.rank import goals_of
 from tendon_cli.design.tables import ROW_GROUP, choice_columns, choice_rows, table_schema
 from tendon_cli.errors import Stopped
@@ -55,7 +56,7 @@ class Choices:
     def part(self, index: int) -> Candidates:
         """The choices of a part, solved."""
         stop = min(len(self.problem.choices), (index + 1) * self.length)
-        return of_rows(self.problem, np.arange(index * self.length, stop))
+        return part_of(self.problem, np.arange(index * self.length, stop))
 
     def file_name(self, index: int) -> str:
         """Where a part stands in the folder of the answer."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+import math
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +15,14 @@ import numpy.typing as npt
 from tendon_cli import kernel
 from tendon_cli.design.factors import Combinations, Factor, Numbers
 from tendon_cli.design.numbers import model_design
+from tendon_cli.errors import Stopped
 from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Bounds
 from tendon_cli.model.motor_window import MotorBounds, narrowed
-from tendon_cli.model.window import Window
+from tendon_cli.model.window import Ends, Window
 from tendon_cli.study.study import Study
 
 Flags = npt.NDArray[np.bool_]
@@ -44,6 +48,8 @@ class Problem:
     """A choice is set in the middle of its window, else at its least pretension."""
     notes: tuple[str, ...] = ()
     """What was left out of the question, and why."""
+    stop: threading.Event = field(default_factory=threading.Event)
+    """Set when whoever asked wants no answer any more."""
 
     @property
     def angles(self) -> Array:
@@ -81,10 +87,10 @@ class Problem:
             else weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
         )
 
-    def of_condition(self, condition: int) -> Problem:
-        """The same question under one condition alone."""
-        numbers = {key: values[[condition]] for key, values in self.condition_numbers.items()}
-        return replace(self, conditions=Combinations((Factor("", "", numbers, ("",)),)))
+    def under(self, conditions: Rows) -> Problem:
+        """The same question under some of its conditions alone, each of which counts by itself."""
+        numbers = {key: values[conditions] for key, values in self.condition_numbers.items()}
+        return replace(self, conditions=Combinations((Factor("", "", numbers, ("",) * len(conditions)),)))
 
     def saying(self, numbers: Numbers) -> Problem:
         """The same question where its conditions say something else, or more, of the study's numbers."""
@@ -113,33 +119,63 @@ class Problem:
 
     def windows(self, numbers: Numbers, count: int) -> Window:
         """The windows of `count` choices, (choices, conditions)."""
-        found = []
+        return Window(**self._chunked(self._window, numbers, count))
+
+    def ends(self, numbers: Numbers, count: int) -> Ends:
+        """The same in half the time: windows where naming the limits costs nothing, else their ends alone."""
+        if self.motor is not None or kernel.kind() is None:
+            return self.windows(numbers, count)
+        return Ends(**self._chunked(self._ends, numbers, count))
+
+    def named(self, numbers: Numbers, found: Ends, condition: Rows) -> Window:
+        """Of what was found of choices the windows, (choices,), each under one condition."""
+        rows = np.arange(len(condition))
+        if isinstance(found, Window):
+            return Window(**{name: values[rows, condition] for name, values in vars(found).items()})
+        under = {key: values[condition] for key, values in self.condition_numbers.items()}
+        design = model_design(self.study, numbers, under, paired=True)
+        picked = Ends(**{name: values[rows, condition, np.newaxis] for name, values in vars(found).items()})
+        each = window.named(picked, design, self.angles, self.flexion, self.bounds)
+        return Window(**{name: values[:, 0] for name, values in vars(each).items()})
+
+    def _chunked(self, find: Callable[[Design, tuple[int, int]], Ends], numbers: Numbers, count: int) -> dict[str, Any]:
+        whole: dict[str, Any] = {}
         for rows, conditions in self.chunks(count):
             part = {key: values[rows] for key, values in numbers.items()}
             under = {key: values[conditions] for key, values in self.condition_numbers.items()}
-            design = self.design(part, under)
             shape = rows.stop - rows.start, conditions.stop - conditions.start
-            each = self._window(design, shape)
-            if self.motor is not None:
-                each = narrowed(each, design, self.angles, self.flexion, self.motor).window
-            found.append({name: np.broadcast_to(values, shape) for name, values in vars(each).items()})
-        names = list(found[0])
-        joined = {name: np.concatenate([part[name].ravel() for part in found]).reshape(count, -1) for name in names}
-        return Window(**joined)
+            for name, values in vars(find(self.design(part, under), shape)).items():
+                if name not in whole:
+                    whole[name] = np.empty((count, len(self.conditions)), dtype=values.dtype)
+                whole[name][rows, conditions] = values
+        return whole
 
     def _window(self, design: Design, shape: tuple[int, int]) -> Window:
         if kernel.kind() is None:
-            return window.window(design, self.angles, self.flexion, self.bounds)
+            found = window.window(design, self.angles, self.flexion, self.bounds)
+        else:
+            ends = self._ends(design, shape)
+            found = window.named(ends, design, self.angles, self.flexion, self.bounds)
+        if self.motor is not None:
+            return narrowed(found, design, self.angles, self.flexion, self.motor).window
+        return found
+
+    def _ends(self, design: Design, shape: tuple[int, int]) -> Ends:
         found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
         kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
-        ends = window.finished(found, design, self.bounds)
-        return window.named(ends, design, self.angles, self.flexion, self.bounds)
+        return window.finished(found, design, self.bounds)
 
     def chunks(self, count: int) -> Iterator[tuple[slice, slice]]:
-        """Choices and conditions that are worked out together: several choices, or some conditions of one."""
+        """Choices and conditions that are worked out together: several of both, for what depends on one of these alone.
+
+        Raises Stopped between them where that is asked for.
+        """
         under = len(self.conditions)
         designs = max(1, _STATES_AT_ONCE // self.states_per_design)
-        step, beside = max(1, designs // under), min(under, designs)
-        for at in range(0, count, step):
-            for condition in range(0, under, beside):
+        beside = min(under, max(1, designs // min(count, 2 * math.isqrt(designs))))
+        step = max(1, designs // beside)
+        for condition in range(0, under, beside):
+            for at in range(0, count, step):
+                if self.stop.is_set():
+                    raise Stopped
                 yield slice(at, min(at + step, count)), slice(condition, min(condition + beside, under))

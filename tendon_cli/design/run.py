@@ -8,7 +8,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -116,7 +116,8 @@ def design(
     stop: threading.Event | None = None,
 ) -> Answer:
     """Answer the question of a study into the folder `out`, or without one in memory; raises TendonError, Stopped."""
-    choices, ended = Choices(question(study)), stop or threading.Event()
+    ended = stop or threading.Event()
+    choices = Choices(replace(question(study), stop=ended))
     _check_size(choices.problem)
     go = partial(_answer, choices, jobs, scheduler, ended, progress, draw)
     if out is None:

@@ -12,7 +12,8 @@ from tendon_cli.design.candidates import Candidates, Columns, numbers_of, of_col
 from tendon_cli.design.factors import Factor
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.rank import Goal
-from tendon_cli.design.solve import WORST, Solutions, solve
+from tendon_cli.design.solve import Solutions, solve
+from tendon_cli.design.worst import WORST
 from tendon_cli.model.kinematics import Array
 
 _PENALTY = 1e3

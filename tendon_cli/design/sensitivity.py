@@ -65,7 +65,7 @@ def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
 def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: int) -> list[Sensitivity]:
     condition = int(getattr(choice.solutions, f"{end}_condition")[0])
     numbers = dict(numbers_of(problem, choice.columns))
-    alone = problem.of_condition(condition)
+    alone = problem.under(np.array([condition]))
     flexion, angle = divmod(state, problem.angles.size)
     at = problem.angles[:, [angle]], problem.flexion[[flexion]]
     found = []

@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli import kernel
 from tendon_cli.design.coverage import ROUNDING, grouped, share_served
 from tendon_cli.design.factors import Numbers
 from tendon_cli.design.problem import Flags, Problem, Rows
-from tendon_cli.model import extremes
-from tendon_cli.model.actuator import Situation
-from tendon_cli.model.design import Design
+from tendon_cli.design.worst import WORST, worst
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import Codes, contact_pressure
-from tendon_cli.model.window import Window
+from tendon_cli.model.limits import Codes
+from tendon_cli.model.window import Ends
 
 Kind = TypeVar("Kind", bound=np.generic)
-
-WORST = (
-    "max_tension",
-    "max_spring_extension",
-    "peak_motor_torque",
-    "min_elbow_stiffness",
-    "max_contact_pressure",
-)
-"""What is told of a choice at its pretension, over all conditions that this serves."""
 
 _DESIGNS_AT_ONCE = 2**20
 """Windows of choices under conditions that are held at once."""
@@ -61,6 +49,8 @@ class Solutions:
     peak_motor_torque: Array
     min_elbow_stiffness: Array
     max_contact_pressure: Array
+    worked_out: Flags
+    """Whether the worst at the pretension, these last five, is: else they are NaN, or bounds."""
 
     @property
     def feasible(self) -> Flags:
@@ -80,6 +70,14 @@ class Solutions:
         """A result by its name, as numbers."""
         return np.asarray(getattr(self, name), dtype=np.float64)
 
+    def with_worst(self, rows: Rows | slice, found: dict[str, Array], *, worked_out: bool = True) -> Solutions:
+        """The same, some of the choices with the worst at their pretension."""
+        whole = {name: getattr(self, name).copy() for name in (*WORST, "worked_out")}
+        for name, values in found.items():
+            whole[name][rows] = values
+        whole["worked_out"][rows] = worked_out
+        return replace(self, **whole)
+
     def taken(self, rows: Rows | slice | Flags) -> Solutions:
         """Some of the choices."""
         return Solutions(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
@@ -96,36 +94,38 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
     parts = []
     for at in range(0, max(count, 1), step):
         some = {key: values[at : at + step] for key, values in numbers.items()}
-        parts.append(_solve(problem, some, min(step, count - at), with_worst))
+        found, held = without_worst(problem, some, min(step, count - at))
+        if with_worst:
+            found = found.with_worst(slice(None), worst(problem, some, found.pretension, held))
+        parts.append(found)
     return Solutions.joined(parts)
 
 
-def _solve(problem: Problem, numbers: Numbers, count: int, with_worst: bool) -> Solutions:
-    found = problem.windows(numbers, count)
+def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solutions, Flags]:
+    """Choices solved but for the worst at their pretensions, and which conditions each serves."""
+    found = problem.ends(numbers, count)
     low, high, from_condition, to_condition, windows, served, best = _common(problem, found)
     pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
-    if with_worst:
-        rest = worst(problem, numbers, pretension, _held(problem, found, pretension))
-    else:
-        rest = dict.fromkeys(WORST, np.full(count, np.nan))
-    return Solutions(
+    solutions = Solutions(
         pretension_from=low,
         pretension_to=high,
         windows=windows,
-        from_by=_taken(found.low_by, from_condition),
-        to_by=_taken(found.high_by, to_condition),
+        from_by=problem.named(numbers, found, from_condition).low_by,
+        to_by=problem.named(numbers, found, to_condition).high_by,
         from_condition=from_condition,
         to_condition=to_condition,
         from_state=_taken(found.low_state, from_condition),
         to_state=_taken(found.high_state, to_condition),
         served=served,
         pretension=pretension,
-        **rest,
+        **dict.fromkeys(WORST, np.full(count, np.nan)),
+        worked_out=np.zeros(count, dtype=np.bool_),
     )
+    return solutions, _held(problem, found, pretension)
 
 
 def _common(
-    problem: Problem, found: Window
+    problem: Problem, found: Ends
 ) -> tuple[Array, Array, Rows, Rows, npt.NDArray[np.int64], Array, tuple[Array, Array]]:
     """The window over all conditions, or where enough is served; its binding conditions; and what is best served."""
     groups, weighting = problem.groups, problem.weighting
@@ -167,7 +167,7 @@ def _within(problem: Problem, low: Array, high: Array) -> Array:
     return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
 
 
-def _held(problem: Problem, found: Window, pretension: Array) -> Flags:
+def _held(problem: Problem, found: Ends, pretension: Array) -> Flags:
     """Which conditions a pretension serves, (choices, conditions): those of the groups that it serves altogether."""
     at = pretension[:, np.newaxis]
     with np.errstate(invalid="ignore"):
@@ -176,36 +176,3 @@ def _held(problem: Problem, found: Window, pretension: Array) -> Flags:
         return held
     firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
     return np.repeat(np.logical_and.reduceat(held, firsts, axis=1), np.bincount(problem.groups), axis=1)
-
-
-def worst(problem: Problem, numbers: Numbers, pretension: Array, held: Flags) -> dict[str, Array]:
-    """The worst of every quantity over the conditions that are held at a pretension, (choices,)."""
-    largest = np.full((6, len(pretension)), np.nan)
-    for rows, conditions in problem.chunks(len(pretension)):
-        part = {key: values[rows] for key, values in numbers.items()}
-        under = {key: values[conditions] for key, values in problem.condition_numbers.items()}
-        design = problem.design(part, under, pretension[rows])
-        found = _extremes(problem, design, held[rows, conditions].shape)
-        quantities = (
-            found["max_tension"],
-            found["max_spring_extension"],
-            found["highest_motor_torque"],
-            -found["lowest_motor_torque"],
-            -found["min_elbow_stiffness"],
-            contact_pressure(design, found["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0],
-        )
-        for at, values in enumerate(quantities):
-            here = np.fmax.reduce(np.where(held[rows, conditions], values, np.nan), axis=1)
-            largest[at, rows] = np.fmax(largest[at, rows], here)
-    tension, extension, forward, backward, softness, pressure = largest
-    torque = np.where(backward > forward, -backward, forward)
-    return dict(zip(WORST, (tension, extension, torque, -softness, pressure), strict=True))
-
-
-def _extremes(problem: Problem, design: Design, shape: tuple[int, ...]) -> extremes.Found:
-    """What designs of a shape, (choices, conditions), come to over all their states."""
-    found, states = extremes.begin(shape), (*shape, problem.flexion.size, problem.angles.size)
-    kernel.fold_extremes(
-        found, Situation.of(design, problem.angles, problem.flexion), problem.angles.ravel(), states
-    )  # fmt: skip
-    return found

@@ -184,7 +184,7 @@ def _states(problem: Problem, axes: Sequence[PageAxis], pretension: npt.NDArray[
     angles = problem.angles[:, evenly(problem.angles.size, MOST_ANGLES)]
     groups = []
     for at in few:
-        one = problem.of_condition(int(at))
+        one = problem.under(at[np.newaxis])
         design = one.design(numbers, None, pretension[cells])
         state = actuator.evaluate(design, angles, problem.flexion)
         shape = len(rows), problem.flexion.size, angles.size
