@@ -122,12 +122,14 @@ class InterruptError(TendonError):
 
     kind = "stopped"
 
-    def __init__(self, number: int, *, where: str) -> None:
-        super().__init__(
-            f"stopped by {signal.Signals(number).name}; the parts that were finished are kept",
-            where=where,
-            hint="--resume goes on where it stopped",
+    def __init__(self, number: int, *, where: str, keeps_parts: bool = True) -> None:
+        kept = "the parts that were finished are kept" if keeps_parts else "nothing is written of it"
+        hint = (
+            "--resume goes on where it stopped"
+            if keeps_parts
+            else "ask again; an answer is written whole or not at all"
         )
+        super().__init__(f"stopped by {signal.Signals(number).name}; {kept}", where=where, hint=hint)
         self.exit = 128 + number
 
 

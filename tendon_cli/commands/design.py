@@ -34,7 +34,7 @@ def design(
     scheduler: options.Scheduler = None,
 ) -> None:
     """Answer a design question: the window of pretension, the best choice, what binds, what would fix it."""
-    with stopped_by_signals(str(out or "results")) as stop:
+    with stopped_by_signals(str(out or "results"), keeps_parts=False) as stop:
         loaded = tendon.load_study(study, settings or ())
         folder = out if out is not None else Path("results") / f"{loaded.name}-design"
         if dry_run:

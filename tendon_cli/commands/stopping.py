@@ -11,8 +11,10 @@ from tendon_cli.errors import InterruptError, Stopped
 
 
 @contextlib.contextmanager
-def stopped_by_signals(where: str) -> Iterator[threading.Event]:
+def stopped_by_signals(where: str, *, keeps_parts: bool = True) -> Iterator[threading.Event]:
     """An event that SIGINT, SIGTERM and SIGHUP set; the work that heeds it ends in InterruptError.
+
+    `keeps_parts` says whether what was finished of the work stays.
 
     A second SIGINT ends the process at once.
     """
@@ -32,7 +34,7 @@ def stopped_by_signals(where: str) -> Iterator[threading.Event]:
     try:
         yield event
     except Stopped:
-        raise InterruptError(first, where=where) from None
+        raise InterruptError(first, where=where, keeps_parts=keeps_parts) from None
     finally:
         for number, handler in zip(heard, before, strict=True):
             signal.signal(number, handler)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import json
 import os
 import re
@@ -13,12 +14,15 @@ from typing import Any
 
 from tendon_cli.design.problem import Problem
 from tendon_cli.errors import FolderError
-from tendon_cli.files import output_errors, sync_folder, write_whole
+from tendon_cli.files import open_file, output_errors, sync_folder, write_whole
 from tendon_cli.sweep.record import checksum, differences, stands
 from tendon_cli.version import RESULTS_VERSION
 
 RECORD = "design.json"
+_MARK = ".tendon-making"
+"""In a folder that is being made: says whose it is, and is locked as long as its maker lives, however he dies."""
 _OURS = re.compile(r"(choices|conditions)\.parquet(/part-\d+\.parquet)?|[\w-]+\.png")
+_IN_THE_MAKING = re.compile(rf"({_OURS.pattern}|choices\.parquet|{re.escape(RECORD)}|(choices\.parquet/)?\.[\w.-]+)")
 
 
 def standing(folder: Path, problem: Problem, *, overwrite: bool) -> dict[str, Any] | None:
@@ -64,17 +68,43 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 def made_whole(folder: Path) -> Iterator[Path]:
     """A folder to write into, which becomes `folder` when all is well, and leaves nothing behind else.
 
-    Raises OutputError.
+    What an earlier one left that was killed goes first. Raises OutputError.
     """
     with output_errors(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
+        _remove_left(folder)
         making = folder.with_name(f".{folder.name}.{os.urandom(6).hex()}.tmp")  # nobody else's
         making.mkdir()
     try:
-        yield making
-        _put_in_place(making, folder)
+        with _marked(making):
+            yield making
+            _put_in_place(making, folder)
     finally:
         shutil.rmtree(making, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _marked(making: Path) -> Iterator[None]:
+    """Mark a folder as being made, until this ends."""
+    with output_errors(making):
+        mark = (making / _MARK).open("xb")
+    with mark:
+        with contextlib.suppress(OSError):  # a file system that cannot lock: what is left there stays
+            fcntl.flock(mark, fcntl.LOCK_EX)
+        yield
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove folders that were being made into this one, marked as such, when whoever made them was killed."""
+    name = re.compile(rf"\.{re.escape(folder.name)}\.[0-9a-f]{{12}}\.tmp")
+    for left in folder.parent.iterdir():
+        if not name.fullmatch(left.name) or left.is_symlink() or not left.is_dir():
+            continue
+        with contextlib.suppress(OSError), open_file(left / _MARK) as mark:
+            fcntl.flock(mark, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            inside = [str(path.relative_to(left)) for path in left.rglob("*")]
+            if all(_IN_THE_MAKING.fullmatch(each) for each in inside):
+                shutil.rmtree(left)
 
 
 def write_record(making: Path, record: dict[str, Any]) -> None:
@@ -89,6 +119,7 @@ def _put_in_place(making: Path, folder: Path) -> None:
     with output_errors(folder):
         if old is None:
             making.replace(folder)  # also over an empty folder, never over another
+            (folder / _MARK).unlink()
         else:
             (folder / RECORD).unlink()  # first: what is half deleted must not seem finished
             for name in (*(entry["path"] for entry in old["files"]), *old["figures"]):
@@ -97,6 +128,7 @@ def _put_in_place(making: Path, folder: Path) -> None:
                     path.unlink(missing_ok=True)
             with contextlib.suppress(OSError):
                 (folder / "choices.parquet").rmdir()
+            (making / _MARK).unlink()
             for item in sorted(making.iterdir(), key=lambda item: item.name == RECORD):
                 item.replace(folder / item.name)
         sync_folder(folder.parent)

@@ -1,11 +1,22 @@
 """`tendon design` from the command line: exit codes, what is printed and where, folders whole or not at all."""
 
+import contextlib
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
 import pytest
 
+from tendon_cli import kernel
+from tendon_cli.design import answer as answer_module
 from tendon_cli.design import parts as parts_module
+from tendon_cli.design import run, search
+from tendon_cli.design.folder import made_whole
 from tendon_cli.errors import Stopped
 
-from .studies import CATALOGUE, LOADS
+from .studies import CATALOGUE, LOADS, RANGES
 
 GOOD, SHUT = CATALOGUE, LOADS
 
@@ -98,6 +109,69 @@ def test_what_is_stopped_leaves_nothing_behind(study, workplace, monkeypatch):
         tendon_cli.design(tendon_cli.load_study(study(GOOD)), workplace / "out", jobs=1)
     assert asked == [0, 1, 2]
     assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
+
+
+def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, workplace, monkeypatch):
+    import tendon_cli
+
+    stop, after = threading.Event(), []
+
+    def refining(*words):
+        stop.set()
+        monkeypatch.setattr(kernel, "fold_window", lambda *some: after.append(some))
+        return search.refined(*words)
+
+    monkeypatch.setattr(answer_module, "refined", refining)
+    with pytest.raises(Stopped):
+        run.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
+    assert (stop.is_set(), after) == (True, [])
+    assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
+
+
+def test_a_signal_is_told_as_it_is_for_an_answer(tendon, study, workplace, monkeypatch):
+    monkeypatch.setattr(answer_module, "front", lambda _: signal.raise_signal(signal.SIGINT) or np.arange(1))
+    monkeypatch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
+    done = tendon("design", study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n'), "--no-figures")
+    assert done.exit == 130
+    assert "nothing is written" in done.err
+    assert "--resume" not in done.err
+    assert not list((workplace / "results").iterdir())
+
+
+def killed_while_making(folder):
+    """A process that is killed while it makes the folder of an answer; gives what it leaves."""
+    code = (
+        "import os, signal, sys; from pathlib import Path; from tendon_cli.design.folder import made_whole\n"
+        "with made_whole(Path(sys.argv[1])) as making:\n"
+        " (making / 'choices.parquet').mkdir(); (making / 'choices.parquet/.part-00000.parquet.tmp').touch()\n"
+        " os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(folder)], check=False).returncode == -signal.SIGKILL
+    (left,) = (each for each in folder.parent.iterdir() if each.name.startswith(f".{folder.name}."))
+    return left
+
+
+def test_what_a_killed_one_left_is_removed_by_the_next_and_nothing_else(tendon, study, workplace):
+    file = study(GOOD)
+    out = workplace / "out"
+    left = killed_while_making(out)
+    strange = killed_while_making(workplace / "out2").rename(workplace / ".out.00112233aabb.tmp")
+    (strange / "notes.txt").write_text("keep")
+    unmarked = workplace / ".out.aabb00112233.tmp"
+    unmarked.mkdir()
+    (workplace / ".out.ffffffffffff.tmp").symlink_to(strange)
+    with contextlib.suppress(Stopped), made_whole(out) as making:
+        assert not left.exists()
+        with contextlib.suppress(Stopped), made_whole(out):  # somebody else, at the same time
+            assert making.exists()
+            raise Stopped
+        raise Stopped
+    assert tendon("design", file, "--no-figures", "--out", "out").exit == 0
+    assert sorted(item.name for item in workplace.iterdir()) == sorted(
+        ["out", "suit.toml", strange.name, unmarked.name, ".out.ffffffffffff.tmp"]
+    )
+    assert (strange / "notes.txt").read_text() == "keep"
+    assert not [item.name for item in out.iterdir() if item.name.startswith(".")]
 
 
 def test_tables_of_several_parts_are_one_table(tendon, study, workplace, monkeypatch):
