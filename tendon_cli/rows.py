@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,41 +14,93 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import output_errors, sync_folder, temporary_of
+from tendon_cli.files import output_errors, read_file, sync_folder, temporary_of
+from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.study.fields import nearest
 from tendon_cli.study.filters import Condition, read_filter
+from tendon_cli.study.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.study.people.reading import read_listed
 from tendon_cli.study.study import keys
 from tendon_cli.tables.read import TableFiles, open_table
+from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 
-_TABLES = ("designs", "choices", "states", "conditions")
+TABLES = ("designs", "choices", "states", "conditions")
 _FORMULA = r"^([=+\-@\t\r])"
 """How text begins that a spreadsheet would run."""
 
 
-def table_in(path: Path, wanted: str | None = None) -> TableFiles:
-    """A table, or of the folder of a run or an answer the one that is wanted; every byte verified.
+@dataclass(frozen=True)
+class TableHeld:
+    """A table in memory, to be read as those on the disk are."""
+
+    whole: pa.Table
+
+    @property
+    def schema(self) -> pa.Schema:
+        """Columns with units and meaning."""
+        return self.whole.schema
+
+    def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
+        """Some columns, so many rows at a time, in the order of the rows."""
+        for batch in self.whole.select(list(columns)).to_batches(rows):
+            yield pa.Table.from_batches([batch])
+
+
+def table_in(path: Path, wanted: str | None = None) -> TableFiles | TableHeld:
+    """A table, of the folder of a run or an answer the one that is wanted, or a file of people; every byte verified.
 
     Raises InputError where there is none, UsageError for one that the folder has not.
     """
+    return _people_in(path) if path.suffix.lower() == ".csv" else open_table(file_of(path, wanted))
+
+
+def file_of(path: Path, wanted: str | None = None) -> Path:
+    """Where the table lies that a path means; raises InputError, UsageError."""
     if path.suffix.lower() in (".toml", ".yaml", ".yml"):
         hint = f"`tendon sweep {path}` runs it"
         raise UsageError("is a study, expected a table or the folder of a run", where=str(path), hint=hint)
     if not path.is_dir() or path.suffix == ".parquet":
-        return open_table(path)
-    found = [name for name in _TABLES if (path / f"{name}.parquet").exists()]
+        return path
+    found = [name for name in TABLES if (path / f"{name}.parquet").exists()]
     if not found:
         raise InputError("holds no table of tendon's", where=str(path), hint="`tendon sweep` writes some")
     if wanted is not None and wanted not in found:
-        raise UsageError(f'there is no table "{shorten(wanted)}"', where=str(path), hint=f"there is {', '.join(found)}")
-    return open_table(path / f"{wanted or found[0]}.parquet")
+        hint = nearest(wanted, found) or f"there is {', '.join(found)}"
+        raise UsageError(f'there is no table "{shorten(wanted)}"', where=str(path), hint=hint)
+    return path / f"{wanted or found[0]}.parquet"
+
+
+def _people_in(path: Path) -> TableHeld:
+    """A CSV of people as tendon reads it, in SI; raises InputError."""
+    where = shorten(str(path), 1000)
+    try:
+        content = read_file(path, MAX_PEOPLE_BYTES)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", where=where) from None
+    listed = read_listed(content, where)
+    words = {"name": listed.names, "sex": listed.sexes}
+    fields, values = [], []
+    for name in listed.columns:
+        if name in words:
+            fields.append(pa.field(name, pa.string()))
+            values.append(pa.array(words[name]))
+            continue
+        column = (
+            Column.of(QUANTITIES[name]) if name in DIMENSIONS else Column(name, "number", "1", "how much each counts")
+        )
+        fields.append(column.field)
+        numbers = listed.values[:, DIMENSIONS.index(name)] if name in DIMENSIONS else listed.weighting
+        values.append(pa.array(numbers, from_pandas=True))
+    return TableHeld(pa.table(values, schema=pa.schema(fields)))
 
 
 @dataclass(frozen=True)
 class TableRows:
     """Some rows and columns of a table; raises UsageError for columns that it has not."""
 
-    table: TableFiles
+    table: TableFiles | TableHeld
     where: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     """In this order; all without any."""
@@ -75,8 +126,7 @@ class TableRows:
         column = keys()[name].column if name in keys() else name
         if column in known:
             return column
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-        hint = f'did you mean "{near[0]}"?' if near else f"columns: {', '.join(known)}"
+        hint = nearest(name, known) or f"columns: {', '.join(known)}"
         raise UsageError(f'the table has no column "{shorten(name)}"', where=option, hint=hint)
 
     def quantity(self, column: str) -> Quantity | None:

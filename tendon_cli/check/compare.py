@@ -14,9 +14,12 @@ from tendon_cli.errors import UsageError
 from tendon_cli.figures.axes import Ints, RowAxis
 from tendon_cli.figures.product import Product
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
+from tendon_cli.study.fields import nearest
+from tendon_cli.study.schema import key_words
 from tendon_cli.study.study import Study, keys
 from tendon_cli.sweep.columns import JUDGEMENTS
 from tendon_cli.sweep.record import differences
+from tendon_cli.units import shorten
 
 _ROWS_AT_ONCE = 2**18
 FLAGS = ("status", *JUDGEMENTS)
@@ -105,6 +108,10 @@ class Shared:
 
 def check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
     """Raises UsageError where two studies differ in more than the values of axes and the keys `apart`."""
+    known = {key.rsplit(".", depth)[0] for key in key_words() for depth in range(key.count(".") + 1)}
+    if unknown := [key for key in apart if key not in known.union(Study.model_fields)]:
+        hint = nearest(unknown[0], known) or "`tendon schema` lists every key"
+        raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*ours.axes, *theirs.axes, "motion.elbow_angle", "motion.direction", "cases", *_NOT_ASKED, *apart}
     lines = [line for line in differences(theirs.document(), ours.document()) if not _is_within(line, varied)]
     if lines:

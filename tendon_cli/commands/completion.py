@@ -1,11 +1,12 @@
 """`tendon completion`: what a shell needs to complete commands, options, keys, values and columns."""
 
+import re
 import shlex
-from collections.abc import Callable, Iterable
 from typing import Annotated, Any
 
 import typer
 
+from tendon_cli.commands.own_words import KNOWN, Given, Words
 from tendon_cli.errors import UsageError
 from tendon_cli.terminal import print_result
 
@@ -23,9 +24,9 @@ complete -o default -F _tendon tendon"""
 _ZSH = """\
 #compdef tendon
 _tendon() {
-    local entry word
+    local entry word line="${(j: :)words[1,CURRENT-1]} $QIPREFIX$PREFIX"
     local -a open open_shown closed closed_shown
-    for entry in ${(f)"$(${words[1]} completion zsh --line "${(j: :)words[1,CURRENT-1]} $PREFIX" 2>/dev/null)"}; do
+    for entry in ${(f)"$(${words[1]} completion zsh --line "$line" 2>/dev/null)"}; do
         word=${entry%%  *}
         if [[ $word == *= ]]; then
             open+=("$word") open_shown+=("${entry/  /  -- }")
@@ -57,9 +58,6 @@ Shell = Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="which shell
 Line = Annotated[str | None, typer.Option(metavar="TEXT", help="complete this line instead, as the script asks")]
 Breaks = Annotated[str, typer.Option(metavar="TEXT", help="with --line: where bash takes a word apart")]
 
-Words = Iterable[tuple[str, str]]
-"""Words that may stand there, each with what it means."""
-
 
 def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: Breaks = "=:") -> None:
     """Print a script by which bash, zsh or fish completes commands, options, keys and columns.
@@ -68,30 +66,40 @@ def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: 
     fish: tendon completion fish > ~/.config/fish/completions/tendon.fish
     """
     if shell not in _SCRIPTS:
-        raise UsageError("there is a script for bash, zsh and fish", where="completion", hint="tendon completion bash")
+        from tendon_cli.study.fields import nearest
+
+        hint = nearest(shell, _SCRIPTS) or "tendon completion bash"
+        raise UsageError("there is a script for bash, zsh and fish", where="completion", hint=hint)
     if line is None:
         print_result(_SCRIPTS[shell])
         return
-    words, begun, is_quoted = split_line(line)
+    words, begun, quote = split_line(line)
     found = [item for item in candidates(context.find_root().command, words, begun) if item[0] != begun]
     if shell == "bash":
-        ends = [begun.rfind(mark) + 1 for mark in "=:" if mark in breaks and not is_quoted]
-        text = [word[max(ends, default=0) :] for word, _ in found]
+        ends = [begun.rfind(mark) + 1 for mark in "=:" if mark in breaks and not quote]
+        text = [_for_bash(word[max(ends, default=0) :], quote) for word, _ in found]
     else:
         text = [f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in found]
     if text:
         print_result("\n".join(text))
 
 
-def split_line(line: str) -> tuple[list[str], str, bool]:
-    """The whole words of a line after the program's, the one that is begun, and whether that is in an open quote."""
+def _for_bash(word: str, quote: str) -> str:
+    """A word as bash is to put it into the line, where nothing of it may be run."""
+    if quote == "'":
+        return word.replace("'", "'\\''")
+    return re.sub(r'(["$`\\])' if quote else r"([^\w@%+=:,./-])", r"\\\1", word)
+
+
+def split_line(line: str) -> tuple[list[str], str, str]:
+    """The whole words of a line after the program's, the one that is begun, and the quote that is open in it."""
     for closing in ("", "'", '"'):
         try:
             *words, last = shlex.split(f"{line}x{closing}")  # the x makes a word of what is begun, also of nothing
         except ValueError:
             continue
-        return words[1:], last[:-1], bool(closing)
-    return [], "", False
+        return words[1:], last[:-1], closing
+    return [], "", ""
 
 
 def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
@@ -105,10 +113,12 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
         return []
     options = {name: option for option in (command or app).params for name in option.opts if name.startswith("-")}
     name, equals, value = begun.partition("=")
+    line = _given(words[words.index(names[0]) + 1 :], options) if names else Given()
     if words and (asked := options.get(words[-1])) is not None and not asked.is_flag:
-        return _fitting(begun, _values(asked))
+        return _fitting(begun, _values(asked, line.asking(begun)))
     if begun.startswith("--") and equals:
-        return [(f"{name}={word}", text) for word, text in _fitting(value, _values(options.get(name)))]
+        found = _fitting(value, _values(options.get(name), line.asking(value)))
+        return [(f"{name}={word}", text) for word, text in found]
     if begun.startswith("-") or not (command is None or _arguments(command)):
         every = [option for option in (command or app).params if option.opts[0].startswith("-")]
         described = [(name, option.help or "") for option in every for name in (*option.opts, *option.secondary_opts)]
@@ -116,7 +126,23 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
         return _fitting(begun, [item for item in described if item[0].startswith("--")])
     if command is None:
         return _fitting(begun, [(name, known.get_short_help_str(80)) for name, known in app.commands.items()])
-    return _fitting(begun, _values(_arguments(command)[0]))
+    return _fitting(begun, _values(_arguments(command)[0], line))
+
+
+def _given(words: list[str], options: dict[str, Any]) -> Given:
+    """What a command has been given so far: its first argument, and the values of its options."""
+    arguments, values, waiting = [], {}, ""
+    for word in words:
+        name, equals, value = word.partition("=")
+        if waiting:
+            values[waiting], waiting = word, ""
+        elif not word.startswith("-"):
+            arguments.append(word)
+        elif name in options and equals:
+            values[options[name].name] = value
+        elif name in options and not options[name].is_flag:
+            waiting = options[name].name
+    return Given(arguments[0] if arguments else "", values)
 
 
 def _arguments(command: Any) -> list[Any]:
@@ -131,64 +157,11 @@ def _fitting(begun: str, words: Words) -> list[tuple[str, str]]:
     return found or [(before + word, meaning) for word, meaning in words if word.startswith(rest)]
 
 
-def _values(parameter: Any) -> list[tuple[str, str]]:
+def _values(parameter: Any, line: Given) -> list[tuple[str, str]]:
     """What an option or an argument may be, where that is one of a few."""
     if parameter is None:
         return []
-    if parameter.name in _KNOWN:
-        return list(_KNOWN[parameter.name]())
+    if parameter.name in KNOWN:
+        return list(KNOWN[parameter.name](line))
     choices = str(parameter.metavar or "").split("|")
     return [(choice, "") for choice in choices] if len(choices) > 1 else []
-
-
-def _settings() -> Words:
-    """Every key of a study with `=`, and with each of its values where these are few words."""
-    from tendon_cli.study.schema import key_words
-
-    for key, (meaning, values) in key_words().items():
-        yield f"{key}=", meaning
-        yield from ((f"{key}={value}", meaning) for value in values)
-
-
-def _keys() -> Words:
-    from tendon_cli.study.study import keys
-
-    return [(path, key.number.quantity.long_name) for path, key in keys().items()]
-
-
-def _columns() -> Words:
-    """Every column that a table of tendon may have: results, and the numbers of a study."""
-    from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-    from tendon_cli.study.study import keys
-
-    found = {name: QUANTITIES[name].long_name for name in (*OF_DESIGNS, *OF_STATES, *OF_CYCLES)}
-    return (found | {key.column: key.number.quantity.long_name for key in keys().values()}).items()
-
-
-def _units() -> Words:
-    from tendon_cli.units import UNITS
-
-    return [(unit.symbol, unit.dimension) for unit in UNITS.values()]
-
-
-def _templates() -> Words:
-    from tendon_cli.study.starter import TEMPLATES
-
-    return TEMPLATES.items()
-
-
-def _tables() -> Words:
-    return [("designs", ""), ("states", ""), ("choices", ""), ("conditions", "")]
-
-
-_KNOWN: dict[str, Callable[[], Words]] = {
-    "settings": _settings,
-    "apart": _keys,
-    **dict.fromkeys(("columns", "quantity", "x", "colour", "panels", "where", "sort"), _columns),
-    "template": _templates,
-    "unit": _units,
-    "table": _tables,
-    "person": lambda: [("mean-man", ""), ("mean-woman", "")],
-    "size": lambda: [("column", "85 mm"), ("page", "175 mm")],
-}
-"""By the name of a parameter, the words that complete it."""

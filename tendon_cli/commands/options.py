@@ -18,7 +18,7 @@ def place(text: str) -> Path:
 
 
 StudyFile = Annotated[
-    Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML; - reads TOML from standard input")
+    Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML; - reads it from standard input")
 ]
 Settings = Annotated[
     list[str] | None,
@@ -34,7 +34,9 @@ Jobs = Annotated[int | None, typer.Option(metavar="N", min=1, help="parts comput
 OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help="file or folder to write to")]
 
 # show, export
-Table = Annotated[Path, typer.Argument(metavar="TABLE_OR_RUN", help="a table, or the folder of a run or an answer")]
+Table = Annotated[
+    Path, typer.Argument(metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people")
+]
 TableName = Annotated[str | None, typer.Option("--table", metavar="NAME", help="which table of the folder")]
 Where = Annotated[list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")]
 Columns = Annotated[list[str] | None, typer.Option(metavar="NAMES", help="which columns, separated by commas")]

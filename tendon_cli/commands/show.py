@@ -27,7 +27,10 @@ def show(
     as_json: options.AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Look at a table in the terminal: of a run its designs, of an answer its choices, or any one by its file."""
+    """Look at a table in the terminal: of a run its designs, of an answer its choices, or any one by its file.
+
+    A CSV of people is shown as tendon reads it.
+    """
     from tendon_cli.rows import TableRows, table_in, write_csv
     from tendon_cli.summary import rows_text
 

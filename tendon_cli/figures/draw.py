@@ -16,10 +16,12 @@ from tendon_cli.figures.curves.plan import CurvePlan, plan_curves
 from tendon_cli.figures.maps.plan import MapPlan, long_axes, plan_maps
 from tendon_cli.figures.product import Product, product_of, product_to_come
 from tendon_cli.figures.where import choose, conditions
+from tendon_cli.study.fields import nearest
 from tendon_cli.study.figures import FigureSpec, read_size
 from tendon_cli.study.filters import Condition
 from tendon_cli.study.study import Study
 from tendon_cli.tables.read import TableFiles, open_table
+from tendon_cli.units import shorten
 
 if TYPE_CHECKING:
     from tendon_cli.figures.engine import Figure
@@ -152,7 +154,8 @@ def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> TableFi
         raise InputError("holds neither designs.parquet nor states.parquet", where=str(path), hint="run `tendon sweep`")
     if wanted is not None:
         if wanted not in found:
-            raise UsageError(f'the run has no table "{wanted}"', where=str(path), hint=f"it has {', '.join(found)}")
+            hint = nearest(wanted, found) or f"it has {', '.join(found)}"
+            raise UsageError(f'the run has no table "{shorten(wanted)}"', where=str(path), hint=hint)
         return open_table(found[wanted])
     tables = [open_table(file) for file in found.values()]
     asked = {*spec.quantity, *filter(None, [spec.x])}

@@ -15,10 +15,12 @@ from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
+from tendon_cli.study.fields import nearest
 from tendon_cli.study.people.person import Step, Worn, worn_by
 from tendon_cli.study.study import CASE_AXIS, Study
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block, Plan
+from tendon_cli.units import shorten
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,9 @@ def _only_state(plan: Plan, case: str | None) -> Block:
     if case is not None:
         names = next((axis.names for axis in plan.axes if axis.key == CASE_AXIS), ())
         if case not in names:
-            raise UsageError(f'there is no case "{case}"', hint=f"cases: {', '.join(names) or 'none'}")
+            listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
+            hint = nearest(case, names) or listed
+            raise UsageError(f'there is no case "{shorten(case)}"', where="--case", hint=hint)
         first[0] = slice(names.index(case), names.index(case) + 1)
     return Block(0, tuple(first), slice(0, 1), slice(0, 1))
 

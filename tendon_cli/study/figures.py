@@ -23,7 +23,7 @@ from tendon_cli import quantities
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.study.derived import DERIVED
-from tendon_cli.study.fields import fault
+from tendon_cli.study.fields import fault, nearest
 from tendon_cli.study.filters import Filter, read_filter
 from tendon_cli.study.parts import Part
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
@@ -221,7 +221,8 @@ def figure_spec(**given: Any) -> FigureSpec:
         if detail["type"] == "tendon":
             raise UsageError(context["problem"], where=place, hint=context["hint"]) from None
         expected = context.get("expected", detail["msg"]).replace("'", "")
-        raise UsageError(f"{described(detail.get('input'))} is not possible", where=place, hint=expected) from None
+        hint = nearest(str(detail.get("input")), re.split(", | or ", expected)) or expected
+        raise UsageError(f"{described(detail.get('input'))} is not possible", where=place, hint=hint) from None
 
 
 def quantity_of(name: str) -> Quantity:

@@ -22,7 +22,7 @@ from tendon_cli.units import shorten
 MAX_BYTES = 256_000
 YAML_SUFFIXES = (".yaml", ".yml")
 STDIN = Path("-")
-"""The name of a study, in TOML, from standard input."""
+"""The name of a study from standard input."""
 
 _OF_THE_PARSER = {
     "Cannot overwrite a value": "a key that stands twice, expected each key once",
@@ -38,6 +38,8 @@ _OF_THE_PARSER = {
 """What the parser says, in the words of someone who writes a study."""
 
 _TUPLE = re.compile(r"\('(.*?)',?\)")
+_KEY_OF_YAML = re.compile(r"(?:---|[\w.-]+\s*:(?:\s|$))")
+"""How the first line of a study in YAML begins, and none in TOML."""
 _MANY_DIGITS = re.compile(r"[\d_]{4301,}")
 
 
@@ -53,9 +55,17 @@ def read_document(path: Path) -> Document:
     """Read a TOML or YAML file; raises StudyError where it cannot be read or is not of its grammar."""
     text = _text(_bytes(path))
     try:
-        return _yaml(text) if path.suffix.lower() in YAML_SUFFIXES else read_toml(text)
+        return _yaml(text) if _is_yaml(path, text) else read_toml(text)
     except RecursionError:
         raise StudyError([Fault("", f"nested deeper than {MAX_DEPTH} levels")]) from None
+
+
+def _is_yaml(path: Path, text: str) -> bool:
+    """By its ending; of standard input by its first line that says something."""
+    if path != STDIN:
+        return path.suffix.lower() in YAML_SUFFIXES
+    lines = (line.strip() for line in text.splitlines())
+    return _KEY_OF_YAML.match(next((line for line in lines if line and line[0] != "#"), "")) is not None
 
 
 def read_value(text: str) -> Any:
@@ -94,7 +104,7 @@ def _given() -> bytes:
         raise OSError(errno.EFBIG, f"it is larger than {MAX_BYTES // 1000} kB")
     if not content.strip():
         raise StudyError(
-            [Fault("", "nothing came in, expected a study in TOML", "such as: tendon sweep - < study.toml")]
+            [Fault("", "nothing came in, expected a study in TOML or YAML", "such as: tendon sweep - < study.toml")]
         )
     return content
 

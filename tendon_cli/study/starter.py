@@ -23,20 +23,28 @@ TEMPLATES = {
 
 
 def starter(path: Path, template: str = "sweep") -> str:
-    """A starter study for a file of this name: YAML by its ending, else TOML; raises UsageError for none of that name.
-
-    Only the template `sweep` is there in YAML, too.
-    """
+    """A starter study for a file of this name, YAML by its ending; raises UsageError for no template of that name."""
     is_yaml = path.suffix.lower() in YAML_SUFFIXES
     if template not in TEMPLATES:
         hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
         raise UsageError(f'there is no template "{shorten(template)}"', where="--template", hint=hint)
-    if is_yaml and template != "sweep":
-        hint = f"tendon init {shorten(path.stem)}.toml --template {template}"
-        raise UsageError(f'the template "{template}" is there in TOML only', where="--template", hint=hint)
     source = f"starter.{'yaml' if is_yaml else 'toml'}" if template == "sweep" else f"templates/{template}.toml"
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
-    return files("tendon_cli.study").joinpath(source).read_text("utf-8").replace("@NAME@", name)
+    text = files("tendon_cli.study").joinpath(source).read_text("utf-8").replace("@NAME@", name)
+    return _as_yaml(text) if is_yaml and template != "sweep" else text
+
+
+def _as_yaml(toml: str) -> str:
+    """A template in YAML: tables become indented keys, and lists, inline tables and texts stay as they stand."""
+    lines, indent = [], ""
+    for line in toml.replace("#:schema ", "# yaml-language-server: $schema=").splitlines():
+        table = re.match(r"\[(\w+)\]", line)
+        if table:
+            indent = "  "
+            lines.append(f"{table[1]}:{line[table.end() :]}")
+        else:
+            lines.append((indent + re.sub(r"\b(\w+) = ", r"\1: ", line)).rstrip())
+    return "\n".join(lines) + "\n"
 
 
 def write_starter(path: Path, template: str = "sweep") -> None:

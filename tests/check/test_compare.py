@@ -27,6 +27,13 @@ def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
     assert not compare(rougher, plain, tolerance=1e-9, apart=["sheath.friction"]).holds
 
 
+@pytest.mark.parametrize(("key", "near"), [("sheat.friction", "sheath.friction"), ("limit", "limits")])
+def test_a_key_that_no_study_has_is_told(plain, rougher, key, near):
+    with pytest.raises(UsageError) as refused:
+        compare(rougher, plain, tolerance=1e-9, apart=[key])
+    assert refused.value.hint == f'did you mean "{near}"?'
+
+
 def test_each_column_is_told_by_its_own_largest_difference(plain, rougher):
     before, now = tendon.open_run(plain), tendon.open_run(rougher)
     found = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record["changes"]

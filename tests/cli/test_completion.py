@@ -13,7 +13,8 @@ import pytest
 import typer
 
 from tendon_cli import cli
-from tendon_cli.commands.completion import _KNOWN, candidates, split_line
+from tendon_cli.commands.completion import candidates, split_line
+from tendon_cli.commands.own_words import KNOWN
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.study.load import study_from
 from tendon_cli.study.schema import key_words
@@ -83,8 +84,68 @@ def test_what_is_offered(line, expected):
     assert offered(line) == expected
 
 
+OWN = """
+[load]
+mass = ["0 kg", "5 kg"]
+[people]
+file = "people.csv"
+[[cases]]
+name = "Bo's arm"
+[[cases]]
+name = "$(touch run-by-bash)"
+"""
+PEOPLE = "name,weight (kg),stature (cm)\nAda Lovelace,62.5,168\nBo,90,181.5\n"
+
+
+@pytest.fixture
+def own(tendon, workplace):
+    """A study with cases and people, its run, and its answer."""
+    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
+    (workplace / "own.toml").write_text(OWN, encoding="utf-8")
+    assert tendon("sweep", "own.toml", "--no-figures", "--out", "run").exit == 0
+    (workplace / "choose.toml").write_text('[spring]\nstiffness = ["3 kN/m", "5 kN/m"]\n', encoding="utf-8")
+    assert tendon("design", "choose.toml", "--no-figures", "--out", "answer").exit == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("tendon state own.toml --case ", ["Bo's arm", "$(touch run-by-bash)"]),
+        ("tendon plot --arm own.toml --case B", ["Bo's arm"]),
+        ("tendon state own.toml --person ", ["mean-man", "mean-woman", "Ada Lovelace", "Bo"]),
+        ("tendon state missing.toml --person ", ["mean-man", "mean-woman"]),
+        ("tendon show run --where 'person = A", ["person = Ada Lovelace"]),
+        ("tendon show run --where 'case!=", ["case!=Bo's arm", "case!=$(touch run-by-bash)"]),
+        ("tendon show run --where 'load_mass = ", ["load_mass = 0 kg", "load_mass = 5 kg"]),
+        ("tendon show run --where 'feasible = f", ["feasible = false"]),
+        ("tendon show run --table states --where 'direction in flexion, e", ["direction in flexion, extension"]),
+        ("tendon show run --table states --columns elbow_s", ["elbow_stiffness"]),
+        ("tendon show run --columns elbow_s", []),
+        ("tendon show answer --sort -toleran", ["-tolerance"]),
+        ("tendon export answer --columns from_by,serv", ["from_by,served"]),
+        ("tendon export answer --table ", ["choices", "conditions"]),
+        ("tendon show people.csv --columns ", ["name", "weight", "stature"]),
+        ("tendon show people.csv --where 'name = B", ["name = Bo"]),
+    ],
+)
+def test_own_names_and_columns_are_offered(own, line, expected):
+    assert offered(line) == expected
+
+
+@pytest.mark.parametrize("quote", ["", "'", '"'])
+def test_bash_runs_nothing_of_a_name(own, outside, quote):
+    line = f"tendon state own.toml --case {quote}"
+    names = outside("completion", "bash", "--line", line).out.splitlines()
+    echoed = subprocess.run(
+        ["bash", "-c", "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names)],
+        check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    assert echoed.stdout.splitlines() == ["Bo's arm", "$(touch run-by-bash)"]
+    assert not Path("run-by-bash").exists()
+
+
 def test_what_completes_an_option_belongs_to_one():
-    assert set(_KNOWN) <= {parameter.name for command in APP.commands.values() for parameter in command.params}
+    assert set(KNOWN) <= {parameter.name for command in APP.commands.values() for parameter in command.params}
 
 
 def test_another_shell_is_refused(tendon):
@@ -130,12 +191,17 @@ SHELLS = {
         ("tendon sweep --set model.sl", "model.slack="),
         ("tendon sweep --set model.slack=b", "model.slack=bilateral"),
         ("tendon sweep stu", "study.toml"),
+        ("tendon state own.toml --person Ad", "Ada\\ Lovelace"),
+        ("tendon show people.csv --where 'name = Ad", "name = Ada Lovelace'"),
+        ("tendon show people.csv --sort sta", "stature"),
     ],
 )
 def test_a_real_shell_completes(name, line, wanted, workplace):
     if shutil.which(name) is None:
         pytest.skip(f"there is no {name} here")
     (workplace / "study.toml").touch()
+    (workplace / "own.toml").write_text('[people]\nfile = "people.csv"\n', encoding="utf-8")
+    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
     command, setup = SHELLS[name]
     assert wanted in typed(command, f"cd {workplace}; {setup}", line, wanted)
 
@@ -144,7 +210,9 @@ def test_fish_completes(workplace):
     if shutil.which("fish") is None:
         pytest.skip("there is no fish here")
     (workplace / "study.toml").touch()
+    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
     lines = ("tendon swe", "tendon sweep --set model.slack=b", "tendon show run --sort required_p", "tendon sweep stu")
+    lines += ('tendon show people.csv --where "name = Ad',)
     asked = "; ".join(["tendon completion fish | source", *(f"complete -C '{line}'" for line in lines)])
     environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(workplace)}
     ran = subprocess.run(["fish", "-c", asked], check=True, capture_output=True, text=True, env=environment, timeout=60)
@@ -153,4 +221,5 @@ def test_fish_completes(workplace):
         "model.slack=bilateral",
         "required_pretension",
         "study.toml",
+        "name = Ada Lovelace",
     ]

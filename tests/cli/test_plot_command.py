@@ -95,7 +95,7 @@ def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
     assert "b₁ = 140 mm" in (workplace / "arm.svg").read_text()
     assert "short.csv" in (workplace / "arm-route-extensor.svg").read_text()
     ran = tendon(*asked, "--case", "smal")
-    assert (ran.exit, ran.json["error"]["hint"]) == (2, "cases: small")
+    assert (ran.exit, ran.json["error"]["hint"]) == (2, 'did you mean "small"?')
 
 
 def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace):
@@ -143,3 +143,21 @@ def test_what_cannot_be_drawn_is_told_with_what_could_be(tendon, run_folder, wor
 def test_a_folder_without_tables_is_refused(tendon, workplace):
     (workplace / "empty").mkdir()
     assert tendon("plot", "empty").exit == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [
+        (("plot", "run", "--format", "pgn"), "png"),
+        (("plot", "run", "--table", "desings"), "designs"),
+        (("show", "run", "--table", "desings"), "designs"),
+        (("export", "run", "all.csv", "--table", "stats"), "states"),
+        (("plot", "--arm", "persons.toml", "--case", "smal"), "small"),
+        (("state", "persons.toml", "--case", "Tall"), "tall"),
+        (("completion", "bahs"), "bash"),
+    ],
+)
+def test_a_mistyped_name_is_answered_with_the_nearest(tendon, run_folder, words, near):
+    ran = tendon(*words)
+    assert (ran.exit, ran.out) == (2, "")
+    assert f'did you mean "{near}"?' in ran.err

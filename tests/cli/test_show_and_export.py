@@ -108,7 +108,7 @@ def test_what_is_shown_fits_the_terminal_in_units_that_people_read(tendon, run, 
         (("show", "run", "--where", "load_mass = 5 N"), 2, "load_mass = 5 N"),
         (("show", "run", "--where", "x"), 2, "is not a filter"),
         (("show", "run", "--sort", "nothing"), 2, "no column"),
-        (("show", "run", "--table", "sattes"), 2, "there is designs, states"),
+        (("show", "run", "--table", "sattes"), 2, 'did you mean "states"'),
         (("show", "nothing"), 3, "no such"),
         (("show", "."), 3, "no table"),
         (("show", "study.toml"), 2, "is a study"),
@@ -141,6 +141,48 @@ def test_nothing_is_left_is_no_error(tendon, run):
     assert tendon("show", run, "--where", "load_mass > 5 kg").exit == 0
     assert tendon("export", run, "none.csv", "--where", "load_mass > 5 kg").exit == 0
     assert len(Path("none.csv").read_text("utf-8").splitlines()) == 1
+
+
+PEOPLE = "Name;weight_kg;stature [in];shoe;weighting\nAda;62,5;66;39;1\n=Bo();90;;44;2\n"
+
+
+def test_a_file_of_people_is_shown_as_it_is_read(tendon, workplace):
+    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
+    ran = tendon("show", "people.csv")
+    assert [line.split() for line in ran.out.splitlines()] == [
+        ["name", "weight", "stature", "weighting"],
+        ["kg", "mm"],
+        ["Ada", "62.5", "1676.4", "1"],
+        ["=Bo()", "90", "-", "2"],
+        [],
+        ["2", "of", "2", "rows"],
+    ]
+    shown = tendon("show", "people.csv", "--where", "weight > 70 kg", "--json").json
+    assert shown["units"] == {"name": "1", "weight": "kg", "stature": "m", "weighting": "1"}
+    assert shown["data"] == [{"name": "=Bo()", "weight": 90.0, "stature": None, "weighting": 2.0}]
+    sorted_ = tendon("show", "people.csv", "--sort", "-weight", "--columns", "name,weight", "--head", 1, "--csv")
+    assert sorted_.out.splitlines() == ['"name","weight (kg)"', '"\'=Bo()",90']
+
+
+def test_an_exported_file_of_people_is_the_same_people(tendon, workplace):
+    (workplace / "people.csv").write_text(PEOPLE.replace("=Bo()", "Bo"), encoding="utf-8")
+    assert tendon("export", "people.csv", "other.csv").exit == 0
+    assert tendon("show", "other.csv", "--json").json == tendon("show", "people.csv", "--json").json
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("a,b\n1,2\n", "no column is a dimension"),
+        ("weight (kg)\n", "no persons"),
+        ("weight (m)\n1\n", "unit of length"),
+    ],
+)
+def test_what_is_no_file_of_people_is_one_message(tendon, workplace, content, said):
+    (workplace / "people.csv").write_text(content, encoding="utf-8")
+    ran = tendon("show", "people.csv")
+    assert (ran.exit, ran.out, said in ran.err) == (3, "", True), ran.err
+    assert tendon("show", "missing.csv").exit == 3
 
 
 LIMITED = """

@@ -2,13 +2,15 @@
 
 import json
 import tomllib
+from pathlib import Path
 
 import jsonschema
 import pytest
 
 from tendon_cli.study.load import load_study
 from tendon_cli.study.schema import schema_text
-from tendon_cli.study.starter import TEMPLATES
+from tendon_cli.study.starter import TEMPLATES, starter
+from tendon_cli.study.yaml_reading import read_yaml
 
 STUDY = b'[load]\nmass = ["0 kg", "5 kg"]\n'
 SMALLER = {"people": ["--set", "people.count=20"], "friction": ["--set", "uncertainty.draws=8"]}
@@ -22,6 +24,14 @@ def test_a_template_is_a_valid_study_that_names_its_schema(tendon, workplace, te
     jsonschema.validate(tomllib.loads(text), json.loads(schema_text()))
     assert load_study(workplace / "mine.toml").name == "mine"
     assert load_study(workplace / "mine.toml").warnings == ()
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_a_template_in_yaml_is_the_same_study(template):
+    text = starter(Path("mine.yaml"), template)
+    in_yaml, in_toml = read_yaml(text)[0], tomllib.loads(starter(Path("mine.toml"), template))
+    assert (in_yaml, list(in_yaml)) == (in_toml, list(in_toml))
+    assert "# yaml-language-server: $schema=./tendon.schema.json" in text.splitlines()
 
 
 @pytest.mark.parametrize("template", [name for name in TEMPLATES if name != "sweep"])
@@ -48,7 +58,7 @@ def test_templates_are_listed(tendon, workplace):
     ("words", "said"),
     [
         (["mine.toml", "--template", "desing"], 'did you mean "design"?'),
-        (["mine.yaml", "--template", "design"], "tendon init mine.toml --template design"),
+        (["mine.yaml", "--template", "sensitivity"], "templates: sweep, design"),
     ],
 )
 def test_a_template_that_is_not_there_is_told(tendon, workplace, words, said):
@@ -68,6 +78,14 @@ def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace
     assert piped.json["study_hash"] == filed.json["study_hash"]
 
 
+@pytest.mark.parametrize("before", ["", "# a comment\n\n", "---\n"])
+def test_yaml_from_standard_input_is_read_as_such(outside, workplace, before):
+    (workplace / "study.toml").write_bytes(STUDY)
+    piped = outside("state", "-", "--json", input=f"{before}load:\n  mass: [0 kg, 5 kg]\n")
+    assert (piped.exit, piped.err) == (0, "")
+    assert piped.json == outside("state", "study.toml", "--json").json
+
+
 def test_files_of_a_piped_study_are_those_of_the_working_directory(outside, workplace):
     (workplace / "route.csv").write_text("x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8")
     ran = outside("state", "-", input='[sheath]\npath = "route.csv"\n')
@@ -75,7 +93,13 @@ def test_files_of_a_piped_study_are_those_of_the_working_directory(outside, work
 
 
 @pytest.mark.parametrize(
-    ("text", "said"), [("", "nothing came in"), ("[load\n", "not TOML"), ("x" * 300_000, "larger than 256 kB")]
+    ("text", "said"),
+    [
+        ("", "nothing came in"),
+        ("[load\n", "not TOML"),
+        ("load: [\n", "not YAML"),
+        ("x" * 300_000, "larger than 256 kB"),
+    ],
 )
 def test_what_is_no_study_on_standard_input_is_told(outside, text, said):
     ran = outside("sweep", "-", input=text)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Anchors, kinematics
+from tendon_cli.study.fields import nearest
 from tendon_cli.study.study import CASE_AXIS, Study
 from tendon_cli.units import shorten
 
@@ -154,7 +155,8 @@ def chosen_case(study: Study, case: str | None) -> Any:
         return None
     names = [getattr(each, "name", "") for each in study.cases]
     if case not in names:
-        hint = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
+        listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
+        hint = nearest(case, names) or listed
         raise UsageError(f'there is no case "{shorten(case)}"', where="--case", hint=hint)
     return study.cases[names.index(case)]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,8 +35,36 @@ _MISSING = ("", "na", "n/a", "nan", "null", "-")
 _SEPARATORS = ("\t", ";", ",")
 
 
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """What a file of persons says, a row each, and nothing else."""
+
+    columns: tuple[str, ...]
+    """What its columns are, in their order: dimensions, `name`, `sex`, `weighting`."""
+    names: tuple[str, ...]
+    sexes: npt.NDArray[np.str_] | None
+    values: Array
+    """Dimensions in the order of `DIMENSIONS`, shape (n, 8), SI, NaN where the file has none."""
+    weighting: Array
+    ignored: list[str]
+    """A note on columns that are not read."""
+
+
 def read_population(content: bytes, where: str, survey: Survey, sex: str, women: float | None = None) -> Population:
     """Persons of a CSV file, what it does not say of their bodies as a survey leads to expect of people of that sex.
+
+    Raises InputError.
+    """
+    rows = read_listed(content, where)
+    sexes = sex if rows.sexes is None else rows.sexes
+    one = [f"{where} has 1 person: a share of it is all or nothing"] if len(rows.names) == 1 else []
+    notes = [*one, *_notes(rows.values, sexes, women), *rows.ignored]
+    completed = _completed(rows.values, sexes, survey, women)
+    return Population(rows.names, completed, rows.weighting, survey.male.mean_body, tuple(notes))
+
+
+def read_listed(content: bytes, where: str) -> Listed:
+    """The rows of a CSV file of persons.
 
     A header is a dimension with its unit, such as `weight (kg)` or `weight_kg`, or `name`, `weighting`, `sex`. Raises
     InputError.
@@ -55,12 +84,9 @@ def read_population(content: bytes, where: str, survey: Survey, sex: str, women:
             _check_plausible(numbers, header, where)
             values[:, DIMENSIONS.index(header.name)] = numbers
     _check_something_known(values, where)
-    sexes = _sexes(columns.get("sex"), sex, where)
-    one = [f"{where} has 1 person: a share of it is all or nothing"] if count == 1 else []
-    notes = [*one, *_notes(values, sexes, women), *ignored]
-    completed = _completed(values, sexes, survey, women)
+    sexes = _sexes(columns["sex"], where) if "sex" in columns else None
     names = _names(columns.get("name"), count, where)
-    return Population(names, completed, weighting, survey.male.mean_body, tuple(notes))
+    return Listed(tuple(header.name for header in headers), names, sexes, values, weighting, ignored)
 
 
 def _text(content: bytes, where: str) -> str:
@@ -200,10 +226,7 @@ def _names(cells: Any | None, count: int, where: str) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _sexes(cells: Any | None, sex: str, where: str) -> Sexes:
-    """The sex of each person, or the one that the study gives them all."""
-    if cells is None:
-        return sex
+def _sexes(cells: Any, where: str) -> npt.NDArray[np.str_]:
     words = [_SEX_WORDS.get(word.casefold()) for word in cells.to_pylist()]
     if None in words:
         at = words.index(None)
