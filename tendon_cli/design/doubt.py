@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.design.coverage import grouped
 from tendon_cli.design.factors import Factor, Numbers
@@ -66,22 +66,44 @@ def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: in
         # scipy wants finite numbers that vary; what has none is left out below.
         return np.where(usable[:, np.newaxis], values, points.sum(axis=0))
 
+    sampled: list[tuple[Array, Array, Array]] = []
+
+    def method(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array]:  # noqa: N803 - the names scipy asks for
+        sampled.append((f_A, f_B, f_AB))
+        return _first_and_total(f_A, f_B, f_AB)
+
     random = np.random.default_rng([seed, 7])
-    found = stats.sobol_indices(func=func, n=count, dists=[_Share()] * len(inputs), rng=random)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of resamples without variance
-        sure = found.bootstrap(n_resamples=_RESAMPLES)
+    found = stats.sobol_indices(func=func, n=count, dists=[_Share()] * len(inputs), method=method, rng=random)
+    # The result's own bootstrap draws anew each time, so that the same question would not have the same answer.
+    draws = random.integers(count, size=(_RESAMPLES, count))
+    first_error, total_error = np.std([_first_and_total(*sampled[0], some) for some in draws], axis=0, ddof=1)
     everywhere = np.concatenate(last, axis=1)
     results = []
     for at, name in enumerate(names):
         values = everywhere[at]
         if not np.isfinite(values).all() or np.ptp(values) == 0.0:
             continue
-        each = (found.first_order, found.total_order, sure.first_order.standard_error, sure.total_order.standard_error)
+        each = (found.first_order, found.total_order, first_error, total_error)
         # scipy drops axes of one result or one input.
-        first, total, first_error, total_error = (np.reshape(row, (len(names), -1))[at] for row in each)
-        results.append(Indices(name, inputs, first, total, first_error, total_error, float(np.std(last[0][at]))))
+        first, total, *errors = (np.reshape(row, (len(names), -1))[at] for row in each)
+        results.append(Indices(name, inputs, first, total, errors[0], errors[1], float(np.std(last[0][at]))))
     return results
+
+
+def _first_and_total(
+    a: Array, b: Array, mixed: Array, some: npt.NDArray[np.int64] | slice = slice(None)
+) -> tuple[Array, Array]:
+    """Indices, (results, inputs), from some points of two samples, (results, points), and of mixed ones.
+
+    Those are the first with each input from the second, (inputs, results, points): Saltelli et al. 2010, table 2, (b)
+    and (f).
+    """
+    a, b, mixed = a[:, some], b[:, some], mixed[..., some]
+    variance = np.var(np.stack([a, b]), axis=(0, -1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = np.mean(b * (mixed - a), axis=-1) / variance
+        total = 0.5 * np.mean(np.square(a - mixed), axis=-1) / variance
+    return first.T, total.T
 
 
 class _Share:

@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 STATES_PER_PART = 200
+WINDOWS_PER_PART = 2**15
 STUDY = """
 [tendon]
 pretension = { from = "60 N", to = "240 N", num = 13 }
@@ -82,7 +83,11 @@ class DaskCluster:
 
     def _start(self, role, *words):
         log = (self.folder / f"{role}-{len(self.workers)}.log").open("w", encoding="utf-8")
-        environment = {"TENDON_TEST_HAZARDS": str(self.hazards), "TENDON_TEST_STATES_PER_PART": str(STATES_PER_PART)}
+        environment = {
+            "TENDON_TEST_HAZARDS": str(self.hazards),
+            "TENDON_TEST_STATES_PER_PART": str(STATES_PER_PART),
+            "TENDON_TEST_WINDOWS_PER_PART": str(WINDOWS_PER_PART),
+        }
         process = subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.dask_{role}", "--host", "127.0.0.1", *map(str, words)],
             stdout=log, stderr=log, env=os.environ | environment, cwd=self.folder, start_new_session=True,

@@ -5,6 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from tendon_cli.design import cluster as cluster_module
+from tendon_cli.design import parts as parts_module
+from tendon_cli.design import promising
+from tendon_cli.tables.read import open_table
+
+from .conftest import WINDOWS_PER_PART
+
 pytest.importorskip("distributed", reason="the extra tendon-cli[dask] is not installed")
 
 STUDY = """
@@ -14,28 +21,97 @@ stiffness = { from = "3 kN/m", to = "8 kN/m", num = 20 }
 [spool]
 ratio = { from = 0.5, to = 0.7, num = 15 }
 [load]
-mass = { from = "0 kg", to = "3 kg", num = 4000 }
+mass = { from = "0 kg", to = "3 kg", num = 400 }
 [motion]
 elbow_angle = ["0 deg", "45 deg", "90 deg"]
 [design]
 maximise = ["tolerance"]
 """
-"""300 choices of 4000 conditions: three parts."""
+"""300 choices of 400 conditions: four parts."""
+
+PERSONS = STUDY.replace('mass = { from = "0 kg", to = "3 kg", num = 400 }', 'mass = ["0 kg", "3 kg", "5 kg", "10 kg"]')
+PERSONS += "[people]\ncount = 100\n"
+ROUGH = '[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[tendon]\nlength = { value = "2 m", tolerance = "5 %" }\n'
+STUDIES = {
+    "persons": PERSONS,
+    "persons with a draw each": f"{PERSONS}{ROUGH}[uncertainty]\ndraws = 64\n",
+    "persons times draws": PERSONS.replace("100", "10") + f"{ROUGH}[uncertainty]\ndraws = 8\ncross = true\n",
+    "draws": PERSONS.partition("[people]")[0] + f"{ROUGH}[uncertainty]\ndraws = 128\n",
+}
+"""300 choices of some 400 conditions each."""
 
 DESIGN = ("design", "suit.toml", "--no-figures", "--json")
 
 
-def test_the_answer_is_that_of_this_machine_to_the_byte(tendon, workplace, cluster, hashes_in):
-    (workplace / "suit.toml").write_text(STUDY, encoding="utf-8")
-    here = tendon(*DESIGN, "--out", "here")
-    there = tendon(*DESIGN, "--out", "there", "--scheduler", cluster.address)
-    assert (there.exit, there.err) == (0, ""), there.out
-    assert len(list(Path("there/choices.parquet").iterdir())) == 3
-    assert hashes_in(Path("there")) == hashes_in(Path("here"))
-    differ = {"seconds", "checksum"}
-    assert {k: v for k, v in there.json.items() if k not in differ} == {
-        k: v for k, v in here.json.items() if k not in differ
-    }
+@pytest.fixture(autouse=True)
+def _small_parts(monkeypatch):
+    """As the workers have them."""
+    monkeypatch.setattr(parts_module, "WINDOWS_PER_PART", WINDOWS_PER_PART)
+
+
+@pytest.fixture
+def same(tendon, workplace, hashes_in):
+    """Solve a study here and on a cluster, and hold both to be the same to the byte."""
+
+    def same(text, cluster, *words):
+        (workplace / "suit.toml").write_text(text, encoding="utf-8")
+        here = tendon(*DESIGN, "--out", "here")
+        there = tendon(*DESIGN, "--out", "there", "--scheduler", cluster.address, *words)
+        assert (there.exit, there.err) == (here.exit, ""), there.out
+        assert len(list(Path("there/choices.parquet").iterdir())) >= 3
+        assert hashes_in(Path("there")) == hashes_in(Path("here"))
+        differ = {"seconds", "checksum"}
+        assert {k: v for k, v in there.json.items() if k not in differ} == {
+            k: v for k, v in here.json.items() if k not in differ
+        }
+        return there
+
+    return same
+
+
+def test_the_answer_is_that_of_this_machine_to_the_byte(same, cluster):
+    assert same(STUDY, cluster).exit == 0
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_so_it_is_with_people_and_draws(same, cluster, name):
+    record = same(STUDIES[name], cluster).json
+    assert record["crowd"]["kind"] == ("draws" if name == "draws" else "persons")
+    assert record["crowd"]["count"] >= 10
+
+
+def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, monkeypatch):
+    monkeypatch.setattr(promising, "STATES_FOR_ALL", 0)
+    cluster.set(sparing=1)
+    record = same(PERSONS, cluster).json
+    assert any("worked out of the choices" in note for note in record["notes"])
+    assert open_table(Path("there/choices.parquet")).read()["worst_status"].to_pylist().count("left out") > 200
+
+
+def test_the_choices_of_a_worker_that_is_killed_are_solved_by_another(same, start_cluster):
+    cluster = start_cluster(2, kill_choices_once=1)
+    same(PERSONS, cluster, "--jobs", "2")
+    assert sorted(worker.poll() is None for worker in cluster.workers) == [False, True]
+
+
+@pytest.mark.torture
+def test_choices_that_kill_every_worker_end_it_and_leave_nothing(tendon, workplace, start_cluster):
+    cluster = start_cluster(2, nanny=True, kill_choices=1)
+    (workplace / "suit.toml").write_text(PERSONS, encoding="utf-8")
+    ran = tendon(*DESIGN, "--out", "out", "--scheduler", cluster.address)
+    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
+    assert "could not be solved" in ran.json["error"]["message"]
+    assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
+
+
+def test_a_cluster_that_has_lost_all_workers_ends_it_and_leaves_nothing(tendon, workplace, start_cluster, monkeypatch):
+    cluster = start_cluster(1, kill_choices=1)
+    monkeypatch.setattr(cluster_module, "PATIENCE", 3.0)
+    (workplace / "suit.toml").write_text(PERSONS, encoding="utf-8")
+    ran = tendon(*DESIGN, "--out", "out", "--scheduler", cluster.address)
+    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
+    assert "no worker is left" in ran.json["error"]["message"]
+    assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
 
 
 def test_a_scheduler_that_is_not_there_is_told_and_leaves_nothing(tendon, workplace):

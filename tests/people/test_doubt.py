@@ -24,6 +24,23 @@ def test_a_linear_result_has_the_shares_of_its_variance():
     assert first.deviation == pytest.approx(np.sqrt(np.sum(slopes**2) / 12.0), rel=0.01)
 
 
+def test_the_same_question_has_the_same_answer_and_errors_are_those_of_repeated_draws():
+    def indices_of(seed):
+        (found,) = sobol(lambda points: (points[:, :1] + points[:, 1:] ** 2).T, ("a", "b"), ("low",), 256, seed)
+        return found
+
+    one, again = indices_of(1), indices_of(1)
+    for name in ("first", "total", "first_error", "total_error"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(again, name))
+    many = [indices_of(seed) for seed in range(40)]
+    for name in ("first", "total"):
+        scatter = np.std([getattr(each, name) for each in many], axis=0)
+        told = np.mean([getattr(each, f"{name}_error") for each in many], axis=0)
+        # Sobol points scatter less than the independent ones that a bootstrap supposes, never more.
+        assert np.all(scatter < 1.5 * told)
+        assert np.all(told < 0.2)
+
+
 def test_a_product_has_an_interaction_that_the_total_tells():
     (found,) = sobol(lambda points: (points[:, :1] * points[:, 1:]).T, ("a", "b"), ("low",), 2048, seed=2)
     alone, both = 3.0 / 7.0, 1.0 / 7.0  # of two uniform factors
