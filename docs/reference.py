@@ -5,15 +5,27 @@ They stand between `<!-- from the code: NAME -->` and `<!-- until here -->`; a t
 
 from __future__ import annotations
 
+import inspect
 import re
+import signal
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
+import typer
+
+import tendon_cli
+from tendon_cli import cli, errors
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.study.study import keys, split_side
 from tendon_cli.units import UNITS
 
-MARKED = re.compile(r"(<!-- from the code: (\w+) -->\n).*?(<!-- until here -->)", re.DOTALL)
+MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
+NOT_AS_HOPED = (
+    "Finished, but states have no equilibrium, no choice has a window, `check` found a limit broken or a change, or a "
+    "finding of the paper fails."
+)
+COMMANDS = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]  # a group has them
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -53,7 +65,77 @@ def column_table(columns: Iterable[str]) -> str:
     return table(("column", "unit", "symbol", "meaning"), rows)
 
 
-TABLES: dict[str, Callable[[], str]] = {
+def command_table() -> str:
+    """Every command with its arguments and what it does."""
+    rows = ((f"`tendon {_usage(command)}`", _sentence(command.help)) for command in COMMANDS.values())
+    return table(("command", "what it does"), rows)
+
+
+def _usage(command: Any) -> str:
+    arguments = [parameter for parameter in command.params if not _is_option(parameter)]
+    words = [each.metavar if each.required else f"[{each.metavar}]" for each in arguments]
+    return " ".join([command.name, *words]).replace("|", "\\|")
+
+
+def _is_option(parameter: Any) -> bool:
+    return bool(parameter.opts[0].startswith("-"))
+
+
+def option_table(name: str) -> str:
+    """Every option of a command."""
+    rows = []
+    for option in filter(_is_option, COMMANDS[name].params):
+        value = "" if option.is_flag or not option.metavar else f" {option.metavar}"
+        flags = [f"`{flag}{value}`".replace("|", "\\|") for flag in (*option.opts, *option.secondary_opts)]
+        plain = isinstance(option.default, str | int | float | Path) and not isinstance(option.default, bool)
+        rows.append((", ".join(flags), _escaped(option.help) + (f"; default {option.default}" if plain else "")))
+    return table(("option", "meaning"), rows)
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([|<*])", r"\\\1", text)
+
+
+def exit_table() -> str:
+    """Every exit code with the kinds of error that have it."""
+    rows = {0: "everything computed, written and verified", 1: f"`{errors.TendonError.kind}`: a fault of tendon itself"}
+    rows[errors.EXIT_NOT_AS_HOPED] = f"not as hoped: {_sentence(NOT_AS_HOPED)}"
+    for kind in errors.TendonError.__subclasses__():
+        if kind is not errors.InterruptError:
+            said = f"`{kind.kind}`: {_sentence(kind.__doc__).partition('; ')[0]}"
+            rows[kind.exit] = f"{rows[kind.exit]}; {said}" if kind.exit in rows else said
+    for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM):
+        rows[128 + number] = f"`{errors.InterruptError.kind}`: by {number.name}, cleanly"
+    return table(("exit", "meaning"), ((f"{code}", rows[code]) for code in sorted(rows)))
+
+
+def _sentence(text: str | None) -> str:
+    """The first sentence, beginning small, without its full stop."""
+    first = " ".join((text or "").split("\n\n")[0].split())
+    return (first if first[:3].isupper() else first[:1].lower() + first[1:]).removesuffix(".")
+
+
+def face_table() -> str:
+    """Every function of the library."""
+    rows = []
+    for name in tendon_cli.__all__:
+        function = getattr(tendon_cli, name)
+        if inspect.isfunction(function):
+            rows.append((f"`{name}{_plain(inspect.signature(function))}`", _sentence(function.__doc__)))
+    return table(("function", "what it gives"), rows)
+
+
+def _plain(signature: inspect.Signature) -> str:
+    """A signature without types, and without functions by name."""
+    bare = [each.replace(annotation=inspect.Parameter.empty) for each in signature.parameters.values()]
+    return re.sub(r"<function .*? at \w+>", "...", str(inspect.Signature(bare)))
+
+
+TABLES: dict[str, Callable[..., str]] = {
+    "commands": command_table,
+    "options": option_table,
+    "exits": exit_table,
+    "face": face_table,
     "keys": key_table,
     "units": unit_table,
     "states": lambda: column_table(OF_STATES),
@@ -64,7 +146,12 @@ TABLES: dict[str, Callable[[], str]] = {
 
 def renewed(page: str) -> str:
     """A page with its tables as the code has them now."""
-    return MARKED.sub(lambda match: f"{match[1]}{TABLES[match[2]]()}\n{match[3]}", page)
+
+    def anew(match: re.Match[str]) -> str:
+        name, *about = match[2].split()
+        return f"{match[1]}{TABLES[name](*about)}\n{match[3]}"
+
+    return MARKED.sub(anew, page)
 
 
 if __name__ == "__main__":
