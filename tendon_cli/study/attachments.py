@@ -14,8 +14,6 @@ from tendon_cli.study.parts import Part
 from tendon_cli.study.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.study.people.asked import People
 from tendon_cli.study.reading import MAX_BYTES, read_toml
-from tendon_cli.study.route import MAX_BYTES as MAX_ROUTE_BYTES
-from tendon_cli.study.route import measure_route, route_note
 from tendon_cli.study.study import SIDES, Study, keys
 from tendon_cli.study.values import Values
 from tendon_cli.units import shorten
@@ -73,15 +71,17 @@ class Attachments:
         return update
 
     def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
-        content = self._read(name, key, MAX_ROUTE_BYTES)
+        from tendon_cli.study import route  # only a routed sheath pays for its import
+
+        content = self._read(name, key, route.MAX_BYTES)
         if content is None:
             return None
         where = shorten(name, 200)
-        found, warnings = measure_route(content, where, smoothing)
+        found, warnings = route.measure_route(content, where, smoothing)
         self._note(
             key, name, content, bend_angle=found.bend_angle, standard_error=found.standard_error,
             as_it_stands=found.as_it_stands, noise=found.noise, path_smoothing=smoothing, warnings=warnings,
-            note=route_note(found, where),
+            note=route.route_note(found, where),
         )  # fmt: skip
         return _estimate("sheath.bend_angle", f"{found.bend_angle!r} rad", f"{found.standard_error!r} rad", key)
 

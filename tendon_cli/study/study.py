@@ -20,7 +20,6 @@ from tendon_cli.study.figures import FigureSpec
 from tendon_cli.study.linked import Linked
 from tendon_cli.study.number import Number
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
-from tendon_cli.study.people.arms import OF_THE_BODY, person_axis
 from tendon_cli.study.people.asked import People
 from tendon_cli.study.remarks import remarks
 from tendon_cli.study.uncertain import Uncertain
@@ -101,14 +100,20 @@ class Study(Part):
     @property
     def of_the_body(self) -> tuple[str, ...]:
         """Numbers that come from the body of each person, as the study has people and does not state them."""
+        if self.people is None:
+            return ()
+        from tendon_cli.study.people.arms import OF_THE_BODY  # a study without people does without it
+
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
-        return tuple(key for key in OF_THE_BODY if self.people is not None and key not in stated)
+        return tuple(key for key in OF_THE_BODY if key not in stated)
 
     @cached_property
     def linked(self) -> tuple[Linked, ...]:
         """The linked axes but cases: persons and draws; where each person gets a draw of its own, persons alone."""
         asked, axes = self.uncertainty if self.uncertain else None, []
         if self.people is not None:
+            from tendon_cli.study.people.arms import person_axis
+
             people = self.people.population
             own = drawn(self.uncertain, len(people), asked.seed) if asked is not None and not asked.cross else {}
             axes.append(person_axis(PERSON_AXIS, people, self.of_the_body, own))

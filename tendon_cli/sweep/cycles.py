@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.model.cycle import cycle
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import OF_CYCLES
 from tendon_cli.sweep.inputs import Inputs
@@ -21,6 +20,8 @@ def cycle_columns(inputs: Inputs, block: Block) -> dict[str, Array]:
     speed = inputs.plan.study.motion.speed
     if speed is None:
         return {}
+    from tendon_cli.model.cycle import cycle  # only a study of motion pays for its import
+
     shape = block.shape[:-2]
     long = max(range(len(shape)), key=lambda axis: shape[axis], default=None)
     if long is not None and shape[long] > 1 and block.design_count * inputs.plan.states_per_design > _STATES:

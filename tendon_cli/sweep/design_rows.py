@@ -14,7 +14,6 @@ from tendon_cli import kernel
 from tendon_cli.model import extremes, window
 from tendon_cli.model.design import Design
 from tendon_cli.model.limits import Bounds
-from tendon_cli.model.motor_window import narrowed
 from tendon_cli.sweep.cycles import cycle_columns
 from tendon_cli.sweep.inputs import Inputs, bounds_of, motor_bounds_of
 from tendon_cli.sweep.plan import Block
@@ -90,6 +89,8 @@ class DesignRows:
         at_once = block.first_along(self.inputs.only_pretension)
         design, study = self.inputs.design(at_once), self.inputs.plan.study
         if (motor := motor_bounds_of(study)) is not None:  # limits over several states at once
+            from tendon_cli.model.motor_window import narrowed  # only these pay for its import
+
             motion = self.inputs.motion(at_once)
             whole = window.window(design, *motion, bounds_of(study))
             ends: window.Ends = narrowed(whole, design, *motion, motor).window

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +15,13 @@ from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors, Real, kinematics
 from tendon_cli.model.limits import Bounds
-from tendon_cli.model.motor_window import MotorBounds
 from tendon_cli.study.checks import case_numbers
 from tendon_cli.study.design import MOTION_LIMITS
 from tendon_cli.study.study import SIDES, Study, split_side
 from tendon_cli.sweep.plan import Block, Plan
+
+if TYPE_CHECKING:
+    from tendon_cli.model.motor_window import MotorBounds
 
 Flags = npt.NDArray[np.bool_]
 
@@ -228,7 +231,11 @@ def bounds_of(study: Study) -> Bounds:
 def motor_bounds_of(study: Study) -> MotorBounds | None:
     """The limits of a study on the motor; None where it has none."""
     limits = {name: value for name, value in study.limits.items() if name in MOTION_LIMITS}
-    return MotorBounds(study.motion.speed.single, **limits) if study.motion.speed is not None and limits else None
+    if study.motion.speed is None or not limits:
+        return None
+    from tendon_cli.model.motor_window import MotorBounds  # only these limits pay for its import
+
+    return MotorBounds(study.motion.speed.single, **limits)
 
 
 _MOST_LOOKED_INTO = 2**18

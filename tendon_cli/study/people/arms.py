@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from tendon_cli.model.body import anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.kinematics import Array
 from tendon_cli.study.linked import Linked
-from tendon_cli.study.people.population import Population
+
+if TYPE_CHECKING:
+    from tendon_cli.study.people.population import Population
 
 OF_THE_BODY = {
     "arm.forearm_mass": forearm_mass,

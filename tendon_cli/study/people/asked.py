@@ -6,7 +6,7 @@ import base64
 import zlib
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
@@ -14,11 +14,11 @@ from tendon_cli.errors import Fault
 from tendon_cli.study.design import Seed, whole
 from tendon_cli.study.fields import Single, fault
 from tendon_cli.study.parts import FileName, Part
-from tendon_cli.study.people.population import Population, draw
-from tendon_cli.study.people.reading import read_population
-from tendon_cli.study.people.survey import ansur2
 from tendon_cli.study.values import Values
 from tendon_cli.units import described
+
+if TYPE_CHECKING:
+    from tendon_cli.study.people.population import Population
 
 MAX_COUNT = 10**6
 MAX_BYTES = 500_000_000
@@ -65,12 +65,16 @@ class People(Part):
     seed: Seed = Field(default=1, description="the same seed draws the same persons")
 
     @cached_property
-    def population(self) -> Population:
+    def population(self) -> "Population":
         """The persons; raises InputError where their file cannot be used, ValueError where it is not read yet."""
         return self.read("people")
 
-    def read(self, where: str) -> Population:
+    def read(self, where: str) -> "Population":
         """The persons; `where` is what an error calls the place that they come from."""
+        from tendon_cli.study.people.population import draw  # a study without people does without these
+        from tendon_cli.study.people.reading import read_population
+        from tendon_cli.study.people.survey import ansur2
+
         women = self.women.single if self.women is not None else None
         if self.content is not None:
             return read_population(unpacked(self.content), where, ansur2(), self.sex, women)
