@@ -12,11 +12,12 @@ DOCS := $(VENV)/.docs
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
-$(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*)
+$(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*.[chp]*)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "tendon needs Python 3.11 or later; set PYTHON=..."; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@$(BIN)/python -m compileall -q tendon_cli  # as pip does with what it installs; many containers have Python not do it
 	@touch $@
 
 demo: $(READY)  ## run a study of the paper, a first study, and answer a first question

@@ -9,6 +9,9 @@ STATES_PER_DESIGN = 182
 """Two directions and 91 angles, the default."""
 
 
+MANY_PARTS = "10^7, both tables"
+"""The least study whose peak the larger ones are held to: one of a single part, as 10^6 is, takes less."""
+
 KEPT = '[output]\nstates = ["status", "flexor_tension_distal", "motor_torque"]\n'
 """At the end of a study: three columns of its states."""
 

@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "model": {"quantities", "units", "errors"},
     "tables": GROUND,
     "study": {"model", *GROUND},
-    "figures": BELOW_THE_ROOMS,
+    "figures": {"startup", *BELOW_THE_ROOMS},
     "friction": BELOW_THE_ROOMS,
     "kernel": {"model"},
     "sweep": {"kernel", *BELOW_THE_ROOMS},

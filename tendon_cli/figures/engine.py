@@ -14,6 +14,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from tendon_cli.startup import is_ours
+
 
 @contextlib.contextmanager
 def _undisturbed() -> Iterator[None]:
@@ -40,7 +42,27 @@ def _undisturbed() -> Iterator[None]:
                 os.environ[name] = value
 
 
-with _undisturbed():
+@contextlib.contextmanager
+def _undocumented() -> Iterator[None]:
+    """Spare a third of the import: how the properties of each artist are set is not written into its documentation.
+
+    Only in a process of a command, where nobody asks for it; left as it is where matplotlib does it otherwise by now.
+    """
+    from matplotlib.artist import Artist
+
+    name = "_update_set_signature_and_docstring"
+    if not is_ours() or name not in vars(Artist):
+        yield
+        return
+    before = vars(Artist)[name]
+    setattr(Artist, name, classmethod(lambda _artist: None))
+    try:
+        yield
+    finally:
+        setattr(Artist, name, before)
+
+
+with _undisturbed(), _undocumented():
     import matplotlib as mpl
     from matplotlib import ticker
     from matplotlib.artist import Artist

@@ -45,9 +45,10 @@ class Panels:
         """Put everything in its place, once all labels are written; raises UsageError where there is no room."""
         FigureCanvasAgg(self.page.figure)
         left = np.array([max(self._beside(axes, 0) for axes in column) for column in self.grid.T])
-        below = np.array([max(self._below(axes) for axes in row) for row in self.grid])
+        under = {axes: axes.xaxis.get_tightbbox() for axes in self.grid.flat if axes.get_visible()}
+        below = np.array([max(self._below(axes, under.get(axes)) for axes in row) for row in self.grid])
         above = np.array([max(_title_height(axes) for axes in row) for row in self.grid])
-        over = max(_PAD, *(self._over(axes) for axes in self.grid[:, -1]))
+        over = max(_PAD, *(self._over(axes, under.get(axes)) for axes in self.grid[:, -1]))
         at_bar = 0.0 if self.bar is None else _BAR_GAP + _BAR + self._beside(self.bar, 1)
         rows, columns = self.grid.shape
         width = (self.page.width - _PAD - left.sum() - _GAP * (columns - 1) - over - at_bar) / columns
@@ -78,13 +79,11 @@ class Panels:
             return 0.0
         return self._mm(axes.bbox.x0 - box.x0 if side == 0 else box.x1 - axes.bbox.x1)
 
-    def _below(self, axes: Axes) -> float:
-        box = axes.xaxis.get_tightbbox() if axes.get_visible() else None
+    def _below(self, axes: Axes, box: Any) -> float:
         return 0.0 if box is None else self._mm(axes.bbox.y0 - box.y0)
 
-    def _over(self, axes: Axes) -> float:
+    def _over(self, axes: Axes, box: Any) -> float:
         """How far the labels of the x axis reach beyond a panel at its right, mm."""
-        box = axes.xaxis.get_tightbbox() if axes.get_visible() else None
         return 0.0 if box is None else self._mm(box.x1 - axes.bbox.x1) + 0.3
 
     def _mm(self, pixels: float) -> float:

@@ -207,7 +207,7 @@ def _empty(kind: pa.DataType, size: int) -> npt.NDArray[Any]:
 
 
 def _numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    """A column with NaN or "" for null. Not by pyarrow's own way to NumPy, which imports pandas."""
+    """A column with NaN or "" for null. Not by pyarrow's own ways, which import pandas or its functions."""
     return np.concatenate(
         [_words(each) if pa.types.is_dictionary(column.type) else _floats(each) for each in column.chunks]
     )
@@ -219,7 +219,15 @@ def _words(chunk: pa.DictionaryArray) -> npt.NDArray[Any]:
 
 
 def _floats(chunk: pa.Array) -> npt.NDArray[np.float64]:
-    numbers = chunk.cast(pa.float64())
-    # DLPack takes no nulls: their places hold some number, which the validity then overwrites.
-    plain = pa.Array.from_buffers(pa.float64(), len(numbers), [None, numbers.buffers()[1]], offset=numbers.offset)
-    return np.where(np.from_dlpack(numbers.is_valid().cast(pa.uint8())) == 1, np.from_dlpack(plain), np.nan)
+    valid, data = chunk.buffers()
+    here = slice(chunk.offset, chunk.offset + len(chunk))
+    stored = _bits(data) if chunk.type == pa.bool_() else np.frombuffer(data, chunk.type.to_pandas_dtype())
+    numbers = stored[here].astype(np.float64)
+    if valid is not None:
+        numbers[_bits(valid)[here] == 0] = np.nan
+    return numbers
+
+
+def _bits(buffer: pa.Buffer) -> npt.NDArray[np.uint8]:
+    """Arrow's bits, the lowest first."""
+    return np.unpackbits(np.frombuffer(buffer, np.uint8), bitorder="little")

@@ -27,6 +27,17 @@ for drawn, kind in ((page.figure, "png"), (page.figure, "pdf"), (arm.figure, "sv
     print(hashlib.sha256(render(drawn, kind)).hexdigest())
 """
 
+DOCUMENTED = """
+import sys
+from tendon_cli import startup
+if sys.argv[1] == "command":
+    startup.spare_time()
+from tendon_cli.figures.engine import Artist, Axes
+class Mine(Artist):
+    "Defined afterwards."
+print("Properties" in (Axes.set.__doc__ or ""), "Properties" in (Mine.set.__doc__ or ""))
+"""
+
 SETTINGS = b"axes.facecolor: red\nfont.size: 40\nsvg.hashsalt: x\naxes.formatter.use_locale: True\nbackend: nonsense\n"
 HOSTILE: dict[str, tuple[dict[str, str], bytes]] = {
     "settings": ({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS),
@@ -44,13 +55,26 @@ def table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "designs.parquet"
 
 
-def draw(table: Path, folder: Path, extra: dict[str, str], settings: bytes | None) -> subprocess.CompletedProcess[str]:
+def draw(
+    table: Path, folder: Path, extra: dict[str, str], settings: bytes | None, first: str = ""
+) -> subprocess.CompletedProcess[str]:
     folder.mkdir()
     if settings is not None:
         (folder / "matplotlibrc").write_bytes(settings)
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("MPL", "MATPLOTLIB"))}
-    command = [sys.executable, "-c", DRAW, str(table)]
+    command = [sys.executable, "-c", f"{first}\n{DRAW}", str(table)]
     return subprocess.run(command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True)
+
+
+def test_what_a_command_spares_is_left_out_of_nothing_else(table_path: Path, tmp_path: Path) -> None:
+    """A third of matplotlib's import is documentation: a command does without, a library's user has it."""
+    for whose, expected in (("command", "False True"), ("library", "True True")):
+        command = [sys.executable, "-c", DOCUMENTED, whose]
+        said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert said.stdout.split("\n")[0] == expected, whose
+    by_library = draw(table_path, tmp_path / "library", {}, None)
+    spared = draw(table_path, tmp_path / "command", {}, None, "from tendon_cli import startup; startup.spare_time()")
+    assert spared.stdout == by_library.stdout
 
 
 def test_bytes_do_not_depend_on_the_surroundings(table_path: Path, tmp_path: Path) -> None:

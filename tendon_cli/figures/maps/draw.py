@@ -54,7 +54,7 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     grid = panels_on.grid
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data, panel, colours, ticks=max(2, min(6, int(each / 9.0))))
-        axes.set_title(wrapped(panel.title, int(each / 1.9)))
+        axes.set_title(wrapped(panel.title, int(each / 1.9)), y=1.0)  # where it is by itself, found sooner
     for at, axes in enumerate(grid.flat):
         axes.set_visible(at < len(panels))
         is_lowest = at + columns >= len(panels)
