@@ -43,7 +43,8 @@ $(DOCS): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
 	@touch $@
 
-docs: $(DOCS)  ## build the documentation, to be read in docs/_build/index.html
+docs: $(DOCS)  ## make the figures of the documentation and build it, to be read in docs/_build/index.html
+	$(BIN)/python docs/figures.py
 	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build
 
 bench: $(READY)  ## measure ratios against the machine's limit, an expert's script and C; BENCH=--quick for a look

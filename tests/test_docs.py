@@ -1,6 +1,7 @@
 """Documentation cannot lie: what it lists is what there is, and what it shows runs."""
 
 import re
+import subprocess
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -19,6 +20,16 @@ ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
 PAGES = {page.name: page.read_text() for page in (ROOT / "docs").glob("*.md")}
 
+
+def script(name):
+    """A script of the documentation, which is no package."""
+    source = spec_from_file_location(name, ROOT / "docs" / f"{name}.py")
+    module = module_from_spec(source)
+    source.loader.exec_module(module)
+    return module
+
+
+FIGURES = script("figures")
 COMMANDS = typer.main.get_command(cli.app).commands
 COMMON_KEYS = [path for path in keys() if split_side(path)[1] is None]
 
@@ -60,16 +71,41 @@ def test_every_study_that_is_shown_is_one(page):
 def test_every_link_leads_somewhere(page):
     file = ROOT / page if (ROOT / page).exists() else ROOT / "docs" / page
     for target in re.findall(r"\]\(([^)#:]+)\)", file.read_text()):
-        assert (file.parent / target).exists(), target
+        is_made = any(image == target for _, _, image in FIGURES.RECIPE.findall(file.read_text()))
+        assert is_made or (file.parent / target).exists(), target
 
 
 @pytest.mark.parametrize("page", PAGES)
 def test_the_tables_of_reference_are_those_of_the_code(page):
     """`python docs/reference.py` writes them anew."""
-    source = spec_from_file_location("reference", ROOT / "docs" / "reference.py")
-    reference = module_from_spec(source)
-    source.loader.exec_module(reference)
-    assert reference.renewed(PAGES[page]) == PAGES[page]
+    assert script("reference").renewed(PAGES[page]) == PAGES[page]
+
+
+@pytest.mark.parametrize("page", ["README.md", *PAGES])
+def test_every_image_is_made_by_what_stands_above_it(page):
+    text = README if page == "README.md" else PAGES[page]
+    assert [image for _, _, image in FIGURES.RECIPE.findall(text)] == re.findall(r"!\[[^\]]*\]\((\S+?)\)", text)
+
+
+def test_no_image_is_kept_but_that_of_the_readme():
+    kept = subprocess.run(["git", "ls-files", "docs/images"], cwd=ROOT, check=False, capture_output=True, text=True)
+    assert kept.returncode or kept.stdout.split() == ["docs/images/design.png"]
+
+
+def test_a_figure_is_made_the_same_each_time(tmp_path):
+    study = '```toml\n# file: study.toml\n[load]\nmass = "3 kg"\n```\n'
+    page = tmp_path / "page.md"
+    page.write_text(
+        f"{study}<!-- made by: tendon plot --arm study.toml --out a.png -> a.png -->\n![An arm](made/arm.png)\n"
+    )
+    (made,) = FIGURES.make_figures(page)
+    first = made.read_bytes()
+    assert first.startswith(b"\x89PNG")
+    FIGURES.make_figures(page)
+    assert made.read_bytes() == first
+    page.write_text(page.read_text().replace("--arm study", "--arm other"))
+    with pytest.raises(subprocess.CalledProcessError):
+        FIGURES.make_figures(page)
 
 
 @pytest.mark.parametrize("command", COMMANDS)

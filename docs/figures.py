@@ -1,0 +1,56 @@
+"""The figures of the pages, from the shipped studies and those that the pages show: `python docs/figures.py [PAGE]`.
+
+Above an image stands how it is made, `<!-- made by: COMMAND -> FILE -->`: a command for a shell, in a folder with the
+files of the page (blocks that begin with `# file: NAME`) and `configs`, and the file that it leaves. `make docs` makes
+those of all pages; that of the README is kept in the repository, made by `python docs/figures.py README.md`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+RECIPE = re.compile(r"<!-- made by: (.+?) -> (\S+) -->\n+!\[[^\]]*\]\((\S+?)\)", re.DOTALL)
+FILE = re.compile(r"^```\w+\n# file: (\S+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def make_figures(page: Path) -> list[Path]:
+    """Make every figure of a page; returns their files. Raises CalledProcessError where a command fails."""
+    text = page.read_text(encoding="utf-8")
+    made = []
+    for command, result, image in RECIPE.findall(text):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, content in FILE.findall(text):
+                Path(folder, name).write_text(content, encoding="utf-8")
+            Path(folder, "configs").symlink_to(DOCS.parent / "configs")
+            _call(command, folder)
+            target = page.parent / image
+            target.parent.mkdir(exist_ok=True)
+            shutil.copy(Path(folder, result), target)
+        made.append(target)
+    return made
+
+
+def _call(command: str, folder: str) -> None:
+    """Run a command, with the tendon of this environment and nothing printed unless it fails."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(  # noqa: S602 - our own pages
+        command, shell=True, check=False, cwd=folder, capture_output=True, text=True, env=os.environ | {"PATH": path}
+    )
+    if done.returncode:
+        sys.stderr.write(done.stdout + done.stderr)
+        done.check_returncode()
+
+
+if __name__ == "__main__":
+    pages = [Path(name) for name in sys.argv[1:]] or sorted(DOCS.glob("*.md"))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for figures in pool.map(make_figures, pages):
+            sys.stdout.write("".join(f"{figure}\n" for figure in figures))
