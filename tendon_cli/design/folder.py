@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.design.problem import Problem
-from tendon_cli.errors import FolderError
+from tendon_cli.errors import FolderError, InputError
 from tendon_cli.files import open_file, output_errors, sync_folder, write_whole
 from tendon_cli.sweep.record import checksum, differences, stands
 from tendon_cli.version import RESULTS_VERSION
@@ -43,11 +43,28 @@ def standing(folder: Path, problem: Problem, *, overwrite: bool) -> dict[str, An
         differs = f"results version {record['results_version']}, this tendon gives {RESULTS_VERSION}"
     elif record["study_hash"] != problem.study.hash:
         differs = "; ".join(differences(record["study"], problem.study.document())[:4]) or "the order of the axes"
-    elif lost := [entry["path"] for entry in record["files"] if not stands(folder, entry)]:
-        raise FolderError(f"{lost[0]} is missing or damaged", where=str(folder), hint=hint)
+    elif (lost := _lost(folder, record)) is not None:
+        raise FolderError(f"{lost} is missing or damaged", where=str(folder), hint=hint)
     else:
         return record
     raise FolderError(f"holds the answer to another study: {differs}", where=str(folder), hint=hint)
+
+
+def open_answer(folder: Path) -> dict[str, Any] | None:
+    """The record of the answer in a folder, every file as it was written; nothing where no answer is.
+
+    Raises FolderError for a record that tendon did not write, InputError for a file that is missing or changed.
+    """
+    record = read_record(folder)
+    if record is not None and (lost := _lost(folder, record)) is not None:
+        hint = "`tendon design --overwrite` writes it anew"
+        raise InputError("is missing, or not as it was written", where=str(folder / lost), hint=hint)
+    return record
+
+
+def _lost(folder: Path, record: dict[str, Any]) -> str | None:
+    """The first file of an answer that does not stand as it was written."""
+    return next((entry["path"] for entry in record["files"] if not stands(folder, entry)), None)
 
 
 def read_record(folder: Path) -> dict[str, Any] | None:

@@ -8,7 +8,7 @@ NO_DATA: dict[str, Any] = {
     "axes": [],
     "quantities": [],
     "states": None,
-    "arm": None,
+    "arms": [],
     "table": None,
     "design": None,
     "people": None,

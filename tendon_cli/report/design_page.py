@@ -13,21 +13,18 @@ import pyarrow as pa
 from tendon_cli.design.factors import Factor
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.question import question
-from tendon_cli.errors import InputError
 from tendon_cli.figures.axes import evenly
 from tendon_cli.figures.labels import Shown
-from tendon_cli.model import actuator
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.report import html
 from tendon_cli.report.data import NO_DATA
 from tendon_cli.report.packed import packed, packed_classes
 from tendon_cli.report.people import people_record
 from tendon_cli.report.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning, thinned
-from tendon_cli.report.states import MOST_ANGLES, MOST_DESIGNS, arm_record
+from tendon_cli.report.states import MOST_DESIGNS, OF_TAUT, curves, states_record
 from tendon_cli.report.sweep_page import ending
 from tendon_cli.study.load import recorded_study
 from tendon_cli.study.study import keys
-from tendon_cli.sweep.record import stands
 from tendon_cli.tables.read import TableFiles, open_table
 
 RESULTS = (
@@ -39,18 +36,10 @@ MOST_CONDITIONS = 4
 """Whose states the page keeps, evenly chosen."""
 
 _COLOURS = ("slack", "unstable", "beyond", "nowhere")
-_STATES = {
-    "tension at the elbow": ("flexor_tension_distal", "extensor_tension_distal"),
-    "torque": ("elbow_torque", "motor_torque"),
-    "elbow stiffness": ("elbow_stiffness",),
-}
 
 
 def design_page(folder: Path, record: dict[str, Any]) -> str:
-    """The page of an answer's folder; raises InputError for a file that is not as it was written."""
-    lost = [entry["path"] for entry in record["files"] if not stands(folder, entry)]
-    if lost:
-        raise InputError("is missing, or not as it was written", where=str(folder / lost[0]), hint="`tendon design`")
+    """The page of the answer in a folder, opened by `open_answer`."""
     table = open_table(folder / "choices.parquet")
     problem = question(recorded_study(table.facts["study"]))
     axes = [_axis(factor, kept) for factor, kept in _kept(problem)]
@@ -63,10 +52,10 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     cells = int(np.prod([len(axis.kept) for axis in axes]))
     maps, left_out = quantities({name: values[:cells] for name, values in columns.items()}, labels)
     maps.insert(1, _conflicts(choices.slice(0, cells)))
-    states, arm = _states(problem, axes, columns["pretension"][:cells])
+    states, arms = _states(problem, axes, columns["pretension"][:cells])
     people = people_record(problem, whole, record.get("crowd"))
     data = NO_DATA | {
-        "kind": "design", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
+        "kind": "design", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arms": arms,
         "design": _answers(choices, columns, labels, cells), "table": _table(problem, axes, choices, columns, labels),
         "start": _start(record, axes), "people": people,
     }  # fmt: skip
@@ -180,27 +169,11 @@ def _states(problem: Problem, axes: Sequence[PageAxis], pretension: npt.NDArray[
     kept = thinned(lengths, MOST_DESIGNS // len(few))
     cells = np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel() if axes else np.zeros(1, np.int64)
     rows = _grid_rows(problem, axes, cells)
-    numbers = problem.choices.numbers(rows)
-    angles = problem.angles[:, evenly(problem.angles.size, MOST_ANGLES)]
-    groups = []
+    numbers, found = problem.choices.numbers(rows), []
     for at in few:
-        one = problem.under(at[np.newaxis])
-        design = one.design(numbers, None, pretension[cells])
-        state = actuator.evaluate(design, angles, problem.flexion)
-        shape = len(rows), problem.flexion.size, angles.size
-        groups += _groups(state, shape, _said(problem, int(at)))
-    record = {
-        "kept": [[int(index) for index in each] for each in kept],
-        "angles": [round(float(angle), 6) for angle in np.rad2deg(angles.ravel())],
-        "directions": list(problem.study.motion.direction),
-        "groups": groups,
-    }
-    axis_of = {factor.key: at for at, factor in enumerate(problem.choices.factors)}
-    along = [[] if axis.values is None else axis.values[axis.kept].tolist() for axis in axes]
-    document, people = problem.study.document(), problem.study.people
-    if people is not None:  # whose hand is where the body says: the mean man's is drawn
-        document["arm"].setdefault("load_distance", float(people.population.reference.forearm_grip_length))
-    return record, arm_record(document, axis_of, along)
+        design = problem.under(at[np.newaxis]).design(numbers, None, pretension[cells])
+        found.append((_said(problem, int(at)), curves(problem.study, design, (len(rows), 1), OF_TAUT)))
+    return states_record(problem.study, kept, found)
 
 
 def _grid_rows(problem: Problem, axes: Sequence[PageAxis], cells: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -221,36 +194,6 @@ def _said(problem: Problem, condition: int) -> str:
         shown = None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
         said.append(factor.names[at] if shown is None else f"{shown.name} {shown.text(float(factor.values[at]))}")
     return ", ".join(said)
-
-
-def _groups(state: actuator.State, shape: tuple[int, ...], condition: str) -> list[dict[str, Any]]:
-    values = {
-        "flexor_tension_distal": state.balance.flexor,
-        "extensor_tension_distal": state.balance.extensor,
-        "elbow_torque": state.elbow_torque,
-        "motor_torque": state.motor_torque,
-        "elbow_stiffness": state.elbow_stiffness,
-    }
-    found = []
-    for label, columns in _STATES.items():
-        lines = []
-        for column in columns:
-            shown = Shown.of(column, QUANTITIES[column])
-            array = np.broadcast_to(values[column], (shape[0], 1, *shape[1:]) if values[column].ndim == 4 else shape)
-            colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
-            lines.append({"label": shown.name, "colour": colour, "array": packed(shown.scaled(array))})
-        if label == "torque":
-            lines[0]["colour"] = "extensor"
-        said = f"{label}, {condition}" if condition else label
-        found.append(
-            {
-                "label": said,
-                "condition": condition,
-                "unit": Shown.of(columns[0], QUANTITIES[columns[0]]).unit,
-                "lines": lines,
-            }
-        )
-    return found
 
 
 def _sections(title: str, record: dict[str, Any], thinning: str, *, has_map: bool, has_people: bool) -> list[str]:

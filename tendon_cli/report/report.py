@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tendon_cli.design.folder import read_record
+from tendon_cli.design.folder import open_answer
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import open_file, output_errors, write_shared
 from tendon_cli.report.design_page import design_page
@@ -32,7 +32,7 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
 def _page_of(folder: Path) -> str:
     if (folder / LEDGER).exists():
         return paper_page(folder)
-    answer = read_record(folder)
+    answer = open_answer(folder)
     if answer is not None:
         return design_page(folder, answer)
     if (folder / RECORD).exists():

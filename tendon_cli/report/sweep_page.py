@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,8 +21,9 @@ from tendon_cli.report.product import (
     said_of_thinning,
     thinned,
 )
-from tendon_cli.report.states import MOST_DESIGNS, arm_record, states_record
-from tendon_cli.study.study import CASE_AXIS as CASE
+from tendon_cli.report.states import MOST_DESIGNS, curves_of_sweep, states_record
+from tendon_cli.study.load import recorded_study
+from tendon_cli.study.study import Study
 from tendon_cli.summary import run_text
 from tendon_cli.sweep.results import Run
 from tendon_cli.tables.read import open_table
@@ -38,7 +38,8 @@ WORTH = (
 
 def sweep_page(folder: Path, run: Run) -> str:
     """The page of a finished sweep's folder."""
-    product = product_of(open_table(folder / "designs.parquet"))
+    table = open_table(folder / "designs.parquet")
+    product = product_of(table)
     axes = _axes(product)
     positions = {axis.shown.column: axis.kept for axis in axes}
     rows = product.rows(list(positions), positions)
@@ -49,14 +50,14 @@ def sweep_page(folder: Path, run: Run) -> str:
     labels = {name: product.shown(name) for name in names}
     maps, left_out = quantities(chosen, labels)
     document = dict(product.study)
-    states, arm = _states(product, axes, document)
+    states, arms = _states(product, recorded_study(table.facts["study"]), axes)
     data = NO_DATA | {
-        "kind": "sweep", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arm": arm,
+        "kind": "sweep", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arms": arms,
         "table": _table(axes, maps, rows.size),
     }  # fmt: skip
     record = run.record
     title = record["title"] or record["name"]
-    return html.html_page(title, _sections(title, run, document, said_of_thinning(axes, left_out), states), data)
+    return html.html_page(title, _sections(title, run, document, said_of_thinning(axes, left_out)), data)
 
 
 def _axes(product: Product) -> list[PageAxis]:
@@ -78,38 +79,11 @@ def _columns(product: Product) -> list[str]:
     return [*(name for name in WORTH if name in results), *(n for n in results if n not in WORTH and n not in keys)]
 
 
-def _states(product: Product, axes: Sequence[PageAxis], document: dict[str, Any]) -> tuple[Any, Any]:
+def _states(product: Product, study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     kept = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS)
-    keys = [axis.key for axis in product.axes]
-    if {"person", "draw"} & set(keys):
-        return None, None
-    cases = document.get("cases", [])
-    values = [cases if axis.values is None else axis.values[axis.kept].tolist() for axis in axes]
-    designs = []
-    for at in itertools.product(*kept):
-        numbers: dict[str, Any] = {}
-        for key, given, index in zip(keys, values, at, strict=True):
-            if key == CASE:
-                numbers |= _flat(given[index])
-            else:
-                numbers[key] = given[index]
-        designs.append(numbers)
-    states = states_record(document, designs or [{}])
-    axis_of = {key: at for at, key in enumerate(keys)}
-    states["kept"] = [[int(index) for index in each] for each in kept]
-    along = [[] if key == CASE else given for key, given in zip(keys, values, strict=True)]
-    return states, arm_record(document, axis_of, along)
-
-
-def _flat(case: dict[str, Any], before: str = "") -> dict[str, Any]:
-    """A case's numbers by their dotted keys."""
-    found: dict[str, Any] = {}
-    for name, value in case.items():
-        if isinstance(value, dict):
-            found |= _flat(value, f"{before}{name}.")
-        elif before:
-            found[f"{before}{name}"] = value
-    return found
+    position = {axis.key: of.kept[at] for axis, of, at in zip(product.axes, axes, kept, strict=True)}
+    found = curves_of_sweep(study, [position[key] for key in study.axes])
+    return states_record(study, kept, [("", found)])
 
 
 def _table(axes: Sequence[PageAxis], maps: Sequence[dict[str, Any]], rows: int) -> dict[str, Any]:
@@ -118,7 +92,7 @@ def _table(axes: Sequence[PageAxis], maps: Sequence[dict[str, Any]], rows: int) 
     return {"rows": rows, "columns": columns, "cells": None}
 
 
-def _sections(title: str, run: Run, document: dict[str, Any], thinning: str, states: Any) -> list[str]:
+def _sections(title: str, run: Run, document: dict[str, Any], thinning: str) -> list[str]:
     record = run.record
     links = {"answer": "Answer", "map": "Map", "design": "One design", "list": "Table", "study": "Study"}
     answer = html.text(run_text(run)) + html.warnings([thinning] if thinning else [])
@@ -127,9 +101,9 @@ def _sections(title: str, run: Run, document: dict[str, Any], thinning: str, sta
         html.section("answer", "What came out", answer, "answer"),
         html.section("map", "Map of the designs", html.MAP),
     ]
-    parts += [html.section("design", "The states of one design", html.STATES)] if states else []
     return [
         *parts,
+        html.section("design", "The states of one design", html.STATES),
         html.section("list", "All designs of this page", html.TABLE),
         *ending(record, document),
     ]

@@ -72,6 +72,38 @@ def test_the_states_are_those_of_the_run(swept, page_file):
     assert unpacked(line["array"]) == pytest.approx(states["flexor_tension_distal"].to_numpy(), rel=1e-6, abs=1e-6)
 
 
+CROWDS = {
+    "persons with a draw each": {
+        "people": {"count": 5},
+        "sheath": {"friction": {"mean": 0.07, "std": 0.005}},
+        "uncertainty": {"draws": 8},
+        "spring": {"stiffness": [3e3, 5e3]},
+    },
+    "draws": {"arm": {"b1": {"value": "150 mm", "tolerance": "5 %"}}, "uncertainty": {"draws": 4}},
+    "cases, of a mixed model": {
+        "cases": [{"name": "short", "arm": {"b1": 0.14}}, {"name": "paper", "model": {"slack": "bilateral"}}],
+        "tendon": {"flexor": {"pretension": [90.0, 120.0]}},
+    },
+    "persons along an arm": {"people": {"count": 3}, "arm": {"a1": {"from": 0.03, "to": 0.05, "num": 3}}},
+}
+
+
+@pytest.mark.parametrize("name", CROWDS)
+def test_a_sweep_over_a_crowd_shows_the_states_of_its_run(tmp_path, name):
+    motion = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
+    run = tendon.sweep(tendon.study(CROWDS[name] | motion), tmp_path / "run")
+    data = data_of(write_report(tmp_path / "run"))
+    for group in data["states"]["groups"]:
+        if group["label"] == "tension at the motor":
+            shown = [unpacked(line["array"]) for line in group["lines"]]
+    for side, values in zip(("flexor", "extensor"), shown, strict=True):
+        assert values == pytest.approx(run.states[f"{side}_tension_proximal"].to_numpy(), rel=1e-6, abs=1e-6)
+    straight = run.states["flexor_travel"].to_numpy()[run.states["elbow_angle"].to_numpy() == 0.0][::2]
+    arm = {name: np.array(values) for name, values in data["arms"][0].items()}
+    along = arm["b1"] + arm["b2"]
+    assert along - np.hypot(along, arm["a1"] - arm["a2"]) == pytest.approx(straight, abs=1e-6)  # H_f(0)
+
+
 def test_the_page_is_one_small_file_that_evaluates_nothing(page_file):
     text = page_file.read_text(encoding="utf-8")
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]

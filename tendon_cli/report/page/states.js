@@ -51,9 +51,9 @@ async function drawStates() {
 const angleNow = () => page.states.angles[shown.angle];
 
 function armNow() {
-  const arm = {};
-  for (const [name, given] of Object.entries(page.arm)) {
-    arm[name] = given.axis === null ? given.values[0] : given.values[shown.position[given.axis]];
+  const arm = {}, cell = keptCell(shown.cell);
+  for (const [name, given] of Object.entries(page.arms[page.states.groups[shown.group].arm])) {
+    arm[name] = given.length === 1 ? given[0] : given[cell];
   }
   return arm;
 }
