@@ -1,5 +1,7 @@
 """Sphinx configuration: Markdown pages, the library from its own documentation, everything usable offline."""
 
+from docutils.nodes import SkipNode
+from latex2mathml.converter import convert
 from pygments.lexers.special import TextLexer
 
 from tendon_cli import __version__
@@ -19,6 +21,7 @@ autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 
 html_theme = "furo"
+html_math_renderer = "mathml"  # which browsers draw themselves; MathJax would come from the network
 html_title = f"tendon {__version__}"
 html_static_path = []
 html_show_sphinx = False
@@ -26,6 +29,19 @@ pygments_style = "friendly"
 pygments_dark_style = "native"
 
 
+def inline(writer, node):
+    """Write a formula within a line."""
+    writer.body.append(convert(node.astext()))
+    raise SkipNode
+
+
+def displayed(writer, node):
+    """Write a formula that stands alone."""
+    writer.body.append(convert(node.astext(), display="block"))
+    raise SkipNode
+
+
 def setup(app):
-    """Let tables of numbers be shown as they are."""
+    """Let tables of numbers be shown as they are, and formulas without the network."""
     app.add_lexer("csv", TextLexer)
+    app.add_html_math_renderer("mathml", (inline, None), (displayed, None))
