@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from tendon_cli.commands import options
+from tendon_cli.commands.report import tell_of_stale_page
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
@@ -43,5 +44,6 @@ def check(
         found = compare(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
     text = as_markdown(found.text, holds=found.holds) if markdown else found.text
     print_result(as_json_text(found.record) if as_json else text)
+    tell_of_stale_page(run)
     if not found.holds:
         raise typer.Exit(EXIT_NOT_AS_HOPED)

@@ -7,6 +7,7 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
+from tendon_cli.commands.report import tell_of_stale_page
 from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED
 from tendon_cli.startup import keep_freed_memory
@@ -49,6 +50,8 @@ def design(
     said = ", up to date" if answer.up_to_date else f" in {answer.record['seconds']:.3g} s"
     end = f"\n{loaded.name}{said}, in {folder}: {', '.join([*files, *answer.record['figures']])}"
     print_result(as_json_text(answer.record) if as_json else answer.text + end, unless=quiet and not as_json)
+    if not quiet:
+        tell_of_stale_page(folder)
     if not answer.feasible:
         raise typer.Exit(EXIT_NOT_AS_HOPED)
 

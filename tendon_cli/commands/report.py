@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from tendon_cli.commands import options
-from tendon_cli.terminal import as_json_text, print_result
+from tendon_cli.terminal import as_json_text, print_note, print_result
 
 RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="folder of a sweep, a design or the paper")]
 Page = Annotated[Path | None, typer.Option(metavar="FILE", help="where to; default report.html in the run's folder")]
@@ -18,3 +18,11 @@ def report(run: RunFolder, out: Page = None, as_json: options.AsJson = False) ->
 
     written = str(write_report(run, out))
     print_result(as_json_text({"report": written}) if as_json else written)
+
+
+def tell_of_stale_page(folder: Path) -> None:
+    """Say where the page in a run's folder is of earlier results."""
+    from tendon_cli.report.stale import stale_note
+
+    if said := stale_note(folder):
+        print_note(said)

@@ -7,6 +7,7 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
+from tendon_cli.commands.report import tell_of_stale_page
 from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
 from tendon_cli.startup import keep_freed_memory
@@ -71,6 +72,8 @@ def sweep(
     from tendon_cli.summary import run_text
 
     print_result(as_json_text(run.record) if as_json else run_text(run), unless=quiet and not as_json)
+    if not quiet:
+        tell_of_stale_page(folder)
     if run.record["no_equilibrium"] and not allow_no_equilibrium:
         raise typer.Exit(EXIT_NOT_AS_HOPED)
 

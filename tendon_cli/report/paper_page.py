@@ -11,12 +11,12 @@ from tendon_cli.errors import InputError
 from tendon_cli.files import read_file
 from tendon_cli.report import html
 from tendon_cli.report.data import NO_DATA
+from tendon_cli.report.stale import LEDGER
 
 MOST_PICTURES = 3_000_000
 """Bytes of all figures together; the others are named."""
 
 
-LEDGER = "ledger.json"
 MOST_LEDGER = 10**6
 _FIELDS = ("id", "verdict", "finding", "value")
 

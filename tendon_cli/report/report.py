@@ -9,12 +9,11 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import open_file, output_errors, write_shared
 from tendon_cli.report.design_page import design_page
 from tendon_cli.report.html import MARK
-from tendon_cli.report.paper_page import LEDGER, paper_page
+from tendon_cli.report.paper_page import paper_page
+from tendon_cli.report.stale import LEDGER, NAME, origin_mark
 from tendon_cli.report.sweep_page import sweep_page
 from tendon_cli.sweep.record import RECORD
 from tendon_cli.sweep.results import open_run
-
-NAME = "report.html"
 
 
 def write_report(folder: Path, out: Path | None = None) -> Path:
@@ -25,7 +24,8 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
     target = out or folder / NAME
     if not _is_ours(target):
         raise UsageError("is no page of tendon, and is left as it is", where=str(target), hint="another --out")
-    write_shared(target, _page_of(folder).encode())
+    page = _page_of(folder).replace(MARK, f"{MARK}\n{origin_mark(folder)}", 1)
+    write_shared(target, page.encode())
     return target
 
 
