@@ -10,6 +10,7 @@ the same thing: then the number stands only as far as they agree on it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -90,19 +91,23 @@ class Fitted:
         return float(np.linalg.lstsq(np.stack(base_of(self.points, self.with_gain), axis=1), column, rcond=None)[0][0])
 
     def doubt(self, known: dict[str, Effect]) -> float:
-        """Standard error of μ for offsets or a delay that chance may hide.
+        """Standard error of μ for offsets or a delay that chance may hide, of those that the readings can tell at all.
 
-        How far they would move it, by Akaike's weights, of those that the readings can tell at all.
+        The fits with and without each count by Akaike's weights, each with its own error and how far it moves μ
+        (Burnham and Anderson, Model Selection and Multimodel Inference, 2002, 4.3.2).
         """
-        worst = 0.0
+        own = self.linear.error(0)
+        spread, weights = 0.0, 1.0
         for name in {OFFSETS, DELAY} & (set(known) - {effect.name for effect in self.effects}):
             linear = self.with_effect(known[name])
             if linear.assumed or linear.error(0) > _WORST * abs(self.friction):
                 continue
-            gain = min(linear.likelihood - self.linear.likelihood - len(known[name].columns), 50.0)
-            weight = float(np.exp(gain) / (1.0 + np.exp(gain)))
-            worst = max(worst, np.sqrt(weight) * abs(float(linear.values[0]) - self.friction))
-        return worst
+            gain = linear.likelihood - self.linear.likelihood - len(known[name].columns)
+            weight = math.exp(min(gain, 50.0))
+            moved = float(linear.values[0]) - self.friction
+            spread += weight * max(linear.error(0) ** 2 - own**2 + moved**2, 0.0)
+            weights += weight
+        return math.sqrt(spread / weights)
 
     def with_effect(self, effect: Effect) -> Linear:
         """The fit with one more effect."""

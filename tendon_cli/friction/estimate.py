@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.friction.rate import rates_of
 from tendon_cli.friction.reading.readings import Floats, Integers
 from tendon_cli.model.sheath import capstan_ratio
 
 PER_STROKE = 8
-_FEWEST_FOR_SLOPE = 5
 ASSUMED_SCATTER = 0.03
 """Standard deviation of the friction from stroke to stroke, relative, where too few strokes show none."""
 
@@ -113,33 +113,15 @@ def points_of(slipping: Slipping, *, robust: bool = False) -> Points:
         splits = np.cumsum(count)[:-1]
         log_ratio = np.array([np.median(values) for values in np.split(slipping.log_ratio[order], splits)])
     of_part = np.rint(mean(slipping.stroke)).astype(np.int64)
-    rate = _rate(slipping, order, part, count, of_part)
+    rate = None
+    if slipping.time is not None:
+        # Of both cells together, so that it stands half way between the prompt and the late one.
+        both = 0.5 * np.bincount(part, np.log(slipping.motor * slipping.load)[order]) / count
+        rate = rates_of(mean(slipping.time), both, of_part)
     way = np.rint(mean(slipping.way)).astype(np.int64)
     point = np.empty_like(part)
     point[order] = part
     return Points(log_ratio, load, rate, way, mean(slipping.bend_angle), mean(slipping.place), of_part, point)
-
-
-def _rate(slipping: Slipping, order: Integers, part: Integers, count: Integers, stroke: Integers) -> Floats | None:
-    """d ln F/dt of each part: the slope within it, or to its neighbours in the stroke where it has few rows.
-
-    Of both cells together, so that it stands half way between the prompt and the late one.
-    """
-    if slipping.time is None:
-        return None
-    time, force = slipping.time[order], 0.5 * np.log(slipping.motor * slipping.load)[order]
-    mean_time, mean_force = (np.bincount(part, column) / count for column in (time, force))
-    if np.any((np.diff(mean_time) <= 0.0) & (np.diff(stroke) == 0)):
-        return None
-    away = time - mean_time[part]
-    spread = np.bincount(part, away**2)
-    if np.min(count) >= _FEWEST_FOR_SLOPE and np.all(spread > 0.0):
-        return np.asarray(np.bincount(part, away * force) / spread)
-    rate = np.zeros(len(count))
-    for rows in np.split(np.arange(len(count)), np.flatnonzero(np.diff(stroke)) + 1):
-        if len(rows) > 1:
-            rate[rows] = np.gradient(mean_force[rows], mean_time[rows])
-    return rate
 
 
 def solve(points: Points, columns: list[Floats], *, robust: bool = False) -> Linear:

@@ -12,11 +12,11 @@ from tendon_cli.errors import UsageError
 from tendon_cli.friction import remarks
 from tendon_cli.friction.bend import BendAngle, bend_angles, parse_bend_angle
 from tendon_cli.friction.checks import check_forces, check_result, check_strokes
-from tendon_cli.friction.directions import find_motor
+from tendon_cli.friction.directions import Directions, find_motor
 from tendon_cli.friction.effects import DELAY, OFFSETS, Fitted, fit_effects
 from tendon_cli.friction.estimate import Slipping, log_ratio_of, points_of, solve
 from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
-from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, Parts, SetAside
+from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, FrictionUncertainty, Parts, SetAside
 from tendon_cli.friction.selection import Selection, drop_inside, select
 from tendon_cli.friction.uncertainty import uncertainty_of
 
@@ -76,18 +76,34 @@ def fit_readings(
             break
         chosen = dropped
     check_result(fitted, slipping, readings, np.flatnonzero(chosen.stroke >= 0), is_log=chosen.is_log)
-    fit = Fit(
+    uncertainty = uncertainty_of(fitted.linear, slipping, angle_share, fitted.doubt(known))
+    fit = _result(readings, bend, way, chosen, slipping, fitted, rows, uncertainty)
+    return remarks.judged(fit, fitted, known)
+
+
+def _result(
+    readings: Readings,
+    bend: BendAngle | None,
+    way: Directions,
+    chosen: Selection,
+    slipping: Slipping,
+    fitted: Fitted,
+    rows: FittedRows,
+    uncertainty: FrictionUncertainty,
+) -> Fit:
+    """The fit without its checks, and with what is known of its directions as notes and warnings."""
+    return Fit(
         friction=fitted.friction,
-        uncertainty=uncertainty_of(fitted.linear, slipping, angle_share, fitted.doubt(known)),
+        uncertainty=uncertainty,
         gain_ratio=math.exp(fitted.log_gain),
-        gain_estimated=with_gain,
-        by_direction=_by_direction(slipping, angle_share),
+        gain_estimated=fitted.with_gain,
+        by_direction=_by_direction(slipping, uncertainty.bend_angle / abs(fitted.friction)),
         bend_angle_text=bend.text if bend else _angles_text(slipping.bend_angle),
         bend_angle_uncertainty_text=bend.uncertainty_text if bend else None,
         bend_angles=tuple(float(angle) for angle in np.unique(slipping.bend_angle)),
         motor=way.motor,
         is_log=chosen.is_log,
-        robust=robust,
+        robust=fitted.robust,
         strokes=int(slipping.stroke.max()) + 1,
         rows=rows,
         parts=_parts(fitted),
@@ -99,7 +115,6 @@ def fit_readings(
         source=readings.source,
         sha256=readings.sha256,
     )
-    return remarks.judged(fit, fitted, known)
 
 
 def _slipping(

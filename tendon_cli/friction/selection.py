@@ -26,7 +26,7 @@ _UNLOADED = 0.03
 _STANDS = 4
 _FEWEST_ELSEWHERE = 10
 _FAR_INSIDE = 0.1
-_MOVING = 0.12
+_MOVING = 0.03
 _LEAST_SHARE = 0.1
 _NOTHING = 1e-9
 """Of the usual force of a cell: what is below it is nothing."""

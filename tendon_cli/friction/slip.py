@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.friction.corner import FEWEST_FOR_CORNER, LONG, trimmed
 from tendon_cli.friction.levels import levels_of, noise_of, smoothed
 from tendon_cli.friction.reading.readings import Floats, Integers
 
@@ -24,13 +25,9 @@ INSIDE = "inside both limits (at rest or sticking within a stroke)"
 
 _OUTER = 0.5
 """A stroke's rows lie beyond this share of the way from the middle to the limit."""
-_MARGIN = 0.3
-"""Share of the rise that is left out after the corner, since the corner itself is found from noisy rows."""
-_FEWEST_FOR_CORNER = 16
-_PAUSED = 0.4
-"""Where less than this share of a run is left, the motor may have paused on the way."""
-_BINS = 96
-_LONG, _STRAY = 5, 0.3
+_WITHIN = 0.35
+"""A run that falls back no further than to this share goes on."""
+_STRAY = 0.3
 """Where runs have several rows, one with less than this share of the usual number is what is left of another."""
 
 
@@ -74,21 +71,35 @@ def separate(
     else:
         side = way_of if named is None else np.where(way_of == named, way_of, 0)
     runs = _runs(side, border, 2 * width + 1 if width > 1 else 0)
-    kept = [_trim(log_ratio, smooth, run, half, noise, left) for run in runs]
+    kept = [trimmed(log_ratio, smooth, run, half, noise, left) for run in runs]
+    number, reasons = _numbered(log_ratio, runs, kept, border, max(0.2 * half, 4.0 * noise))
+    side = np.where(number >= 0, side, 0)
+    sides = np.array([way for (_, _, way), (begin, end) in zip(runs, kept, strict=True) if end > begin])
+    turns = int(np.count_nonzero(np.diff(sides)))
+    one_sided = turns < 2 and (half == 0.0 or abs(middle) > 0.5 * half or turns == 0)
+    against = np.zeros(size, dtype=bool) if named is None else way_of * named < 0
+    return Slip(number, side, reasons, one_sided, _still_moving(log_ratio, forces, runs, kept, half), against)
+
+
+def _numbered(
+    log_ratio: Floats,
+    runs: list[tuple[int, int, int]],
+    kept: list[tuple[int, int]],
+    border: Integers,
+    far: float,
+) -> tuple[Integers, npt.NDArray[np.object_]]:
+    """Number of the stroke of each row, -1 for none, and why; strokes whose level is `far` inside are left out."""
+    number, reasons = np.full(len(log_ratio), -1, dtype=np.int64), np.full(len(log_ratio), NOT_YET, dtype=object)
     levels = np.array([np.median(log_ratio[a:b]) if b > a else np.nan for a, b in kept])
-    number, reasons = np.full(size, -1, dtype=np.int64), np.full(size, NOT_YET, dtype=object)
-    found = {way: [level for level, run in zip(levels, runs, strict=True) if run[2] == way and np.isfinite(level)]
-             for way in (1, -1)}  # fmt: skip
-    typical = {way: float(np.median(mine)) if mine else np.nan for way, mine in found.items()}
+    ways = np.array([way for _, _, way in runs])
+    typical = {way: float(np.median(mine)) if len(mine) else np.nan
+               for way in (1, -1) for mine in [levels[(ways == way) & np.isfinite(levels)]]}  # fmt: skip
     usual = float(np.median([b - a for a, b in kept if b > a] or [0]))
     count, before = 0, (0, 0)
     for (first, last, way), (begin, end), level in zip(runs, kept, levels, strict=True):
         reasons[first:last] = STICKING if count else NOT_YET
-        if (
-            begin == end
-            or (usual >= _LONG and end - begin < _STRAY * usual)
-            or way * (typical[way] - level) > max(0.2 * half, 4.0 * noise)
-        ):
+        short = usual >= LONG and end - begin < _STRAY * usual
+        if begin == end or short or way * (typical[way] - level) > far:
             reasons[first:last] = PARTIAL
             continue
         reasons[end:] = STICKING
@@ -98,20 +109,22 @@ def separate(
         count += int(before != (way, int(border[begin])))
         before = way, int(border[begin])
         number[begin:end] = count - 1
-    side = np.where(number >= 0, side, 0)
-    sides = np.array([way for (_, _, way), (begin, end) in zip(runs, kept, strict=True) if end > begin])
-    turns = int(np.count_nonzero(np.diff(sides)))
-    one_sided = turns < 2 and (half == 0.0 or abs(middle) > 0.5 * half or turns == 0)
-    against = np.zeros(size, dtype=bool) if named is None else way_of * named < 0
-    return Slip(number, side, reasons, one_sided, _still_moving(log_ratio, forces, runs, kept, half), against)
+    return number, reasons
 
 
 def _sides(smooth: Floats, middle: float, half: float, noise: float) -> Integers:
     """+1 and -1 beyond half the way to a limit, 0 between and where noise hides the limits."""
     side = np.zeros(len(smooth), dtype=np.int64)
     if half > 3.0 * noise:
-        side[smooth > middle + _OUTER * half] = 1
-        side[smooth < middle - _OUTER * half] = -1
+        for way in (1, -1):
+            height = way * (smooth - middle) / half
+            beyond = np.flatnonzero(height > _OUTER)
+            # Noise about the border does not end a run.
+            fallen = np.concatenate([[0], np.cumsum(height <= _WITHIN)])
+            joined = np.flatnonzero(np.diff(fallen[beyond]) == 0)
+            for first, last in zip(beyond[joined], beyond[joined + 1], strict=True):
+                side[first:last] = way
+            side[beyond] = way
     return side
 
 
@@ -136,70 +149,6 @@ def _runs(side: Integers, border: Integers, gap: int) -> list[tuple[int, int, in
     ]  # fmt: skip
 
 
-def _trim(
-    log_ratio: Floats, smooth: Floats, run: tuple[int, int, int], half: float, noise: float, left: float
-) -> tuple[int, int]:
-    """The slipping rows of one run: from the corner where the rise ends to the one where the next reversal begins."""
-    first, last, way = run
-    height = way * log_ratio[first:last]
-    if len(height) < _FEWEST_FOR_CORNER:
-        return _trim_short(height, first, half, noise)
-    level = float(np.median(height[len(height) // 3 :]))
-    step = max(0.15 * half, min(4.0 * left, 0.3 * half))
-    begin, end = 0, len(height)
-    if level - way * smooth[last - 1] > step:
-        end -= _corner(height[::-1][: len(height) // 2 + 1])
-        end -= 2 + (len(height) - end) // 2
-    if level - way * smooth[first] > step and end > 4:
-        begin = _corner(height[:end])
-        # The run begins at three quarters of the rise (half way from the middle to the limit): in a tendon that lets
-        # go bit by bit, 0.56 of the time has then passed.
-        begin += 2 + int(np.ceil(_MARGIN * begin / 0.44))
-        if end - begin < _PAUSED * end:
-            begin = min(begin, _after_pause(height[:end], way * smooth[first : first + end], level, step))
-    fewest = min(_FEWEST_FOR_CORNER // 2, len(height) // 4)
-    return (first + begin, first + end) if end - begin >= fewest else (first, first)
-
-
-def _after_pause(height: Floats, smooth: Floats, level: float, step: float) -> int:
-    """Where a rise that was held up ends: its last bit takes as long as the bit of the same height before it."""
-    below = [np.flatnonzero(smooth < level - deep) for deep in (step, 2.0 * step)]
-    near, far = (int(rows[-1]) if len(rows) else 0 for rows in below)
-    return min(near + 2 + int(np.ceil(1.5 * (near - far))), len(height))
-
-
-def _trim_short(height: Floats, first: int, half: float, noise: float) -> tuple[int, int]:
-    """The same where a corner cannot be fitted: rows at either end that lie well inside the level."""
-    level = float(np.median(height[len(height) // 3 :]))
-    near = np.flatnonzero(height >= level - max(3.0 * noise, 0.03 * half, 1e-12))
-    begin, end = first + int(near[0]), first + int(near[-1]) + 1
-    # The first of many may have been on its way.
-    return (begin + 1, end) if end - begin >= _LONG else (begin, end)
-
-
-def _corner(height: Floats) -> int:
-    """Row at which a rise turns into a level; 0 where the rows do not bend that way.
-
-    Two straight lines that meet are fitted by least squares, for each meeting point on a grid at once: what a bend at
-    one point explains beyond one straight line is its projection.
-    """
-    size = len(height)
-    bins = min(_BINS, size)
-    if bins < 4:
-        return 0
-    edges = np.linspace(0, size, bins + 1).astype(np.int64)
-    y = np.add.reduceat(height, edges[:-1]) / np.diff(edges)
-    t = (edges[:-1] + edges[1:] - 1) / 2.0
-    straight, _ = np.linalg.qr(np.stack([np.ones(bins), t], axis=1))
-    bends = np.maximum(t[:, None] - t[None, 1:-1], 0.0)
-    bends -= straight @ (straight.T @ bends)
-    along = bends.T @ y
-    # Only a bend downward, from a rise to a level, is a corner of this kind.
-    explained = np.where(along < 0.0, along**2 / np.maximum(np.sum(bends**2, axis=0), 1e-300), 0.0)
-    best = int(np.argmax(explained))
-    return int(np.ceil(t[best + 1])) + 1 if explained[best] > 0.0 else 0
-
-
 def _still_moving(
     log_ratio: Floats,
     forces: tuple[Floats, Floats],
@@ -212,7 +161,7 @@ def _still_moving(
     steps = np.zeros(2)
     for (first, last, way), (start, end) in zip(runs, kept, strict=True):
         # A short run was trimmed by the value of its rows, which says nothing about how they move.
-        begin = max(first, end - max(3, (end - first) // 3)) if last - first < _FEWEST_FOR_CORNER else start
+        begin = max(first, end - max(3, (end - first) // 3)) if last - first < FEWEST_FOR_CORNER else start
         rise = start - before
         if end - begin >= 3 and (begin > first or rise > 0) and half > 0.0:
             quarter = max(1, (end - begin) // 4)

@@ -48,6 +48,15 @@ def test_levels_far_apart_are_warned_of(name: str, counts) -> None:
     assert all(any("zero error" in text for text in fit.warnings) for fit in counts[name].fits)
 
 
+@pytest.mark.parametrize("name", ["dwell while sticking", "delay 100 ms, crank"])
+def test_weak_spots_hold(name: str) -> None:
+    """A motor that pauses while the tendon sticks, and a late cell whose noise must not hide how late it is."""
+    count = run(name, 20, first_seed=9)
+    assert len(count.fits) == count.seeds
+    assert np.mean([covers(fit) for fit in count.fits]) >= 0.8
+    assert abs(count.bias()) < 0.015
+
+
 @pytest.mark.torture
 def test_two_hundred_seeds_of_every_case() -> None:
     counts = {name: run(name, 200) for name in CASES}
