@@ -91,7 +91,7 @@ def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[
     """Fold all states of a block into what was found of its designs: `model.extremes.fold`."""
     chosen = kind()
     if chosen is None:
-        fold(found, State.of(at), elbow_angle)
+        fold(found, at, elbow_angle)
     else:
         native().extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), found)
 

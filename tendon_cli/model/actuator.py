@@ -14,7 +14,7 @@ import numpy as np
 from tendon_cli.model import sheath, statics
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Array, Kinematics, Real, kinematics
-from tendon_cli.model.statics import Balance, Coupling, Flag, Status
+from tendon_cli.model.statics import Balance, Coupling, Flag, Flags, Response, Status
 
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
@@ -83,6 +83,22 @@ class Situation:
             elbow_torque=self.gravity_moment * self.sine,
         )
 
+    @cached_property
+    def response(self) -> Response:
+        """How the tensions follow pretension."""
+        return statics.respond(self.coupling, unilateral=self.design.unilateral)
+
+    @cached_property
+    def held_stiffness(self) -> tuple[Array, Array]:
+        """Elbow stiffness, taut and slack, but for what the flexor's tension takes of it, N m/rad."""
+        slope = self.gravity_moment * self.cosine
+        return statics.held_stiffness(self.coupling, self.response, slope, unilateral=self.design.unilateral)
+
+    @cached_property
+    def motor_arms(self) -> tuple[Array, Array]:
+        """τ_m per distal newton of either side, m."""
+        return motor_arms(self.design, self.flexor, self.extensor)
+
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -93,42 +109,75 @@ class State:
     """
 
     situation: Situation
-    balance: Balance
-    flexor_tension_proximal: Array
-    extensor_tension_proximal: Array
-    flexor_slack: Array
-    extensor_slack: Array
-    elbow_torque: Array
-    motor_torque: Array
-    spool_angle: Array
-    elbow_stiffness: Array
+    flexor_pretension: Real
+    extensor_pretension: Real
 
     @classmethod
     def of(cls, situation: Situation) -> State:
-        """Solve every state of the broadcast product of a situation."""
-        design, tied = situation.design, situation.coupling
-        pretensions = design.flexor.pretension, design.extensor.pretension
-        balance = statics.solve(tied, *pretensions, unilateral=design.unilateral)
-        flexor_arm, extensor_arm = motor_arms(design, situation.flexor, situation.extensor)
-        flexor_slack, extensor_slack = _slack_lengths(design, balance)
-        return cls(
-            situation=situation,
-            balance=balance,
-            flexor_tension_proximal=balance.flexor / situation.flexor.capstan,
-            extensor_tension_proximal=balance.extensor / situation.extensor.capstan,
-            flexor_slack=flexor_slack,
-            extensor_slack=extensor_slack,
-            elbow_torque=np.where(np.isnan(tied.moment_arm), np.nan, tied.elbow_torque),
-            motor_torque=np.asarray(balance.flexor * flexor_arm - balance.extensor * extensor_arm),
-            spool_angle=_spool_angle(situation, balance),
-            elbow_stiffness=statics.elbow_stiffness(
-                tied,
-                balance,
-                situation.motion.flexor_moment_arm_slope,
-                situation.gravity_moment * situation.cosine,
-                unilateral=design.unilateral,
-            ),
-        )
+        """Every state of the broadcast product of a situation, at its design's pretensions."""
+        return cls(situation, situation.design.flexor.pretension, situation.design.extensor.pretension)
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Distal tensions, and which side is slack."""
+        at, pretensions = self.situation, (self.flexor_pretension, self.extensor_pretension)
+        return statics.solve(at.coupling, *pretensions, unilateral=at.design.unilateral, response=at.response)
+
+    @property
+    def flexor_tension_proximal(self) -> Array:
+        """At the motor, N."""
+        return np.asarray(self.balance.flexor / self.flexor.capstan)
+
+    @property
+    def extensor_tension_proximal(self) -> Array:
+        """At the motor, N."""
+        return np.asarray(self.balance.extensor / self.extensor.capstan)
+
+    @property
+    def flexor_slack(self) -> Array:
+        """Length, m: the loose path belongs to the slack side, at the spool's ratio."""
+        return self._slack_length(self.balance.flexor_slack, 1.0 / np.asarray(self.situation.design.ratio))
+
+    @property
+    def extensor_slack(self) -> Array:
+        """Length, m."""
+        return self._slack_length(self.balance.extensor_slack, None)
+
+    def _slack_length(self, slack: Flags, per_path: Array | None) -> Array:
+        balance, unilateral = self.balance, np.asarray(self.situation.design.unilateral)
+        alone = unilateral & ~(balance.flexor_slack & balance.extensor_slack)
+        taut = np.where(alone & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
+        if not slack.any():
+            return taut
+        return np.where(slack & alone, balance.path if per_path is None else balance.path * per_path, taut)
+
+    @property
+    def elbow_torque(self) -> Array:
+        """τ_a, N m."""
+        return np.where(np.isnan(self.coupling.moment_arm), np.nan, self.coupling.elbow_torque)
+
+    @property
+    def motor_torque(self) -> Array:
+        """τ_m (Eq. 17), N m."""
+        flexor_arm, extensor_arm = self.situation.motor_arms
+        return np.asarray(self.balance.flexor * flexor_arm - self.balance.extensor * extensor_arm)
+
+    @property
+    def elbow_stiffness(self) -> Array:
+        """k, with the motor held, N m/rad."""
+        slope = self.motion.flexor_moment_arm_slope
+        return statics.elbow_stiffness(self.situation.held_stiffness, self.balance, slope)
+
+    @property
+    def spool_angle(self) -> Array:
+        """α from the pretensioned state, read from a side under tension; any angle does where neither is, rad."""
+        design, motion, status = self.situation.design, self.motion, self.status
+        stretch = self.flexor.compliance * (self.balance.flexor - self.flexor_pretension)
+        by_flexor = np.asarray((motion.flexor_travel + stretch) / design.flexor_radius)
+        stretch = self.extensor.compliance * (self.balance.extensor - self.extensor_pretension)
+        by_extensor = (motion.extensor_travel - stretch) / (design.ratio * np.asarray(design.flexor_radius))
+        alpha = np.where((status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, by_flexor)
+        return np.where((status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)
 
     @property
     def status(self) -> Status:
@@ -158,8 +207,8 @@ class State:
     def columns(self) -> dict[str, Array]:
         """The result columns of a table of states, by name, but for the status."""
         at, balance, motion = self.situation, self.balance, self.situation.motion
-        flexor_change = balance.flexor - at.design.flexor.pretension
-        extensor_change = balance.extensor - at.design.extensor.pretension
+        flexor_change = balance.flexor - self.flexor_pretension
+        extensor_change = balance.extensor - self.extensor_pretension
         return {
             "flexor_tension_proximal": self.flexor_tension_proximal,
             "flexor_tension_distal": balance.flexor,
@@ -225,25 +274,3 @@ def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:
     """Solve every state of the broadcast product of `design`, `elbow_angle` (rad) and `flexion` (else extension)."""
     return State.of(Situation.of(design, elbow_angle, flexion))
-
-
-def _slack_lengths(design: Design, balance: Balance) -> tuple[Array, Array]:
-    """Slack of flexor and extensor: the loose path belongs to the slack side, at the spool's ratio."""
-    status, lengths = balance.status, (balance.loose * (1.0 / np.asarray(design.ratio)), balance.loose)
-    known = np.asarray(design.unilateral) & (status < statics.BOTH_SLACK)
-    flexor, extensor = (
-        np.where(known, np.where(status == side, length, 0.0), np.nan)
-        for side, length in zip((statics.FLEXOR_SLACK, statics.EXTENSOR_SLACK), lengths, strict=True)
-    )
-    return flexor, extensor
-
-
-def _spool_angle(at: Situation, balance: Balance) -> Array:
-    """α from the pretensioned state, read from a side that is under tension; any angle does where neither is."""
-    design, motion = at.design, at.motion
-    flexor_stretch = at.flexor.compliance * (balance.flexor - design.flexor.pretension)
-    alpha = np.asarray((motion.flexor_travel + flexor_stretch) / design.flexor_radius)
-    extensor_stretch = at.extensor.compliance * (balance.extensor - design.extensor.pretension)
-    by_extensor = (motion.extensor_travel - extensor_stretch) / (design.ratio * np.asarray(design.flexor_radius))
-    alpha = np.where((balance.status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, alpha)
-    return np.where((balance.status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)

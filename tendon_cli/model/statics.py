@@ -12,6 +12,7 @@ come out (see docs/physics.md).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -82,24 +83,50 @@ class Response:
     """y at the shortfall, N."""
     extensor_gain: Array
     """dy/dF where taut."""
+    idle: Flags
+    """Whether there is next to no load, so that unilateral tendons are slack both at once."""
 
 
 @dataclass(frozen=True, eq=False)
 class Balance:
     """The solution of a state."""
 
+    coupling: Coupling
+    unilateral: Flag
     flexor: Array
     """x, distal flexor tension, N."""
     extensor: Array
     """y, distal extensor tension, N."""
-    status: Status
-    """Index into STATUS_NAMES."""
-    shortfall: Array
-    """Smallest pretension of both sides that keeps the state taut, N."""
+    flexor_slack: Flags
+    """Whether the flexor is; where none is, one flag for all."""
+    extensor_slack: Flags
+    """Likewise the extensor."""
+    pretension: Array
+    """Of both sides, or what does the same, N."""
     surplus: Array
-    """By how much the common pretension is above that, N."""
-    loose: Array
-    """σ = η c_f x + c_e y - D >= 0, path length that no tendon takes up; 0 where taut, m."""
+    """By how much that is above the smallest that keeps the state taut, N."""
+
+    @cached_property
+    def status(self) -> Status:
+        """Index into STATUS_NAMES."""
+        slack = self.flexor_slack * np.int8(FLEXOR_SLACK) + self.extensor_slack * np.int8(EXTENSOR_SLACK)
+        return np.where(np.isnan(self.coupling.moment_arm), np.int8(NO_EQUILIBRIUM), slack)
+
+    @cached_property
+    def is_slack(self) -> Flags:
+        """Whether either side is."""
+        return np.asarray(self.flexor_slack | self.extensor_slack)
+
+    @property
+    def path(self) -> Array:
+        """η c_f x + c_e y - D of a slack state, m."""
+        return np.asarray(-self.coupling.common_compliance * self.surplus)
+
+    @property
+    def loose(self) -> Array:
+        """σ >= 0, path length that no tendon takes up; 0 where taut, m."""
+        taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.surplus))
+        return np.where(self.is_slack & np.asarray(self.unilateral), self.path, taut)
 
 
 def coupling(
@@ -154,6 +181,7 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
         flexor_gain=flexor_gain,
         extensor_floor=floor_y,
         extensor_gain=extensor_gain,
+        idle=idle,
     )
 
 
@@ -177,52 +205,63 @@ def _tolerance(tension: Array, pretension: Array) -> Array:
 def common_pretension(
     ratio: Real, flexor_compliance: Array, extensor_compliance: Array,
     flexor_pretension: Real, extensor_pretension: Real,
-) -> Real:  # fmt: skip
+) -> Array:  # fmt: skip
     """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance."""
     turned = np.asarray(ratio * flexor_compliance)
     share = turned * (1.0 / (turned + extensor_compliance))
     return np.asarray(extensor_pretension + share * np.subtract(flexor_pretension, extensor_pretension))
 
 
-def solve(state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True) -> Balance:
+def solve(
+    state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True,
+    response: Response | None = None,
+) -> Balance:  # fmt: skip
     """Distal tensions and status. `unilateral` tendons cannot push; otherwise negative tension is the paper's slack.
 
-    Where J <= 0 the tensions are not numbers.
+    Where J <= 0 the tensions are not numbers. `response` is what `respond` gives, for whoever has it already.
     """
-    response = respond(state, unilateral=unilateral)
+    response = respond(state, unilateral=unilateral) if response is None else response
     compliances = state.flexor_compliance, state.extensor_compliance
     pretension = common_pretension(state.ratio, *compliances, flexor_pretension, extensor_pretension)
     surplus = np.asarray(pretension - response.shortfall)
     taking = np.maximum(surplus, response.lowest)
-    flexor_slack, extensor_slack = pretension < response.flexor_limit, pretension < response.extensor_limit
-    status = flexor_slack * np.int8(FLEXOR_SLACK) + extensor_slack * np.int8(EXTENSOR_SLACK)
-    status = np.where(np.isnan(state.moment_arm), np.int8(NO_EQUILIBRIUM), status)
-    loose = np.where((status > TAUT) & np.asarray(unilateral), -state.common_compliance * surplus, 0.0 * surplus)
     return Balance(
+        coupling=state,
+        unilateral=unilateral,
         flexor=response.flexor_floor + response.flexor_gain * taking,
         extensor=response.extensor_floor + response.extensor_gain * taking,
-        status=status,
-        shortfall=response.shortfall,
+        flexor_slack=_if_any(pretension < response.flexor_limit),
+        extensor_slack=_if_any(pretension < response.extensor_limit),
+        pretension=pretension,
         surplus=surplus,
-        loose=loose,
     )
 
 
-def elbow_stiffness(
-    state: Coupling, balance: Balance, moment_arm_slope: Array, elbow_torque_slope: Array, *, unilateral: Flag = True
-) -> Array:
-    """k = J²/c_f + R_elb²/c_e + dτ_a/dθ - x dJ/dθ with the motor held, N m/rad; a slack tendon adds nothing.
+def _if_any(flags: Flags) -> Flags:
+    """Flags; where none is set, one for all, so that what is made of them costs nothing."""
+    return flags if flags.any() else np.zeros((1,) * np.ndim(flags), np.bool_)
+
+
+def held_stiffness(
+    state: Coupling, response: Response, elbow_torque_slope: Array, *, unilateral: Flag = True
+) -> tuple[Array, Array]:
+    """J²/c_f + R_elb²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
+    flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
+    extensor = np.square(state.elbow_radius) / state.extensor_compliance
+    left = np.where(response.idle, 0.0, np.where(state.elbow_torque < 0.0, extensor, flexor))
+    taut = flexor + extensor
+    return taut + elbow_torque_slope, np.where(unilateral, left, taut) + elbow_torque_slope
+
+
+def elbow_stiffness(held: tuple[Array, Array], balance: Balance, moment_arm_slope: Array) -> Array:
+    """k = J²/c_f + R_elb²/c_e + dτ_a/dθ - x dJ/dθ with the motor held, N m/rad; `held` is what `held_stiffness` gives.
 
     Negative where the arm is unstable: there the spool must turn back while the elbow goes on, and the direction of
     friction that the state assumes is wrong.
     """
-    both = balance.status == BOTH_SLACK
-    flexor_pulls = ~(((balance.status == FLEXOR_SLACK) | both) & np.asarray(unilateral))
-    extensor_pulls = ~(((balance.status == EXTENSOR_SLACK) | both) & np.asarray(unilateral))
-    flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
-    extensor = np.square(state.elbow_radius) / state.extensor_compliance
-    springs = flexor_pulls * flexor + extensor_pulls * extensor
-    return np.asarray(springs + elbow_torque_slope - balance.flexor * moment_arm_slope)
+    taut, slack = held
+    springs = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
+    return np.asarray(springs - balance.flexor * moment_arm_slope)
 
 
 def pretension_shortfall(state: Coupling) -> Array:

@@ -120,7 +120,7 @@ class DesignRows:
         plan, lengths = self.inputs.plan, block.shape[:-2]
         free, arm = set(self.inputs.only_pretension), set(self.inputs.of_the_arm)
         whole = set(range(len(lengths)))
-        most_of = [(whole, plan.states_per_design, plan.block_states)]
+        most_of = [(whole, 1, _DESIGNS), (whole - free, plan.states_per_design, plan.block_states)]
         if kernel.kind():
             per_arm, states = len(plan.elbow_angles), plan.states_per_design
             most_of = [
@@ -137,4 +137,4 @@ class DesignRows:
 
 
 _DESIGNS, _STATES, _ARRAY = 2**15, 2**24, 2**18
-"""Designs and states that compiled code takes at once, and values in an array that it is given."""
+"""Designs and states that are taken at once, and values in an array that compiled code is given."""

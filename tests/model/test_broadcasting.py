@@ -1,6 +1,7 @@
 """Products of many axes give, bit for bit, what one state at a time gives."""
 
 from dataclasses import fields, is_dataclass
+from functools import cached_property
 
 import numpy as np
 import pytest
@@ -11,13 +12,16 @@ from .designs import baseline, design, scattered
 
 
 def leaves(result, prefix=""):
-    """All arrays of a nested result, by name."""
-    for field in fields(result):
-        value = getattr(result, field.name)
+    """All arrays of a nested result, also those that are made of its fields, by name."""
+    made = [name for name, each in vars(type(result)).items() if isinstance(each, property | cached_property)]
+    for name in (*(field.name for field in fields(result)), *made):
+        value = getattr(result, name)
         if is_dataclass(value):
-            yield from leaves(value, f"{prefix}{field.name}.")
+            yield from leaves(value, f"{prefix}{name}.")
+        elif isinstance(value, tuple):
+            yield from ((f"{prefix}{name}.{place}", each) for place, each in enumerate(value))
         else:
-            yield prefix + field.name, value
+            yield prefix + name, value
 
 
 def assert_identical(found, expected, name):
