@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -73,8 +74,10 @@ def head(title: str, under: str, links: Mapping[str, str]) -> str:
 
 
 def text(said: str) -> str:
-    """Text with its own lines."""
-    return f"<pre>{escape(said)}</pre>"
+    """Text with its own lines, which break where the page is narrow; columns stay in line, and are scrolled."""
+    parts = re.split(r"\n\n+", said)
+    kinds = [' class="columns" tabindex="0"' if re.search(r"\S {2,}\S", part) else "" for part in parts]
+    return "".join(f"<pre{kind}>{escape(part)}</pre>" for kind, part in zip(kinds, parts, strict=True))
 
 
 def folded(summary: str, said: str) -> str:

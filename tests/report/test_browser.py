@@ -2,6 +2,7 @@
 
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.report.report import write_report
 from tests.report.conftest import TITLE, until
 
@@ -42,6 +43,28 @@ def test_keys_move_the_cursor_and_enter_shows_the_states(opened, page_file):
         until(page, "document.getElementById('design-says').textContent.includes('82.5 N')")
         told = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
         assert told != "none"
+
+
+CELLS = """() => {
+  const map = document.getElementById("map"), drawn = map.calcdata[0][0], told = [];
+  for (const [i, j] of [[0, 0], [1, 1], [2, 2], [lengthOf(page.axes[view.x]) - 1, 0]]) {
+    moveCursor(i, j);
+    const { x0, x1, y0, y1 } = map.layout.shapes[0];
+    told.push([[x0, drawn.x[cursor.i]], [x1, drawn.x[cursor.i + 1]]]);
+    told.push([[y0, drawn.y[cursor.j]], [y1, drawn.y[cursor.j + 1]]]);
+  }
+  return told.flat();
+}"""
+
+
+def test_the_cursor_frames_the_cell_as_it_is_drawn(opened, answer_page, tmp_path):
+    axes = {"tendon": {"pretension": {"from": "60 N", "to": "240 N", "num": 4, "spacing": "log"}}}
+    axes |= {"spool": {"ratio": [1.0, 0.7, 0.6]}, "motion": {"elbow_angle": ["0 deg", "45 deg"]}}
+    tendon.sweep(tendon.study(axes), tmp_path / "run")
+    for file in (answer_page, write_report(tmp_path / "run")):
+        with opened(file) as page:
+            for framed, drawn in page.evaluate(CELLS):
+                assert framed == pytest.approx(drawn, rel=1e-9)
 
 
 def test_the_angle_moves_the_arm_and_tells_the_values(opened, page_file):

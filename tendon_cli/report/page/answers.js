@@ -38,7 +38,7 @@ async function drawFront() {
   const inFront = rows.filter((row) => on[row] > 0).sort((a, b) => xs[a] - xs[b]);
   const points = (chosen, more) => ({ type: "scatter", x: chosen.map((row) => xs[row]), y: chosen.map((row) => ys[row]), customdata: chosen, hovertemplate: `${x.label} %{x:.5g} ${x.unit}<br>${y.label} %{y:.5g} ${y.unit}<extra></extra>`, ...more });
   const traces = [
-    points(rows.filter((row) => !(on[row] > 0)), { mode: "markers", name: "choices", marker: { color: colour("faint"), size: 6 } }),
+    points(rows.filter((row) => !(on[row] > 0)), { mode: "markers", name: "choices", marker: { color: colour("faint"), size: 8 } }),
     points(inFront, { mode: "lines+markers", name: "on the front", line: { color: colour("flexor"), dash: "dot" }, marker: { symbol: "diamond", size: 10, color: colour("flexor") } }),
   ];
   const more = { dragmode: "select", title: { text: "Choices; drag a box to mark them on the map", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } };

@@ -93,8 +93,11 @@ function lineOfMap() {
 function cursorShape() {
   const edge = (axis, at) => {
     if (axis.names) return [at - 0.5, at + 0.5];
-    const [low, high] = [axis.values[Math.max(0, at - 1)], axis.values[Math.min(axis.values.length - 1, at + 1)]];
-    return [(low + axis.values[at]) / 2, (high + axis.values[at]) / 2];
+    const values = axis.values;
+    if (values.length < 2) return axis.is_log ? [values[0] / 2, values[0] * 2] : [values[0] - 0.5, values[0] + 0.5];
+    const to = (from, next, share) => (axis.is_log ? from * (next / from) ** share : from + share * (next - from));
+    const outwards = (step) => (values[at + step] === undefined ? to(values[at], values[at - step], -0.5) : to(values[at], values[at + step], 0.5));
+    return [outwards(-1), outwards(1)];
   };
   const [x0, x1] = edge(page.axes[view.x], cursor.i);
   if (view.y >= page.axes.length) return [{ type: "line", xref: "x", yref: "paper", x0: (x0 + x1) / 2, x1: (x0 + x1) / 2, y0: 0, y1: 1, line: { color: colour("mark") } }];
