@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.errors import FolderError, OutputError, SizeError, WorkersLostError
+from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import output_errors
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
@@ -21,6 +21,7 @@ from tendon_cli.sweep.part import PartResult, file_name
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.sweep.record import RECORD, read_record, stands, write_record
 from tendon_cli.sweep.suits import is_note
+from tendon_cli.tables.read import study_hash_of
 from tendon_cli.version import RESULTS_VERSION
 
 LOCK = ".lock"
@@ -187,7 +188,7 @@ class RunFolder:
         """Declare the run finished: `run.json` last of all, then the journal goes.
 
         A lost worker of an older run may have written late: parts that this run has not are deleted; raises
-        WorkersLostError where one of its own was replaced.
+        WorkersLostError where one of its own was replaced, InputError where it is no whole table any more.
         """
         sizes = {entry["path"]: entry["size"] for entry in record["files"]}
         for table in self.plan.study.output.tables if self.plan.parts > 1 else ():
@@ -196,8 +197,10 @@ class RunFolder:
                     self._delete(f"{table}.parquet/{item.name}")
         for name, size in sizes.items():
             if (self.path / name).lstat().st_size != size:
-                hint = "--resume computes it anew"
-                raise WorkersLostError("was changed while the run went on", where=str(self.path / name), hint=hint)
+                place, hint = str(self.path / name), "--resume computes it anew"
+                if study_hash_of(self.path / name) is None:
+                    raise InputError("was damaged while the run went on", where=place, hint=hint)
+                raise WorkersLostError("was replaced while the run went on", where=place, hint=hint)
         write_record(self.path, record)
         with contextlib.suppress(OSError):
             self._delete(JOURNAL)
