@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tendon_cli.sweep.sweep import share
+from tendon_cli.sweep.results import share
 from tendon_cli.units import UNITS
 
 if TYPE_CHECKING:

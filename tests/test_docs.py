@@ -126,3 +126,18 @@ def test_the_exit_codes_are_those_of_the_errors():
 def test_the_page_about_python_names_every_function():
     page = PAGES["python.md"]
     assert [name for name in tendon_cli.__all__ if name != "__version__" and f"`{name}(" not in page] == []
+
+
+def test_who_walks_from_a_study_to_a_written_part_finds_every_name():
+    """Files that CONTRIBUTING names are there, and what it says that a file has, the file has."""
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    package = ROOT / "tendon_cli"
+    walk = text.partition("## From a study")[2].partition("\n## ")[0]
+    pairs = re.findall(r"`(?:\w+\.)?(\w+)`(?:'s)? \(`([\w/]+\.py)`\)", walk)
+    pairs += [(name, file) for file, name in re.findall(r"`([\w/]+\.py)` `(\w+)`", walk)]
+    assert len(pairs) >= 8
+    for name, file in pairs:
+        source = next(path for path in (package / file, package / "sweep" / file) if path.exists()).read_text()
+        assert re.search(rf"^ *(def|class) {name}\b", source, re.MULTILINE), (name, file)
+    for file in re.findall(r"`([a-z_]+(?:/[a-z_]+)*\.(?:py|h))`", text):
+        assert list(package.rglob(file)), file

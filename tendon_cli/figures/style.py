@@ -180,19 +180,14 @@ def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.Bytes
             told.add_text(name, text)
     pixels = np.asarray(canvas.buffer_rgba())[:, :, :3]
     height, width, _ = pixels.shape
-    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
-    rows[:, 1:] = pixels.reshape(height, -1)
-    per_metre = round(_DPI / 0.0254)
-    chunks = [
-        (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)),  # eight bits, red, green and blue
-        (b"pHYs", struct.pack(">IIB", per_metre, per_metre, 1)),
-        *((kind, data) for kind, data, *_ in told.chunks),
-        (b"IDAT", zlib.compress(rows.data, 3)),
-        (b"IEND", b""),
-    ]
+    rows = np.pad(pixels.reshape(height, -1), ((0, 0), (1, 0)))  # each begins with its filter: none
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # eight bits of red, green and blue
+    size = struct.pack(">IIB", *2 * [round(_DPI / 0.0254)], 1)
+    texts = ((kind, data) for kind, data, _ in told.chunks)
+    drawn = zlib.compress(rows.data, 3)
     buffer.write(b"\x89PNG\r\n\x1a\n")
-    for kind, data in chunks:
-        PngImagePlugin.putchunk(buffer, kind, data)
+    for chunk in ((b"IHDR", header), (b"pHYs", size), *texts, (b"IDAT", drawn), (b"IEND",)):
+        PngImagePlugin.putchunk(buffer, *chunk)
 
 
 def save(figure: Figure, path: Path, *, must_fit: bool = False, about: Mapping[str, str] | None = None) -> Path:

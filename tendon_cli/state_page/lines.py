@@ -1,4 +1,4 @@
-"""Lines of a page that works something out for a check by hand, and how they are printed."""
+"""Lines of a page that works a state out for a check by hand, section by section, and how they are printed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+
+from tendon_cli.model.actuator import State
+from tendon_cli.model.design import Design
+from tendon_cli.model.statics import NO_EQUILIBRIUM
 
 
 @dataclass(frozen=True)
@@ -48,3 +52,117 @@ def one(values: npt.ArrayLike) -> float:
 def null_if_nan(value: float) -> float | None:
     """As JSON has it."""
     return None if np.isnan(value) else value
+
+
+def sections_of(state: State, angle: float) -> list[PageSection]:
+    """A state from its geometry on, at an elbow angle in degrees; up to its load where it has no equilibrium."""
+    design = state.situation.design
+    found = [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
+    if int(state.status.flat[0]) != NO_EQUILIBRIUM:
+        found += [_balance(state, design), _results(state, design)]
+    return found
+
+
+def _geometry(state: State, design: Design, angle: float) -> PageSection:
+    motion, anchors = state.motion, design.arm.anchors
+    theta = float(np.radians(angle))
+    reference = "L_c(0) - L_c" if np.any(design.from_initial) else "(b1 + b2) - L_c"
+    return PageSection(
+        "Geometry",
+        (
+            PageLine("a1, b1", "proximal anchor of the flexor", (one(anchors.a1), one(anchors.b1)), "m", "Fig. 2"),
+            PageLine("a2, b2", "distal anchor of the flexor", (one(anchors.a2), one(anchors.b2)), "m", "Fig. 2"),
+            PageLine("θ", f"elbow angle, {angle:.6g} deg", (theta,), "rad"),
+            PageLine("L_c", "distance between the anchors", (one(motion.flexor_path),), "m", "Eq. 1"),
+            PageLine("H_f", reference, (one(motion.flexor_travel),), "m", "Eq. 2"),
+            PageLine("H_e", "R_elb θ", (one(motion.extensor_travel),), "m", "Eq. 2"),
+            PageLine("J", "-dL_c/dθ", (one(motion.flexor_moment_arm),), "m", "Eq. 5"),
+            PageLine("R_elb", "moment arm of the extensor", (one(anchors.elbow_radius),), "m", "Fig. 2"),
+        ),
+    )
+
+
+def _sheath(state: State, design: Design) -> PageSection:
+    sides = (design.flexor, design.extensor)
+    transmissions = (state.flexor, state.extensor)
+    exponents = tuple(one(side.friction) * one(side.bend_angle) for side in sides)
+    return PageSection(
+        "Sheath, tendon and spring (flexor, extensor)",
+        (
+            PageLine("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
+            PageLine(
+                "e^(σμφ)",
+                "distal / proximal tension",
+                tuple(one(t.capstan) for t in transmissions),
+                "1",
+                "Eq. 6, A.17",
+            ),
+            PageLine(
+                "c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tuple(one(t.tendon) for t in transmissions), "m/N", "Eq. 13"
+            ),
+            PageLine("1/K_SE", "series spring", tuple(one(t.spring) for t in transmissions), "m/N", "Eq. 14"),
+            PageLine("c_f, c_e", "c_Ten + 1/K_SE", tuple(one(t.compliance) for t in transmissions), "m/N", "Eq. 16"),
+            PageLine("F0", "pretension", tuple(one(side.pretension) for side in sides), "N", "Eq. 13"),
+        ),
+    )
+
+
+def _load(state: State, design: Design, angle: float) -> PageSection:
+    arm = design.arm
+    mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
+    inclination = np.radians(angle) + one(arm.upper_arm_angle)
+    return PageSection(
+        "Load",
+        (
+            PageLine("M", "m_f d_com + m d_load", (mass_moment,), "kg m"),
+            PageLine("θ + ψ", "inclination of the forearm", (float(inclination),), "rad"),
+            PageLine("τ_a", "M g sin(θ + ψ), g = 9.81", (one(state.coupling.elbow_torque),), "N m", "Eq. 5"),
+        ),
+    )
+
+
+def _balance(state: State, design: Design) -> PageSection:
+    tied, ratio = state.coupling, one(design.ratio)
+    c_f, c_e, moment_arm = one(tied.flexor_compliance), one(tied.extensor_compliance), one(tied.moment_arm)
+    radius, torque = one(tied.elbow_radius), one(tied.elbow_torque)
+    preload = one(tied.mismatch) + ratio * c_f * one(design.flexor.pretension) + c_e * one(design.extensor.pretension)
+    determinant = ratio * c_f * radius + moment_arm * c_e
+    x_both = (c_e * torque + radius * preload) / determinant
+    y_both = (moment_arm * preload - ratio * c_f * torque) / determinant
+    x, y = one(state.balance.flexor), one(state.balance.extensor)
+    rule = "max(y_b, 0, -τ_a/R_elb)" if np.all(design.unilateral) else "y_b (bilateral: may be negative)"
+    return PageSection(
+        "Balance of elbow and spool",
+        (
+            PageLine("η", "R_e / R_f", (ratio,), "1", "Eq. 12"),
+            PageLine("h", "H_e - η H_f", (one(tied.mismatch),), "m", "Eq. 12"),
+            PageLine("D", "h + η c_f F0_f + c_e F0_e", (preload,), "m", "Eq. 16"),
+            PageLine("Δ", "η c_f R_elb + J c_e", (determinant,), "m²/N"),
+            PageLine("x_b", "(c_e τ_a + R_elb D) / Δ", (x_both,), "N", "Eqs. 5, 16"),
+            PageLine("y_b", "(J D - η c_f τ_a) / Δ", (y_both,), "N", "Eqs. 5, 16"),
+            PageLine("y", rule, (y,), "N"),
+            PageLine("x", "(τ_a + R_elb y) / J", (x,), "N", "Eq. 5"),
+            PageLine("σ", "η c_f x + c_e y - D, path that is loose", (one(state.balance.loose),), "m"),
+        ),
+    )  # fmt: skip
+
+
+def _results(state: State, design: Design) -> PageSection:
+    balance = state.balance
+    distal = (one(balance.flexor), one(balance.extensor))
+    proximal = (one(state.flexor_tension_proximal), one(state.extensor_tension_proximal))
+    changes = (distal[0] - one(design.flexor.pretension), distal[1] - one(design.extensor.pretension))
+    paired = list(zip((state.flexor, state.extensor), changes, strict=True))
+    tendon_stretch = tuple(one(side.tendon) * change for side, change in paired)
+    spring_stretch = tuple(one(side.spring) * change for side, change in paired)
+    lines = [
+        PageLine("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
+        PageLine("F_I", "F_o / e^(σμφ), at the motor", proximal, "N", "Eq. 6"),
+        PageLine("ΔL_Ten", "c_Ten (F_o - F0)", tendon_stretch, "m", "Eq. 13"),
+        PageLine("ΔL_SE", "(F_o - F0) / K_SE", spring_stretch, "m", "Eq. 14"),
+        PageLine("τ_m", "(F_I^f - η F_I^e) R_f", (one(state.motor_torque),), "N m", "Eq. 17"),
+        PageLine("α", "spool angle", (one(state.spool_angle),), "rad", "Eq. 2"),
+        PageLine("s", "slack of flexor and extensor", (one(state.flexor_slack), one(state.extensor_slack)), "m"),
+        PageLine("k", "elbow stiffness, motor held", (one(state.elbow_stiffness),), "N m/rad"),
+    ]  # fmt: skip
+    return PageSection("Results", tuple(line for line in lines if not all(np.isnan(line.values))))

@@ -14,7 +14,7 @@ from tendon_cli import kernel
 from tendon_cli.model import extremes, window
 from tendon_cli.model.design import Design
 from tendon_cli.model.limits import Bounds
-from tendon_cli.sweep.cycles import cycle_columns
+from tendon_cli.quantities import OF_CYCLES
 from tendon_cli.sweep.inputs import Inputs, bounds_of, motor_bounds_of
 from tendon_cli.sweep.plan import Block
 
@@ -65,7 +65,7 @@ class DesignRows:
         for block in self._small(self.block):
             self.go_on()
             found = self._found(block)
-            results = extremes.finished(found, plan.states_per_design) | cycle_columns(self.inputs, block)
+            results = extremes.finished(found, plan.states_per_design) | _cycles(self.inputs, block)
             results |= extremes.of_design(self.inputs.design(block), found) | self._window(block)
             judged = extremes.judged(results, plan.study.limits)
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
@@ -138,3 +138,27 @@ class DesignRows:
 
 _DESIGNS, _STATES, _ARRAY = 2**15, 2**24, 2**18
 """Designs and states that are taken at once, and values in an array that compiled code is given."""
+
+_LIMITS_OF_CYCLES = ("max_spool_travel", "max_motor_work_in", "max_friction_loss", "min_efficiency")
+"""Limits that do not have the name of their column."""
+
+
+def _cycles(inputs: Inputs, block: Block) -> extremes.Found:
+    """What the motor of each design does over both strokes: the columns that a speed of the elbow adds.
+
+    In the shape of the block's designs, also by the names of their limits; none without a speed. States are taken
+    `_ARRAY` at once; between two elbow angles there are some more.
+    """
+    speed = inputs.plan.study.motion.speed
+    if speed is None:
+        return {}
+    from tendon_cli.model.cycle import cycle  # only a study of motion pays for its import
+
+    shape = block.shape[:-2]
+    long = max(range(len(shape)), key=lambda axis: shape[axis], default=None)
+    if long is not None and shape[long] > 1 and block.design_count * inputs.plan.states_per_design > _ARRAY:
+        halves = [_cycles(inputs, half) for half in block.halves(long)]
+        return {name: np.concatenate([half[name] for half in halves], axis=long) for name in halves[0]}
+    found = cycle(inputs.design(block), *inputs.motion(block), speed.single)
+    columns = {name: np.broadcast_to(getattr(found, name), shape) for name in OF_CYCLES}
+    return columns | {limit: columns[limit.partition("_")[2]] for limit in _LIMITS_OF_CYCLES}

@@ -19,15 +19,13 @@ from tendon_cli.errors import (
     WorkersLostError,
     is_memory_short,
 )
-from tendon_cli.sweep.columns import versions
-from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.ownership import check_folder
 from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, part_index
 from tendon_cli.sweep.record import read_record, stands
+from tendon_cli.sweep.results import record_of
 from tendon_cli.sweep.run_folder import RunFolder
-from tendon_cli.sweep.suits import feasible_suits, suits
 from tendon_cli.sweep.threads import in_threads
 
 Progress = Callable[[int, int], None]
@@ -66,46 +64,49 @@ def run(
     """
     check_folder(folder, resume=resume, overwrite=overwrite)
     replaces = overwrite and folder.clear()
-    started = time.monotonic()
+    started, plan = time.monotonic(), folder.plan
+    runner = runner or in_threads(min(jobs, plan.parts))
     record = read_record(folder.path)
-    journal = Journal(folder.path / JOURNAL) if replaces else Journal.read(folder.path / JOURNAL)
     if record is not None:
-        damaged = [entry["path"] for entry in record["files"] if not stands(folder.path, entry)]
-        if not damaged:
-            return Outcome(record, up_to_date=True)
-        if not resume:
-            raise FolderError(
-                f"{len(damaged)} of {len(record['files'])} files are missing or damaged, the first is {damaged[0]}",
-                where=str(folder.path),
-                hint="--resume computes just these anew",
-            )
-        return _repaired(folder, record, damaged, runner or in_threads(jobs), stop)
-    done = {} if replaces else folder.intact(journal.parts)
-    journal.parts = done
-    plan = folder.plan
-    figures = list(journal.figures)
-    journal.start(folder.header())
-    if figures:
-        journal.announce(figures)
-    resumed = len(done)
+        return _repaired(folder, record, runner if resume else None, stop)
+    journal = _begun(folder, replaces=replaces)
+    resumed = len(journal.parts)
 
     def take(result: PartResult) -> None:
         journal.add(result)
         progress(len(journal.parts), plan.parts)
 
     progress(resumed, plan.parts)
-    missing = (index for index in range(plan.parts) if index not in done)
-    compute(_maker(folder, stop), runner or in_threads(min(jobs, plan.parts)), missing, take)
-    return Outcome(
-        record_of(folder, list(journal.parts.values()), resumed, time.monotonic() - started), up_to_date=False
-    )
+    missing = (index for index in range(plan.parts) if index not in journal.parts)
+    compute(_maker(folder, stop), runner, missing, take)
+    seconds = time.monotonic() - started
+    return Outcome(record_of(folder, list(journal.parts.values()), resumed, seconds), up_to_date=False)
 
 
-def _repaired(
-    folder: RunFolder, record: dict[str, Any], damaged: list[str], runner: Runner, stop: threading.Event
-) -> Outcome:
-    """A finished run whose damaged parts are computed again; the same parts give the same bytes."""
+def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
+    """The journal of the run, on the disk, with what of an unfinished one stands."""
+    path = folder.path / JOURNAL
+    journal = Journal(path) if replaces else Journal.read(path)
+    journal.parts = folder.intact(journal.parts)
+    figures = list(journal.figures)
+    journal.start(folder.header())
+    if figures:
+        journal.announce(figures)
+    return journal
+
+
+def _repaired(folder: RunFolder, record: dict[str, Any], runner: Runner | None, stop: threading.Event) -> Outcome:
+    """A finished run whose damaged parts are computed again, if they may be; the same parts give the same bytes."""
     entries = {entry["path"]: entry for entry in record["files"]}
+    damaged = [path for path, entry in entries.items() if not stands(folder.path, entry)]
+    if not damaged:
+        return Outcome(record, up_to_date=True)
+    if runner is None:
+        raise FolderError(
+            f"{len(damaged)} of {len(entries)} files are missing or damaged, the first is {damaged[0]}",
+            where=str(folder.path),
+            hint="--resume computes just these anew",
+        )
 
     def take(result: PartResult) -> None:
         for name, file in result.files.items():
@@ -181,28 +182,3 @@ def place(maker: PartMaker, index: int) -> str:
         for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
     ]
     return f"part {index} (designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'})"
-
-
-def record_of(folder: RunFolder, parts: list[PartResult], resumed: int, seconds: float) -> dict[str, Any]:
-    """What a finished run tells of itself."""
-    plan = folder.plan
-    parts = sorted(parts, key=lambda part: part.index)
-    return {
-        "name": plan.study.name,
-        "title": plan.study.title,
-        **{key: value for key, value in folder.identity().items() if key != "study"},
-        "designs": plan.designs,
-        "states": plan.states,
-        **asdict(sum((part.totals for part in parts), Totals())),
-        "suits": suits(plan),
-        "feasible_suits": feasible_suits(plan, ((part.index, part.suits) for part in parts)),
-        "parts": plan.parts,
-        "resumed_parts": resumed,
-        "files": [{"path": name, **asdict(file)} for part in parts for name, file in part.files.items()],
-        "seconds": round(seconds, 3),
-        "versions": versions(),
-        "study": plan.study.document(),
-        "figures": [],
-        "figure_seconds": 0.0,
-        "warnings": [],
-    }

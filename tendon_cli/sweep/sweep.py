@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import shutil
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from tendon_cli import kernel
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from tendon_cli.errors import OutputError, Stopped, UsageError
 from tendon_cli.study.study import Study
-from tendon_cli.sweep.in_memory import MemoryMaker
 from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.ownership import check_folder
-from tendon_cli.sweep.part import PartResult, Runner
-from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.part import PartMaker, PartResult, Runner, rows_at_once
+from tendon_cli.sweep.plan import ROW_GROUP, Plan
 from tendon_cli.sweep.record import write_record
-from tendon_cli.sweep.results import Run
-from tendon_cli.sweep.run import Progress, available_cores, compute, record_of, run
+from tendon_cli.sweep.results import Run, record_of, warnings_of
+from tendon_cli.sweep.run import Outcome, Progress, available_cores, compute, run
 from tendon_cli.sweep.run_folder import FIGURES, RunFolder
 from tendon_cli.sweep.threads import in_threads
+from tendon_cli.tables.write import RowGroups, TableFile, WrittenFile
 
 Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
 """Draws figures of a run folder into another: their names, what could not be drawn, why there is no map."""
@@ -63,21 +67,18 @@ def sweep(
         check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
         folder.check_space()
         with _runner(scheduler, jobs) as runner, folder.locked(use_lock=lock):
-            outcome = run(
-                folder,
-                jobs=jobs or available_cores(),
-                stop=ended,
-                progress=progress,
-                resume=resume,
-                overwrite=overwrite,
-                runner=runner,
-            )
-            record = outcome.record
-            if outcome.up_to_date and not (draw is not None and _wants_figures(study, out, record)):
-                return Run(record, out, up_to_date=True)
-            note = _with_figures(folder, record, draw, up_to_date=outcome.up_to_date)
-            folder.finish(record)
-    return Run(record, out, up_to_date=outcome.up_to_date, note=note)
+            how: Any = {"stop": ended, "progress": progress, "resume": resume, "overwrite": overwrite, "runner": runner}
+            return _finished(folder, run(folder, jobs=jobs or available_cores(), **how), draw)
+
+
+def _finished(folder: RunFolder, outcome: Outcome, draw: Draw | None) -> Run:
+    """The run with its figures, where they are missing; it is recorded last of all."""
+    record, stands = outcome.record, outcome.up_to_date
+    if stands and not (draw is not None and _wants_figures(folder.plan.study, folder.path, record)):
+        return Run(record, folder.path, up_to_date=True)
+    note = _with_figures(folder, record, draw, up_to_date=stands)
+    folder.finish(record)
+    return Run(record, folder.path, up_to_date=stands, note=note)
 
 
 def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
@@ -117,7 +118,7 @@ def _wants_figures(study: Study, out: Path, record: dict[str, Any]) -> bool:
 def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress) -> Run:
     """Every part computed into memory."""
     started = time.monotonic()
-    maker = MemoryMaker(plan, Path(), stop)
+    maker = _MemoryMaker(plan, Path(), stop)
     parts: list[PartResult] = []
 
     def take(result: PartResult) -> None:
@@ -128,6 +129,48 @@ def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress)
     record = record_of(RunFolder(Path(), plan), parts, 0, time.monotonic() - started)
     record |= {"files": [], "warnings": warnings_of(plan.study, record)}
     return Run(record, None, tables=maker.tables_read())
+
+
+class _MemoryFile(TableFile):
+    """A table's file that is written into memory."""
+
+    def __init__(self, name: str, groups: RowGroups, file: io.BytesIO, kept: dict[str, bytes]) -> None:
+        self.path = Path(name)
+        self._groups, self._memory, self._kept, self._name = groups, file, kept, name
+        self._file, self._in_place, self._written = file, False, None
+
+    def finish(self) -> WrittenFile:
+        written = self.close()
+        self._kept[self._name] = self._memory.getvalue()
+        self._in_place = True
+        return written
+
+    def _give_up(self) -> None:
+        self._memory.close()
+
+
+@dataclass(frozen=True)
+class _MemoryMaker(PartMaker):
+    """Makes parts whose files never reach the disk."""
+
+    files: dict[str, bytes] = field(default_factory=dict, kw_only=True)
+    """By their names in a run folder."""
+
+    def tables_read(self) -> dict[str, pa.Table]:
+        """The tables, each of all its parts; the files are let go of."""
+        tables = {}
+        for table in self.plan.study.output.tables:
+            names = sorted(name for name in self.files if name.startswith(table))
+            tables[str(table)] = pa.concat_tables(
+                [pq.read_table(pa.BufferReader(self.files.pop(name))) for name in names]
+            )
+        return tables
+
+    def _file(self, table: str, index: int, name: str) -> TableFile:
+        columns, schema = self.layout(table, index)
+        rows, file = self.plan.rows(table, self.plan.part(index)), io.BytesIO()
+        groups = RowGroups(file, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=rows_at_once(table))
+        return _MemoryFile(name, groups, file, self.files)
 
 
 @contextlib.contextmanager
@@ -163,34 +206,3 @@ def _ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event
         raise KeyboardInterrupt from None
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
-    """What a reader of the tables has to know first."""
-    models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
-    bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
-    found = list(study.warnings)
-    found += [remark] if (remark := kernel.remark()) else []
-    if record["no_equilibrium"]:
-        found.append(
-            f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has passed "
-            "the joint's centre (moment arm not above zero), where no tensions balance a positive elbow torque, and "
-            "those that balance another need not be the only ones; their results are null"
-        )
-    if bilateral and record["slack"]:
-        found.append(
-            "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
-            'slack = "unilateral" gives those of real tendons'
-        )
-    if record["unstable"]:
-        found.append(
-            f"{share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
-            "spool would have to turn back, and friction acts the other way there"
-        )
-    return found
-
-
-def share(part: int, whole: int, noun: str) -> str:
-    """A count of a whole, with its percentage where that says more."""
-    percent = f" ({100 * part / whole:.3g} %)" if 0 < part < whole else ""
-    return f"{part:,} of {whole:,} {noun}{percent}"

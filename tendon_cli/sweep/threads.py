@@ -42,16 +42,13 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
     def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
         room.acquire()
         with at_work:
-            return PartFailure(index, Stopped()) if ended.is_set() else computed(index)
-
-    def computed(index: int) -> PartFailure | Future[PartFailure | PartResult]:
-        part = _attempt(index, partial(maker.compute, index))
-        if isinstance(part, PartFailure):
-            return part
-        if ended.is_set():
-            part.discard()
-            return PartFailure(index, Stopped())
-        return disk.submit(_attempt, index, part.finish)
+            part = PartFailure(index, Stopped()) if ended.is_set() else _attempt(index, partial(maker.compute, index))
+            if isinstance(part, PartFailure):
+                return part
+            if ended.is_set():
+                part.discard()
+                return PartFailure(index, Stopped())
+            return disk.submit(_attempt, index, part.finish)
 
     with (
         ThreadPoolExecutor(jobs) as disk,
