@@ -9,7 +9,8 @@ import numpy as np
 
 from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict, Pair, conflict, counted, nearest, pairs
-from tendon_cli.design.fixes import Fix, affordable, fixes
+from tendon_cli.design.fixes import Fix, fixes
+from tendon_cli.design.opening import sampled
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.promising import best_of, leaves_out, promising
 from tendon_cli.design.rank import SERVED, USUAL, Goal, front, goals_of, knee
@@ -148,9 +149,11 @@ def _explained(found: Findings) -> Findings:
         rows = np.array([at for at, other in enumerate(named) if other == pair])
         conflicts.append(conflict(problem, pair, count, nearest(shut.taken(rows))))
     if found.chosen is None:
-        helps = tuple(fixes(problem, nearest(shut))) if affordable(problem) else ()
-        if not affordable(problem):
-            found.notes.append(f"what would fix it is not searched for over {len(problem.conditions):,} conditions")
-        return Findings(**{**vars(found), "conflicts": tuple(conflicts), "fixes": helps})
+        closest = nearest(shut)
+        some = sampled(problem, closest)
+        if some is not problem:
+            of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
+            found.notes.append(f"what would fix it is worked out for {of_all}, those that bind and others at random")
+        return Findings(**{**vars(found), "conflicts": tuple(conflicts), "fixes": tuple(fixes(some, closest))})
     moves = tuple(sensitivities(problem, found.chosen))
     return Findings(**{**vars(found), "conflicts": tuple(conflicts), "sensitivities": moves})

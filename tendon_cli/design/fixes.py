@@ -8,9 +8,11 @@ from itertools import combinations
 
 import numpy as np
 
-from tendon_cli.design.candidates import Candidates, numbers_of
+from tendon_cli.design.candidates import Candidates
+from tendon_cli.design.factors import Numbers
+from tendon_cli.design.opening import Opening, work
 from tendon_cli.design.problem import Flags, Problem
-from tendon_cli.design.solve import Solutions, solve
+from tendon_cli.design.solve import solve
 from tendon_cli.design.worst import WORST
 from tendon_cli.model.kinematics import Array
 
@@ -33,16 +35,13 @@ KNOBS = {
 _POINTS = 65
 _SECTIONS = 16
 _ROUNDS = 14
+_HALVINGS = 52
 _RADII = np.geomspace(2e-3, 2.5, 40)
 _PAIRED = 4
-_STATES_FOR_PAIRS = 20_000
-"""Of one choice; of more, two knobs together take too long."""
-
-_STATES_FOR_FIXES = 40_000
-"""Of one choice; of more, as of a crowd, changes of one knob take too long."""
-
-Opened = Callable[[Array], tuple[Flags, Array]]
-"""Of values of a knob, or of some: whether there is a window, and how wide it is, negative where empty."""
+_SMALL = 20_000
+"""Work of a choice from which on values are tried one by one."""
+_WORK_FOR_PAIRS = 600_000
+"""Of one choice under all conditions; of more, two knobs together take too long."""
 
 
 @dataclass(frozen=True)
@@ -68,25 +67,19 @@ class Fix:
         return float(np.linalg.norm(np.log(np.divide(self.after, self.before))))
 
 
-def affordable(problem: Problem) -> bool:
-    """Whether changes are tried at all: a few thousand designs are, under every condition."""
-    return len(problem.conditions) * problem.states_per_design <= _STATES_FOR_FIXES
-
-
 def fixes(problem: Problem, choice: Candidates) -> list[Fix]:
     """What each knob alone does for one choice, the least change first; and last the least of two together, if any."""
-    numbers = dict(numbers_of(problem, choice.columns))
-    before = {key: value for key in KNOBS if (value := _now(problem, numbers, key)) > 0.0}
-    alone = [_alone(problem, numbers, key, value) for key, value in before.items()]
+    opening = Opening.of(problem, choice)
+    before = {key: value for key in KNOBS if (value := _now(problem, opening.numbers, key)) > 0.0}
+    alone = [_alone(opening, key, value) for key, value in before.items()]
     alone.sort(key=lambda fix: fix.size)
-    states = len(problem.conditions) * problem.states_per_design
-    promising = [fix.knobs[0] for fix in alone][:_PAIRED] if states <= _STATES_FOR_PAIRS else []
-    pairs = [_together(problem, numbers, pair, before) for pair in combinations(promising, 2)]
+    promising = [fix.knobs[0] for fix in alone][:_PAIRED] if work(problem) <= _WORK_FOR_PAIRS else []
+    pairs = [_together(opening, pair, before) for pair in combinations(promising, 2)]
     together = min((fix for fix in pairs if fix is not None), key=lambda fix: fix.size, default=None)
     return [*alone, *([together] if together and together.size < alone[0].size * (1 - 1e-6) else [])]
 
 
-def _now(problem: Problem, numbers: dict[str, Array], key: str) -> float:
+def _now(problem: Problem, numbers: Numbers, key: str) -> float:
     """A knob's value in a choice; NaN where it has none of its own: it differs between conditions, or sides."""
     table, _, name = key.rpartition(".")
     sides = [f"{table}.{side}.{name}" for side in ("flexor", "extensor")]
@@ -99,83 +92,54 @@ def _now(problem: Problem, numbers: dict[str, Array], key: str) -> float:
     return np.nan if values is None or values.is_axis else values.single
 
 
-def _opened(problem: Problem, numbers: dict[str, Array], keys: tuple[str, ...]) -> Opened:
-    """Tries values of some knobs, (points, knobs), all else as it is."""
-
-    def opened(values: Array) -> tuple[Flags, Array]:
-        changed = {key: np.repeat(value, len(values)) for key, value in numbers.items()}
-        changed |= dict(zip(keys, values.T, strict=True))
-        found = solve(problem, changed, len(values), with_worst=False)
-        return found.feasible, _width(problem, found)
-
-    return opened
-
-
-def _width(problem: Problem, found: Solutions) -> Array:
-    """How far a window is open, N, or where a share is asked for, by how much more than enough is served."""
-    if problem.enough < 1.0:
-        return found.served - problem.enough
-    with np.errstate(invalid="ignore"):
-        width = found.pretension_to - found.pretension_from
-    return np.where(np.isnan(width), -np.inf, width)
-
-
-def _alone(problem: Problem, numbers: dict[str, Array], key: str, before: float) -> Fix:
-    opened, (low, high) = _opened(problem, numbers, (key,)), KNOBS[key]
+def _alone(opening: Opening, key: str, before: float) -> Fix:
+    low, high = KNOBS[key]
     ends = [end for end in (low, high) if (end - before) * (end - low - (high - end)) > 0.0]
-    found = [_nearest(opened, before, end) for end in ends]
+    found = [_nearest(opening, key, before, end) for end in ends]
     after = min((value for value in found if value is not None), key=lambda v: abs(np.log(v / before)), default=None)
     fix = Fix((key,), (before,), None if after is None else (after,), ((low, high),))
-    return _with_costs(problem, numbers, fix)
+    return _with_costs(opening, fix)
 
 
-def _nearest(opened: Opened, before: float, end: float) -> float | None:
+def _nearest(opening: Opening, key: str, before: float, end: float) -> float | None:
     """The value nearest to `before`, on the way to `end`, that opens a window."""
     values = np.geomspace(before, end, _POINTS)
-    is_open, width = opened(values[:, np.newaxis])
-    if not is_open.any():
-        values, is_open = _closer(opened, values, width)
-        if not is_open.any():
-            return None
-    first = int(np.argmax(is_open))
-    return values[0] if first == 0 else _edge(opened, values[first - 1], values[first])
-
-
-def _closer(opened: Opened, values: Array, width: Array) -> tuple[Array, Flags]:
-    """Between three values, where a narrow window may hide: around the one that is nearest to have one."""
-    is_open = np.zeros(len(values), dtype=np.bool_)
-    for _ in range(4):
-        at = int(np.argmax(width))
-        values = np.geomspace(values[max(at - 1, 0)], values[min(at + 1, len(values) - 1)], _SECTIONS)
-        is_open, width = opened(values[:, np.newaxis])
-        if is_open.any():
+    first, nearest = opening.first((key,), values[:, np.newaxis])
+    for _ in range(4):  # between three values, where a narrow window may hide: around the nearest to have one
+        if first is not None:
             break
-    return values, is_open
+        values = np.geomspace(values[max(nearest - 1, 0)], values[min(nearest + 1, len(values) - 1)], _SECTIONS)
+        first, nearest = opening.first((key,), values[:, np.newaxis])
+    if first is None:
+        return None
+    return float(values[0]) if first == 0 else _edge(opening, key, values[first - 1], values[first])
 
 
-def _edge(opened: Opened, shut: float, open_: float) -> float:
+def _edge(opening: Opening, key: str, shut: float, open_: float) -> float:
     """Where a window opens between two values; the last that has one."""
-    for _ in range(_ROUNDS):
-        values = np.linspace(shut, open_, _SECTIONS)
+    # Many small questions are faster asked together, large ones one by one.
+    sections, rounds = (_SECTIONS, _ROUNDS) if work(opening.problem) <= _SMALL else (3, _HALVINGS)
+    for _ in range(rounds):
+        values = np.linspace(shut, open_, sections)
         values[-1] = open_
-        is_open, _ = opened(values[1:-1, np.newaxis])
-        first = int(np.argmax(np.append(is_open, True))) + 1
+        first, _ = opening.first((key,), values[1:-1, np.newaxis])
+        first = sections - 1 if first is None else first + 1
+        if (shut, open_) == (values[first - 1], values[first]):
+            break
         shut, open_ = float(values[first - 1]), float(values[first])
     return open_
 
 
-def _together(
-    problem: Problem, numbers: dict[str, Array], keys: tuple[str, str], before: dict[str, float]
-) -> Fix | None:
+def _together(opening: Opening, keys: tuple[str, str], before: dict[str, float]) -> Fix | None:
     """The least change of two knobs, by its length in logarithms, along every direction of change."""
     start = np.array([before[key] for key in keys])
     low, high = np.array([KNOBS[key] for key in keys]).T
-    tried = _opened(problem, numbers, keys)
 
     def opened(logs: Array) -> Flags:
         values = start * np.exp(logs)
-        within = (values >= np.minimum(low, start)) & (values <= np.maximum(high, start))
-        return np.asarray(tried(values)[0] & np.all(within, axis=1))
+        within = np.all((values >= np.minimum(low, start)) & (values <= np.maximum(high, start)), axis=1)
+        within[within] = opening.tried(keys, values[within])
+        return np.asarray(within)
 
     angles, radii = np.linspace(0.0, 2 * np.pi, 33)[1:], _RADII
     for reach in (0.3, 0.03, 3e-3, 3e-4):
@@ -188,33 +152,36 @@ def _together(
     radius = float(_first_radii(opened, angles[[6]], radii, rounds=_ROUNDS)[0])
     after = start * np.exp(radius * np.array([np.cos(angle), np.sin(angle)]))
     fix = Fix(keys, tuple(map(float, start)), tuple(map(float, after)), tuple(KNOBS[key] for key in keys))
-    return _with_costs(problem, numbers, fix)
+    return _with_costs(opening, fix)
 
 
 def _first_radii(opened: Callable[[Array], Flags], angles: Array, radii: Array, *, rounds: int) -> Array:
-    """How far one must go in each direction until a window opens; infinite where it does not."""
-    ways = np.column_stack([np.cos(angles), np.sin(angles)])
-
-    def tried(radii: Array) -> Flags:
-        return opened((radii[..., np.newaxis] * ways[:, np.newaxis]).reshape(-1, 2)).reshape(radii.shape)
-
-    is_open = tried(np.broadcast_to(radii, (len(angles), len(radii))))
-    any_open = is_open.any(axis=1)
-    first = np.argmax(is_open, axis=1)
-    near, far = np.where(first > 0, radii[first - 1], 0.0), radii[first]
+    """How far one must go in the directions in which a window opens first; infinite in all others."""
+    ways, found = np.column_stack([np.cos(angles), np.sin(angles)]), np.full(len(angles), np.inf)
+    before, some = 0.0, np.empty(0, dtype=np.int64)
+    for radius in radii:
+        some = np.flatnonzero(opened(radius * ways))
+        if len(some):
+            break
+        before = float(radius)
+    if not len(some):
+        return found
+    near, far, rows = np.full(len(some), before), np.full(len(some), radius), np.arange(len(some))
     for _ in range(rounds):
         between = near[:, np.newaxis] + (far - near)[:, np.newaxis] * np.linspace(0.0, 1.0, 9)
         between[:, -1] = far
-        is_open = tried(between[:, 1:-1])
-        first = np.argmax(np.column_stack([is_open, np.ones(len(ways), bool)]), axis=1)
-        near, far = between[np.arange(len(ways)), first], between[np.arange(len(ways)), first + 1]
-    return np.where(any_open, far, np.inf)
+        points = between[:, 1:-1, np.newaxis] * ways[some, np.newaxis]
+        is_open = opened(points.reshape(-1, 2)).reshape(points.shape[:2])
+        first = np.argmax(np.column_stack([is_open, np.ones(len(some), bool)]), axis=1)
+        near, far = between[rows, first], between[rows, first + 1]
+    found[some] = far
+    return found
 
 
-def _with_costs(problem: Problem, numbers: dict[str, Array], fix: Fix) -> Fix:
+def _with_costs(opening: Opening, fix: Fix) -> Fix:
     if fix.after is None:
         return fix
-    changed = numbers | {key: np.array([value]) for key, value in zip(fix.knobs, fix.after, strict=True)}
-    found = solve(problem, changed, 1)
+    changed = {**opening.numbers, **{key: np.array([value]) for key, value in zip(fix.knobs, fix.after, strict=True)}}
+    found = solve(opening.problem, changed, 1)
     costs = {name: float(found.column(name)[0]) for name in WORST}
     return Fix(fix.knobs, fix.before, fix.after, fix.plausible, float(found.pretension[0]), costs)

@@ -23,13 +23,15 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Bounds
 from tendon_cli.model.motor_window import MotorBounds, narrowed
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.study.study import Study
+from tendon_cli.study.study import DRAW_AXIS, PERSON_AXIS, Study
 
 Flags = npt.NDArray[np.bool_]
 Rows = npt.NDArray[np.int64]
 
 _STATES_AT_ONCE = 2**21
 """So that the model's arrays stay within a few megabytes each."""
+_MOTOR_IN_NUMPY = 8
+"""By how much fewer are at once with limits on the motor, of which all states have arrays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +93,20 @@ class Problem:
         """The same question under some of its conditions alone, each of which counts by itself."""
         numbers = {key: values[conditions] for key, values in self.condition_numbers.items()}
         return replace(self, conditions=Combinations((Factor("", "", numbers, ("",) * len(conditions)),)))
+
+    def of_groups(self, chosen: Rows) -> Problem:
+        """The same question for some of those who count together, ascending."""
+        rows = np.flatnonzero(np.isin(self.groups, chosen))
+        numbers = {key: values[rows] for key, values in self.condition_numbers.items()}
+        groups = np.searchsorted(chosen, self.groups[rows])
+        factor, weighting = Factor("", "", numbers, ("",) * len(rows)), self.weighting[self.groups[rows]]
+        return replace(self, conditions=Combinations((factor,), weighting=weighting, groups=groups))
+
+    @property
+    def counted(self) -> str:
+        """What a share is of."""
+        kinds = {factor.key for factor in self.conditions.factors}
+        return "persons" if PERSON_AXIS in kinds else "draws" if DRAW_AXIS in kinds else "conditions"
 
     def saying(self, numbers: Numbers) -> Problem:
         """The same question where its conditions say something else, or more, of the study's numbers."""
@@ -171,7 +187,7 @@ class Problem:
         Raises Stopped between them where that is asked for.
         """
         under = len(self.conditions)
-        designs = max(1, _STATES_AT_ONCE // self.states_per_design)
+        designs = max(1, _STATES_AT_ONCE // self.states_per_design // (1 if self.motor is None else _MOTOR_IN_NUMPY))
         beside = min(under, max(1, designs // min(count, 2 * math.isqrt(designs))))
         step = max(1, designs // beside)
         for condition in range(0, under, beside):

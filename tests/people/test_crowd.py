@@ -5,7 +5,10 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.design import crowd as crowd_module
-from tendon_cli.design import doubt, fixes
+from tendon_cli.design import doubt, opening
+from tendon_cli.design.candidates import of_columns
+from tendon_cli.design.question import question
+from tendon_cli.design.solve import solve
 from tendon_cli.study.load import study_from
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
@@ -60,14 +63,55 @@ def test_figures_are_drawn_and_told(answer):
     assert again.up_to_date
 
 
-def test_where_no_choice_serves_enough_the_most_universal_is_told(monkeypatch):
-    monkeypatch.setattr(fixes, "_STATES_FOR_FIXES", 0)
-    found = tendon.design(tendon.study(PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0, 0.7, 0.6]}}))
+NOBODY_ENOUGH = PEOPLE | {"spring": {"stiffness": 3e3}, "spool": {"ratio": [1.0, 0.7, 0.6]}}
+
+
+def test_where_no_choice_serves_enough_the_most_universal_is_told_and_what_would_fix_it():
+    found = tendon.design(tendon.study(NOBODY_ENOUGH))
     assert found.feasible == 0
     best = found.choices["served"].idxmax()
     assert found.record["crowd"]["choice"] == best
     assert 0.0 < found.record["crowd"]["served"] < 0.95
-    assert any("not searched for over 200 conditions" in note for note in found.record["notes"])
+    assert not any("what would fix it" in note for note in found.record["notes"])
+    helps = [fix for fix in found.fixes if fix["after"] is not None and len(fix["knobs"]) == 1]
+    assert {"spool.ratio", "arm.elbow_radius"} <= {fix["knobs"][0] for fix in helps}
+    ratio = found.choices["spool_ratio"][best]
+    for fix in helps:
+        (key,), (before,), (after,) = fix["knobs"], fix["before"], fix["after"]
+        table, name = key.split(".")
+        for value, enough in ((after, True), (after - 1e-6 * (after - before), False)):
+            content = NOBODY_ENOUGH | {"spool": {"ratio": ratio}}
+            content |= {table: {**content.get(table, {}), name: value}}
+            problem = question(tendon.study(content))
+            assert bool(solve(problem, problem.choices.numbers(np.arange(1)), 1).feasible[0]) == enough, key
+
+
+def test_for_very_many_what_would_fix_it_is_worked_out_for_some_and_said(monkeypatch):
+    monkeypatch.setattr(opening, "_MOST", 20 * 2 * 14)
+    found = tendon.design(tendon.study(NOBODY_ENOUGH))
+    note = "what would fix it is worked out for 20 of the 100 persons, those that bind and others at random"
+    assert note in found.record["notes"]
+    assert any(fix["after"] is not None for fix in found.fixes)
+
+
+@pytest.mark.parametrize("serve", [1.0, 0.95, 0.5])
+@pytest.mark.parametrize("people", [{"people": {"count": 200}}, {"load": {"mass": np.linspace(0, 8, 90).tolist()}}])
+def test_trying_few_conditions_first_changes_nothing(serve, people):
+    motion = {"elbow_angle": {"from": 0.0, "to": "90 deg", "num": 5}}
+    loads = {"load": {"mass": [0.0, 5.0]}} | people
+    problem = question(tendon.study({"motion": motion, "design": {"serve": serve}, **loads}))
+    choice = of_columns(problem, {}, 1)
+    staged = opening.Opening.of(problem, choice)
+    whole = opening.Opening(problem, staged.numbers, ((problem, 1.0),))
+    assert len(staged.stages) == 3
+    keys = ("spool.ratio", "spring.stiffness")
+    values = np.random.default_rng(1).uniform((0.2, 1e3), (1.2, 2e4), (150, 2))
+    expected = whole.tried(keys, values)
+    assert 0 < expected.sum() < len(values)
+    np.testing.assert_array_equal(staged.tried(keys, values), expected)
+    for at in range(0, 150, 25):
+        first, _ = staged.first(keys, values[at : at + 25])
+        assert first == (int(np.argmax(expected[at : at + 25])) if expected[at : at + 25].any() else None)
 
 
 DOUBT = {
