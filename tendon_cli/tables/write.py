@@ -172,16 +172,21 @@ class TableFile:
 
 
 def _encoding(columns: Sequence[Column]) -> dict[str, object]:
-    """How pages are encoded: what few values repeat in as a dictionary, results split into byte streams.
+    """How pages are encoded: words as a dictionary, results split into byte streams.
 
     Measured on states tables: twice to three times as fast as the library's defaults, and a sixth smaller; pages as
-    long as a row group take another fifth off.
+    long as a row group take another fifth off. Numbers that repeat are as small by Zstandard as in a dictionary, which
+    looks up each value and takes three times as long.
     """
     results = [column.name for column in columns if column.kind == "number" and not column.is_axis]
+    repeats = [
+        column.name for column in columns if column.kind == "count" or (column.kind == "number" and column.is_axis)
+    ]
     return {
         "version": "2.6",
-        "compression": "snappy",
-        "use_dictionary": [column.name for column in columns if column.is_axis or column.kind == "text"],
+        "compression": {column.name: "zstd" if column.name in repeats else "snappy" for column in columns},
+        "compression_level": dict.fromkeys(repeats, 1),
+        "use_dictionary": [column.name for column in columns if column.kind == "text"],
         "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT"),
         "write_statistics": [column.name for column in columns if column.is_axis],
         "write_page_checksum": True,
