@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.model import extremes, window
+from tendon_cli.model import extremes
+from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
-from tendon_cli.model.limits import Bounds
 from tendon_cli.quantities import OF_CYCLES
-from tendon_cli.sweep.inputs import Inputs, bounds_of, motor_bounds_of
+from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block
+from tendon_cli.sweep.windows import VALUES_AT_ONCE, PlanWindows, angles_at_once
 
 
 @dataclass(frozen=True)
@@ -37,14 +38,14 @@ class Totals:
     """States with negative elbow stiffness."""
 
     def __add__(self, other: Totals) -> Totals:
-        return Totals(*(getattr(self, name) + getattr(other, name) for name in asdict(self)))
+        return Totals(*(getattr(self, name) + getattr(other, name) for name in vars(self)))
 
 
 @dataclass(eq=False)
 class DesignRows:
     """The rows of a block of designs, worked out when they are written."""
 
-    inputs: Inputs
+    windows: PlanWindows
     block: Block
     keys: Mapping[str, npt.NDArray[Any]]
     """The columns that say which design a row is."""
@@ -54,6 +55,7 @@ class DesignRows:
     """Of the designs written so far."""
 
     def __post_init__(self) -> None:
+        self.inputs = self.windows.inputs
         self.feasible = np.zeros(self.block.shape[:-2], np.bool_)
 
     def write(self, columns: Mapping[str, npt.NDArray[Any]], _rows: range) -> None:
@@ -64,9 +66,10 @@ class DesignRows:
         plan = self.inputs.plan
         for block in self._small(self.block):
             self.go_on()
-            found = self._found(block)
+            design = self.inputs.design(block)
+            found = self._found(block, design)
             results = extremes.finished(found, plan.states_per_design) | _cycles(self.inputs, block)
-            results |= extremes.of_design(self.inputs.design(block), found) | self._window(block)
+            results |= extremes.of_design(design, found) | self.windows.columns(block, design)
             judged = extremes.judged(results, plan.study.limits)
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
             self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})
@@ -76,35 +79,13 @@ class DesignRows:
             for name in shaped.keys() - self.keys.keys():
                 shaped[name][within] = judged[name] if name in judged else results[name]
 
-    def _found(self, block: Block) -> extremes.Found:
+    def _found(self, block: Block, design: Design) -> extremes.Found:
         """What the designs of a block come to, over all their states."""
         found = extremes.begin(block.shape[:-2])
-        for stretch in block.by_angles(_ARRAY if kernel.kind() else self.inputs.plan.block_states):
+        for stretch in block.by_angles(angles_at_once(self.inputs.plan)):
             angles = self.inputs.plan.elbow_angles[stretch.angles]
-            kernel.fold_extremes(found, self.inputs.situation(stretch), angles, stretch.shape)
+            kernel.fold_extremes(found, Situation.of(design, *self.inputs.motion(stretch)), angles, stretch.shape)
         return found
-
-    def _window(self, block: Block) -> extremes.Found:
-        """The windows of a block's designs, worked out once for all that differ in pretension alone."""
-        at_once = block.first_along(self.inputs.only_pretension)
-        design, study = self.inputs.design(at_once), self.inputs.plan.study
-        if (motor := motor_bounds_of(study)) is not None:  # limits over several states at once
-            from tendon_cli.model.motor_window import narrowed  # only these pay for its import
-
-            motion = self.inputs.motion(at_once)
-            whole = window.window(design, *motion, bounds_of(study))
-            ends: window.Ends = narrowed(whole, design, *motion, motor).window
-        else:
-            ends = self._ends(at_once, design, bounds_of(study))
-        span = {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}
-        return {name: np.broadcast_to(end, block.shape[:-2]) for name, end in span.items()}
-
-    def _ends(self, block: Block, design: Design, bounds: Bounds) -> window.Ends:
-        found, angles = window.begin(block.shape[:-2]), len(self.inputs.plan.elbow_angles)
-        for stretch in block.by_angles(_ARRAY if kernel.kind() else self.inputs.plan.block_states):
-            situation = self.inputs.situation(stretch)
-            kernel.fold_window(found, situation, bounds, stretch.shape, stretch.angles.start, angles)
-        return window.finished(found, design, bounds)
 
     def _small(self, block: Block) -> Iterator[Block]:
         """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
@@ -126,8 +107,8 @@ class DesignRows:
             most_of = [
                 (whole, 1, _DESIGNS),
                 (whole, states, _STATES),
-                (arm, per_arm, _ARRAY),
-                (whole - free, 2, _ARRAY),
+                (arm, per_arm, VALUES_AT_ONCE),
+                (whole - free, 2, VALUES_AT_ONCE),
             ]
         for axes, each, most in most_of:
             long = [axis for axis in axes if lengths[axis] > 1]
@@ -136,8 +117,8 @@ class DesignRows:
         return None
 
 
-_DESIGNS, _STATES, _ARRAY = 2**15, 2**24, 2**18
-"""Designs and states that are taken at once, and values in an array that compiled code is given."""
+_DESIGNS, _STATES = 2**15, 2**24
+"""That are taken at once."""
 
 _LIMITS_OF_CYCLES = ("max_spool_travel", "max_motor_work_in", "max_friction_loss", "min_efficiency")
 """Limits that do not have the name of their column."""
@@ -147,7 +128,7 @@ def _cycles(inputs: Inputs, block: Block) -> extremes.Found:
     """What the motor of each design does over both strokes: the columns that a speed of the elbow adds.
 
     In the shape of the block's designs, also by the names of their limits; none without a speed. States are taken
-    `_ARRAY` at once; between two elbow angles there are some more.
+    `VALUES_AT_ONCE` at once; between two elbow angles there are some more.
     """
     speed = inputs.plan.study.motion.speed
     if speed is None:
@@ -156,7 +137,7 @@ def _cycles(inputs: Inputs, block: Block) -> extremes.Found:
 
     shape = block.shape[:-2]
     long = max(range(len(shape)), key=lambda axis: shape[axis], default=None)
-    if long is not None and shape[long] > 1 and block.design_count * inputs.plan.states_per_design > _ARRAY:
+    if long is not None and shape[long] > 1 and block.design_count * inputs.plan.states_per_design > VALUES_AT_ONCE:
         halves = [_cycles(inputs, half) for half in block.halves(long)]
         return {name: np.concatenate([half[name] for half in halves], axis=long) for name in halves[0]}
     found = cycle(inputs.design(block), *inputs.motion(block), speed.single)

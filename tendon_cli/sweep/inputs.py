@@ -146,6 +146,15 @@ class Inputs:
         return arm | sides | rest
 
     @cached_property
+    def _constant(self) -> dict[str, Real]:
+        """Those that are the same for all designs."""
+        return {key: float(source.values) for key, source in self._all.items() if not source.axes}
+
+    @cached_property
+    def _varying(self) -> dict[str, Input]:
+        return {key: source for key, source in self._all.items() if source.axes}
+
+    @cached_property
     def _unilateral(self) -> Input | bool:
         """Whether tendons cannot push."""
         return self.flag(lambda slack, _: slack == "unilateral")
@@ -200,7 +209,7 @@ class Inputs:
 
     def design(self, block: Block) -> Design:
         """The designs of a block, as the model takes them."""
-        number = {key: source.within(block) for key, source in self._all.items()}
+        number = self._constant | {key: source.within(block) for key, source in self._varying.items()}
 
         def side(name: str) -> Side:
             return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})

@@ -21,6 +21,7 @@ from tendon_cli.sweep.design_rows import DesignRows, Totals
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import DESIGNS_AT_ONCE, ROW_GROUP, Block, Plan
 from tendon_cli.sweep.suits import noted
+from tendon_cli.sweep.windows import PlanWindows
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import Filler, TableFile, WrittenFile
 
@@ -107,10 +108,12 @@ class PartMaker:
     stop: threading.Event = field(default_factory=threading.Event)
     inputs: Inputs = field(init=False)
     tables: Tables = field(init=False)
+    windows: PlanWindows = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "inputs", Inputs(self.plan))
         object.__setattr__(self, "tables", Tables(self.inputs))
+        object.__setattr__(self, "windows", PlanWindows(self.inputs))
 
     def make(self, index: int) -> PartResult:
         """Compute a part and put its files in place; raises OutputError, or Stopped."""
@@ -146,7 +149,7 @@ class PartMaker:
             tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, self._keys("states", block)))
         totals, judged = Totals(), []
         for block in self.plan.blocks_of_designs(designs):
-            rows = DesignRows(self.inputs, block, self._keys("designs", block), self._go_on)
+            rows = DesignRows(self.windows, block, self._keys("designs", block), self._go_on)
             if "designs" in tables:
                 tables["designs"].fill(block.design_count, rows.write)
             else:

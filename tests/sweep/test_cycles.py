@@ -73,7 +73,7 @@ def test_works_are_null_without_equilibrium_and_everything_where_nothing_moves(t
 
 @pytest.mark.parametrize("states", [1, 40, 200])
 def test_the_columns_do_not_depend_on_what_is_worked_out_at_once(run, monkeypatch, states):
-    monkeypatch.setattr(design_rows, "_ARRAY", states)
+    monkeypatch.setattr(design_rows, "VALUES_AT_ONCE", states)
     again = tendon_library.sweep(tendon_library.study(STUDY)).designs
     for name in OF_CYCLES:
         np.testing.assert_allclose(again[name], run.designs[name], rtol=1e-9, atol=1e-12)
