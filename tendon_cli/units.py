@@ -169,7 +169,8 @@ def parse_measure(text: str, dimension: str) -> Measure:
 
 def with_unit(number: str, dimension: str) -> str:
     """What a number without its unit may have been meant to be: angles come in degrees and in radians."""
-    symbols = ("deg", "rad") if dimension == "angle" else (SI_UNIT[dimension],)
+    both = {"angle": ("deg", "rad"), "angular speed": ("deg/s", "rad/s")}
+    symbols = both.get(dimension, (SI_UNIT[dimension],))
     return " or ".join(f'"{number} {symbol}"' for symbol in symbols)
 
 

@@ -10,9 +10,12 @@ import typer
 from tendon_cli.errors import UsageError
 
 
-def place(text: str) -> Path:
-    """A file or folder to write to; raises UsageError for an empty name, which a path takes for the current folder."""
-    if not text.strip():
+def place(text: str | Path) -> Path:
+    """A file or folder to write to; raises UsageError for an empty name, which a path takes for the current folder.
+
+    A default is a path already.
+    """
+    if not str(text).strip():
         raise UsageError("--out is empty, expected the name of a file or folder", hint="--out . is the current folder")
     return Path(text)
 

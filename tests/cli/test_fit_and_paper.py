@@ -77,11 +77,12 @@ def test_readings_that_are_none_are_exit_3(tendon, workplace):
     assert "junk.csv" in ran.err
 
 
-def test_the_paper_is_reproduced_into_a_folder(tendon, workplace):
-    ran = tendon("paper", "--out", "paper", "--json")
+@pytest.mark.parametrize(("words", "folder"), [((), "results/paper"), (("--out", "paper"), "paper")])
+def test_the_paper_is_reproduced_into_a_folder(tendon, workplace, words, folder):
+    ran = tendon("paper", *words, "--json")
     assert ran.exit == 0
     assert ran.json["holds"] is True
-    assert {file.name for file in (workplace / "paper").iterdir()} == set(ran.json["files"])
+    assert {file.name for file in (workplace / folder).iterdir()} == set(ran.json["files"])
 
 
 def test_a_finding_that_fails_is_exit_4(tendon, monkeypatch):

@@ -149,6 +149,7 @@ BOTH = ('"144 deg" or "144 rad"', "may be degrees or radians")
 ANGLES = (
     value("a bare bend", "sheath.bend_angle", "144", *BOTH),
     value("a bare bend in text", "sheath.bend_angle", '"144"', '"144 deg" or "144 rad"', "has no unit"),
+    value("a bare speed in text", "motion.speed", '"60"', '"60 deg/s" or "60 rad/s"', "has no unit"),
     value("a bare angle", "motion.elbow_angle", "1.5", '"1.5 deg" or "1.5 rad"'),
     value("a bare angle in a list", "motion.elbow_angle", "[0, 144]", *BOTH),
     value("a bare end of a grid", "motion.elbow_angle", "{ from = 0, to = 144, num = 2 }", "to: ", *BOTH),
