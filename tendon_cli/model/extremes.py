@@ -47,7 +47,7 @@ def fold(found: Found, at: Situation, elbow_angle: Array) -> None:
     required = np.fmax.reduce(at.response.shortfall, axis=-1)
     _take(found, _before_pretension(at, states) | {"required_pretension": np.fmax.reduce(required, axis=-1)})
     for place, pretensions in _stretches(at, (*found["slack"].shape, *states)):
-        here = {name: values[place] for name, values in found.items()}
+        here = {name: values[place] if place else values for name, values in found.items()}  # () gives no view
         _take(here, _at_pretension(State(at, *pretensions), required, elbow_angle))
 
 
