@@ -238,6 +238,8 @@ def fit_friction(
     path: "Name",
     bend_angle: str | float | None = None,
     *,
+    route: "Name | None" = None,
+    path_smoothing: str | float | None = None,
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
@@ -247,9 +249,10 @@ def fit_friction(
 ) -> "Fit":
     """The friction coefficient from a CSV of two load cells' readings, with its uncertainty.
 
-    `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad; `offset` and `delay` force these effects of
-    the rig into the fit or bar them, None fits them where the readings show them. Raises UsageError for what is asked,
-    InputError for the file.
+    `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad. Instead, `route` is a CSV of way-points x, y
+    and z along the sheath, whose bend angle is found with its uncertainty, and `path_smoothing` their noise, such as
+    "0.5 mm". `offset` and `delay` force these effects of the rig into the fit or bar them, None fits them where the
+    readings show them. Raises UsageError for what is asked, InputError for the files.
 
     >>> import tendon_cli as tendon
     >>> fit = tendon.fit_friction("readings.csv", bend_angle="144 deg")
@@ -263,6 +266,8 @@ def fit_friction(
     return fit_file(
         Path(path),
         bend_angle=bend_angle,
+        route=None if route is None else Path(route),
+        path_smoothing=path_smoothing,
         cell_1=cell_1,
         cell_2=cell_2,
         motor=motor,

@@ -17,6 +17,12 @@ Readings = Annotated[
 BendAngle = Annotated[
     str | None, typer.Option(metavar="ANGLE", help="total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")
 ]
+Route = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="way-points x, y, z of the sheath instead: its bend, with its error")
+]
+PathSmoothing = Annotated[
+    str | None, typer.Option(metavar="LENGTH", help="noise of the route's way-points, such as '0.5 mm'")
+]
 FirstCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")]
 SecondCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")]
 MotorCell = Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")]
@@ -36,6 +42,8 @@ Fragment = Annotated[
 def fit_friction(
     csv: Readings,
     bend_angle: BendAngle = None,
+    route: Route = None,
+    path_smoothing: PathSmoothing = None,
     cell_1: FirstCell = None,
     cell_2: SecondCell = None,
     motor: MotorCell = None,
@@ -47,9 +55,18 @@ def fit_friction(
     as_json: options.AsJson = False,
 ) -> None:
     """Fit the friction coefficient to load-cell readings, with its uncertainty."""
-    _check_places(csv, plot, out)
+    _check_places((csv, route), plot, out)
     fit = tendon.fit_friction(
-        csv, bend_angle, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, delay=delay, robust=robust
+        csv,
+        bend_angle,
+        route=route,
+        path_smoothing=path_smoothing,
+        cell_1=cell_1,
+        cell_2=cell_2,
+        motor=motor,
+        offset=offset,
+        delay=delay,
+        robust=robust,
     )
     if plot is not None:
         from tendon_cli.figures.friction import draw
@@ -62,8 +79,8 @@ def fit_friction(
     print_result(as_json_text(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
 
 
-def _check_places(csv: Path, plot: Path | None, out: Path | None) -> None:
-    """Refuse to write over the readings, over what tendon did not write, or both over each other."""
+def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | None) -> None:
+    """Refuse to write over the readings or the route, over what tendon did not write, or both over each other."""
     from tendon_cli.files import check_ours
 
     if plot is not None and out is not None and plot.absolute() == out.absolute():
@@ -71,7 +88,9 @@ def _check_places(csv: Path, plot: Path | None, out: Path | None) -> None:
     for place, mark, option in ((plot, "tendon fit-friction", "--plot"), (out, "`tendon fit-friction`", "--out")):
         if place is None:
             continue
-        with contextlib.suppress(OSError, ValueError):
-            if place.samefile(csv):
-                raise UsageError("the readings would be written over", where=option, hint="choose another name")
+        for source in filter(None, read):
+            with contextlib.suppress(OSError, ValueError):
+                if place.samefile(source):
+                    problem = f"{source.name}, which is read, would be written over"
+                    raise UsageError(problem, where=option, hint="choose another name")
         check_ours(place, mark, option)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -9,11 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import Axes, Figure
-from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style, new_figure, plain, save
+from tendon_cli.figures.engine import Axes, Figure, Line2D
+from tendon_cli.figures.frame import Frame
+from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style, plain
 
 _PULLED, _DRAGGED, _ASIDE, _LINE = "#0063a6", "#b4490a", "#a6a6a6", "#1a1a1a"
-_HEIGHT = 185.0
+_HEIGHT = 165.0
+"""Of the panels, mm."""
 MARK = "tendon fit-friction"
 """In what a figure says of itself; a file without it is nobody's to write over."""
 _MOST_POINTS = 20_000
@@ -81,14 +84,22 @@ def draw(fit: DrawnFit, path: Path) -> None:
     """
     if path.suffix[1:].lower() not in FORMATS:
         raise UsageError(f'"{path.name}" has no ending of a figure', where="--plot", hint=".png, .svg or .pdf")
+    low, high = fit.uncertainty.interval_95
+    title = f"Friction coefficient μ = {fit.friction:.4f} (95 % interval {low:.4f} to {high:.4f})"
+    note = f"{fit.source[:60]}, bend angle {fit.bend_angle_text}, gain ratio {fit.gain_ratio:.4f}"
+    words, colour = _verdict(fit)
+    # In letters that every format keeps as they are, so that tendon knows its own figure again.
+    study = f"{MARK} {fit.source[:60].encode('ascii', 'replace').decode()}, SHA-256 {fit.sha256}"
+    frame = Frame(PAGE_WIDTH, title, _key(fit), [plain(note)], study=study)
     with house_style():
-        figure = new_figure(PAGE_WIDTH, _HEIGHT)
-        _compose(figure, fit)
-    about = {"title": MARK, "says": f"friction coefficient {fit.friction:.6g}", "study": f"SHA-256 {fit.sha256}"}
-    save(figure, path, about=about)
+        page = frame.page(_HEIGHT)
+        upper = _compose(page.figure, fit)
+        upper.set_title("\n".join(plain(text, width=105) for text in words), loc="left", fontsize=7.5, color=colour)
+    replace(page, says=" ".join((*words, page.says))).save(path, must_fit=False)
 
 
-def _compose(figure: Figure, fit: DrawnFit) -> None:
+def _compose(figure: Figure, fit: DrawnFit) -> Axes:
+    """Draw the panels; gives the uppermost."""
     grid = figure.add_gridspec(3, 2, height_ratios=[2.2, 1.0, 1.2])
     upper = figure.add_subplot(grid[0, :])
     lower = figure.add_subplot(grid[1, :], sharex=upper)
@@ -100,40 +111,38 @@ def _compose(figure: Figure, fit: DrawnFit) -> None:
         _draw_log(upper, lower, fit)
     else:
         _draw_settled(upper, lower, fit)
-    low, high = fit.uncertainty.interval_95
-    upper.set_title(
-        f"Friction coefficient μ = {fit.friction:.4f}   (95 % interval {low:.4f} to {high:.4f})",
-        loc="left",
-        fontweight="bold",
-    )
     upper.set_ylabel("ln (force at motor / force at load)")
     lower.set_ylabel("residual")
     lower.axhline(0.0, color=_LINE, linewidth=1.0, zorder=1)
     # A symmetrical scale, so that a one-sided residual looks one-sided.
     largest = 1.15 * float(np.nanmax(np.abs(fit.rows.residual), initial=1e-9))
     lower.set_ylim(-largest, largest)
-    words, colour = _verdict(fit)
-    figure.suptitle(words, x=0.01, ha="left", fontsize=7.5, color=colour)
-    handles, labels = upper.get_legend_handles_labels()
-    if fit.is_log:
-        figure.legend(handles, labels, loc="outside lower center", ncols=2, markerscale=2.5)
-    else:
-        upper.legend(handles, labels, loc="upper left")
-    note = f"{fit.source[:60]}, bend angle {fit.bend_angle_text}, gain ratio {fit.gain_ratio:.4f}"
-    # A dollar sign in a file's name is no formula.
-    lower.annotate(
-        note.replace("$", r"\$"),
-        xy=(1.0, 1.0), xycoords="axes fraction", xytext=(0, 3), textcoords="offset points",
-        ha="right", va="bottom", color="#555555",
-    )  # fmt: skip
+    return upper
 
 
-def _verdict(fit: DrawnFit) -> tuple[str, str]:
+def _key(fit: DrawnFit) -> list[Line2D]:
+    """The signs of what is in the figure."""
+    rows = fit.rows
+    key = []
+    for way, colour, marker, name in _WAYS:
+        if np.any(rows.used & (rows.way == way)):
+            sign, label = (".", f"slipping {name}") if fit.is_log else (marker, name)
+            key.append(Line2D([], [], linestyle="none", marker=sign, color=colour, label=label))
+    line = "fitted limit, stroke's mean" if fit.is_log else "fit: slope μ, height at 0 = ln gain ratio"
+    key.append(Line2D([], [], color=_LINE, linewidth=1.6, label=line))
+    if np.any(~rows.used & np.isfinite(rows.log_ratio)):
+        sign, label = (".", "set aside (sticking)") if fit.is_log else ("x", "set aside")
+        key.append(Line2D([], [], linestyle="none", marker=sign, color=_ASIDE, label=label))
+    if np.any(fit.parts.effects):
+        key.append(Line2D([], [], linestyle="none", marker=".", markersize=2.0, color=_LINE, label="effects fitted"))
+    return key
+
+
+def _verdict(fit: DrawnFit) -> tuple[list[str], str]:
     """What is wrong in words, if anything, and its colour."""
     found = [text for text in fit.notes if "found in the readings" in text or "zero error" in text]
     said = [f"Warning: {text}" for text in fit.warnings] or ["Nothing was found that makes this number wrong."]
-    lines = [plain(text, width=125) for text in [*said, *found]]
-    return "\n".join(lines), _DRAGGED if fit.warnings else _LINE
+    return [*said, *found], _DRAGGED if fit.warnings else _LINE
 
 
 def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
@@ -158,6 +167,7 @@ def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
                 axes.plot(along[order], parts.effects[order], ".", color=_LINE, markersize=2.0)
         if np.ptp(along) < _LEVEL * float(np.max(np.abs(along), initial=0.0)):
             axes.margins(x=0.5)
+        axes.locator_params(axis="x", nbins=5)
     by_force.set_ylabel("residual before\noffsets and delay")
     by_rate.tick_params(labelleft=False)
 
@@ -171,17 +181,17 @@ def _draw_settled(upper: Axes, lower: Axes, fit: DrawnFit) -> None:
     place = signed + 0.015 * reach * _position_in_group(signed)
     ends = np.array([-reach, reach])
     height = fit.friction * np.radians(ends) + np.log(fit.gain_ratio)
-    upper.plot(ends, height, color=_LINE, linewidth=1.2, label="fit: slope μ, height at 0 = ln gain ratio", zorder=1)
+    upper.plot(ends, height, color=_LINE, linewidth=1.2, zorder=1)
     upper.axhline(0.0, color="#cccccc", linewidth=0.8, zorder=0)
     upper.axvline(0.0, color="#cccccc", linewidth=0.8, zorder=0)
-    for way, colour, marker, name in _WAYS:
+    for way, colour, marker, _ in _WAYS:
         mine = rows.used & (rows.way == way)
         if mine.any():
-            upper.plot(signed[mine], rows.log_ratio[mine], marker, color=colour, markersize=5, alpha=0.8, label=name)
+            upper.plot(signed[mine], rows.log_ratio[mine], marker, color=colour, markersize=5, alpha=0.8)
             lower.plot(place[mine], rows.residual[mine], marker, color=colour, markersize=5, alpha=0.8)
     aside = ~rows.used & np.isfinite(rows.log_ratio)
     if aside.any():
-        upper.plot(signed[aside], rows.log_ratio[aside], "x", color=_ASIDE, markersize=5, label="set aside")
+        upper.plot(signed[aside], rows.log_ratio[aside], "x", color=_ASIDE, markersize=5)
     lower.set_xlabel("bend angle, deg   (+ pulled toward the motor, − toward the load)")
 
 
@@ -209,20 +219,17 @@ def _draw_log(upper: Axes, lower: Axes, fit: DrawnFit) -> None:
         "markersize": 4,
         "rasterized": True,
     }
-    upper.plot(place[aside], rows.log_ratio[aside], color=_ASIDE, label="set aside (sticking)", **style)
-    first = True
-    for way, colour, _, name in _WAYS:
+    upper.plot(place[aside], rows.log_ratio[aside], color=_ASIDE, **style)
+    for way, colour, _, _ in _WAYS:
         mine = shown[(rows.used & (rows.way == way))[shown]]
         if not len(mine):
             continue
-        upper.plot(place[mine], rows.log_ratio[mine], color=colour, label=f"slipping {name}", **style)
+        upper.plot(place[mine], rows.log_ratio[mine], color=colour, **style)
         lower.plot(place[mine], rows.residual[mine], color=colour, alpha=0.35, **style)
         for stroke in np.unique(rows.stroke[mine]):
             part = np.flatnonzero(rows.stroke == stroke)
             ends = place[part[[0, -1]]]
             fitted = (rows.log_ratio - rows.residual)[part[[0, -1]]]
-            label = "fitted limit, stroke's mean" if first else None
-            upper.plot(ends, fitted, color=_LINE, linewidth=1.6, label=label)
+            upper.plot(ends, fitted, color=_LINE, linewidth=1.6)
             lower.plot(ends, [float(np.mean(rows.residual[part]))] * 2, color=_LINE, linewidth=1.6)
-            first = False
     lower.set_xlabel("time, as in the file" if timed else "line of the file")

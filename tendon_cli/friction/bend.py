@@ -1,13 +1,17 @@
-"""The bend angle of the sheath on the rig, as it is given on the command line."""
+"""The bend angle of the sheath on the rig: given on the command line, or by way-points along the sheath."""
 
 from __future__ import annotations
 
+import math
+import os
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from tendon_cli.errors import UsageError
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.files import read_file
 from tendon_cli.friction.reading.readings import LARGEST, Floats, Readings
 from tendon_cli.units import UnitError, parse_measure, shorten
 
@@ -26,6 +30,9 @@ class BendAngle:
     text: str
     """As written, without the uncertainty."""
     uncertainty_text: str | None = None
+    notes: tuple[str, ...] = ()
+    """Where it comes from, if not from the command line."""
+    warnings: tuple[str, ...] = ()
 
 
 def parse_bend_angle(text: str) -> BendAngle:
@@ -53,6 +60,49 @@ def parse_bend_angle(text: str) -> BendAngle:
     )
 
 
+def bend_angle_of(route: Path, smoothing: str | float | None = None) -> BendAngle:
+    """The bend angle of way-points along the sheath, a file as of `[sheath] path`, with its own uncertainty.
+
+    `smoothing` is the noise of the way-points, a text with a unit or a number in m, where it is known. Raises
+    InputError for a file that is no route, or that bends too little or too much for a sheath, UsageError for a noise
+    that is none.
+    """
+    from tendon_cli.study.route import MAX_BYTES, measure_route, route_note
+
+    name = shorten(os.fsencode(route.name).decode("utf-8", "replace"), 200)
+    try:
+        content = read_file(route, MAX_BYTES)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "the name is not one"
+        raise InputError(f"cannot be read: {reason}", where=name, hint="--route names a CSV of x, y and z") from None
+    found, warnings = measure_route(content, name, _noise(smoothing))
+    if found.bend_angle < SMALLEST or found.standard_error >= found.bend_angle / 2.0:
+        raise InputError(
+            f"bends by {found.bend_angle:.3g} rad ± {found.standard_error:.2g} rad: not enough to show friction",
+            where=name,
+            hint="measure friction on a sheath that bends by half a turn or more",
+        )
+    angle, uncertainty = (math.degrees(value) for value in (found.bend_angle, found.standard_error))
+    return BendAngle(
+        found.bend_angle, found.standard_error, f"{angle:.2f} deg of {name}", f"{uncertainty:.2g} deg",
+        (route_note(found, name),), tuple(warnings),
+    )  # fmt: skip
+
+
+def _noise(given: str | float | None) -> float:
+    """Standard deviation of way-points, m; 0 where it is not given."""
+    if given is None:
+        return 0.0
+    where = "--path-smoothing"
+    try:
+        noise = parse_measure(given, "length").si if isinstance(given, str) else float(given)
+    except UnitError as error:
+        raise UsageError(error.problem, where=where, hint=error.hint or 'write "0.5 mm"') from error
+    if not 0.0 <= noise < math.inf:
+        raise UsageError(f'"{given}" is no noise of way-points: it is 0 or more', where=where)
+    return noise
+
+
 def _advice(parts: list[str], error: UnitError) -> str:
     """A bare number may be degrees or radians: both are offered, and neither is guessed."""
     bare = [part.strip() for part in parts if re.fullmatch(r"[+-]?\d{1,20}(?:\.\d{0,20})?", part.strip(), re.ASCII)]
@@ -74,7 +124,7 @@ def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, flo
             raise UsageError(
                 f"the bend angle of the sheath is not given, and {readings.source} has no column for it",
                 where="--bend-angle",
-                hint='measure the total bend between the cells: --bend-angle "144 deg", or a column bend_angle_deg',
+                hint='measure it between the cells: --bend-angle "144 deg", --route, or a column bend_angle_deg',
             )
         return np.full(len(readings.lines), bend.radians), bend.uncertainty / bend.radians
     if bend is not None and bend.radians is not None and not np.allclose(own, bend.radians, rtol=1e-6, atol=0.0):

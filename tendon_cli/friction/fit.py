@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.friction import remarks
-from tendon_cli.friction.bend import BendAngle, bend_angles, parse_bend_angle
+from tendon_cli.friction.bend import BendAngle, bend_angle_of, bend_angles, parse_bend_angle
 from tendon_cli.friction.checks import check_forces, check_result, check_strokes
 from tendon_cli.friction.directions import Directions, find_motor
 from tendon_cli.friction.effects import DELAY, OFFSETS, Fitted, fit_effects
@@ -25,6 +25,8 @@ def fit_file(
     path: Path,
     *,
     bend_angle: str | float | None,
+    route: Path | None = None,
+    path_smoothing: str | float | None = None,
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
@@ -35,11 +37,18 @@ def fit_file(
     """μ from a CSV of two load cells' readings; raises UsageError for options and InputError for the file.
 
     `offset` and `delay` force these effects of the rig into the fit, or bar them; None fits them where they are found.
+    `route` is a file of way-points along the sheath, which stands for the bend angle, and `path_smoothing` their noise.
     """
     if motor not in {None, "1", "2"}:
         raise UsageError(f'"{motor}" is no load cell', where="--motor", hint='"1" or "2"')
     given = bend_angle if isinstance(bend_angle, str | None) else f"{float(bend_angle)!r} rad"
+    if route is not None and given is not None:
+        raise UsageError("the bend angle is given twice: by a route, too", where="--bend-angle, --route")
+    if route is None and path_smoothing is not None:
+        raise UsageError("there is no route to smooth", where="--path-smoothing", hint="--route names its file")
     bend = parse_bend_angle(given) if given is not None else None
+    if route is not None:
+        bend = bend_angle_of(route, path_smoothing)
     readings = read_readings(path, cell_1=cell_1, cell_2=cell_2)
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no warning beside.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
@@ -109,8 +118,8 @@ def _result(
         parts=_parts(fitted),
         set_aside=_set_aside(readings, chosen.reasons),
         checks=(),
-        notes=way.notes,
-        warnings=way.warnings,
+        notes=(*(bend.notes if bend else ()), *way.notes),
+        warnings=(*(bend.warnings if bend else ()), *way.warnings),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,

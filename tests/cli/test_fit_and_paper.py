@@ -1,5 +1,7 @@
 """`tendon fit-friction` and `tendon paper`, as they are called."""
 
+import math
+
 import pandas as pd
 import pytest
 
@@ -88,3 +90,45 @@ def test_the_paper_is_reproduced_into_a_folder(tendon, workplace, words, folder)
 def test_a_finding_that_fails_is_exit_4(tendon, monkeypatch):
     monkeypatch.setattr(reproduction.Reproduction, "holds", False)
     assert tendon("paper", "--out", "paper", "--quiet").exit == 4
+
+
+def _half_turn(noise: float) -> str:
+    """Way-points in mm every 3.6 deg of a half turn of 100 mm."""
+    import numpy as np
+
+    turn = np.linspace(0.0, np.pi, 51)
+    points = 100.0 * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    points += noise * np.random.default_rng(4).standard_normal(points.shape)
+    return "x_mm,y_mm,z_mm\n" + "".join(",".join(f"{value:.4f}" for value in point) + "\n" for point in points)
+
+
+def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, readings, workplace):
+    (workplace / "route.csv").write_text(_half_turn(noise=1.0))
+    by_angle = tendon("fit-friction", readings, "--bend-angle", "180 deg", "--json").json
+    by_route = tendon("fit-friction", readings, "--route", "route.csv", "--out", "friction.toml", "--json").json
+    assert abs(by_route["bend_angle"] / math.pi - 1.0) < 0.1
+    ratio = by_angle["bend_angle"] / by_route["bend_angle"]
+    assert by_route["friction"] == pytest.approx(by_angle["friction"] * ratio, rel=1e-9)
+    assert by_route["standard_error"] > by_angle["standard_error"] * ratio
+    assert any("route.csv bends by" in text for text in by_route["notes"])
+    assert "deg of route.csv" in (workplace / "friction.toml").read_text()
+    assert "deg of route.csv +/- " in tendon("fit-friction", readings, "--route", "route.csv").out
+    # The noise that is said is as good as the one that is found; a larger one counts instead of it.
+    said = tendon("fit-friction", readings, "--route", "route.csv", "--path-smoothing", "1 mm", "--json").json
+    assert not any("path_smoothing" in text for text in said["warnings"])
+    more = tendon("fit-friction", readings, "--route", "route.csv", "--path-smoothing", "4 mm", "--json").json
+    assert any("path_smoothing" in text for text in more["warnings"])
+
+
+def test_a_route_that_cannot_be_the_sheath_of_a_rig_is_refused(tendon, readings, workplace):
+    (workplace / "straight.csv").write_text("x,y,z\n" + "".join(f"{at},0,0\n" for at in range(9)))
+    (workplace / "route.csv").write_text(_half_turn(noise=0.0))
+    assert tendon("fit-friction", readings, "--route", "straight.csv").exit == 3
+    assert tendon("fit-friction", readings, "--route", readings).exit == 3
+    assert tendon("fit-friction", readings, "--route", "none.csv").exit == 3
+    assert tendon("fit-friction", readings, "--route", "route.csv", "--bend-angle", "180 deg").exit == 2
+    assert tendon("fit-friction", readings, "--route", "route.csv", "--plot", "route.csv").exit == 2
+    assert tendon("fit-friction", readings, "--bend-angle", "180 deg", "--path-smoothing", "1 mm").exit == 2
+    for noise in ("1", "-1 mm", "1 kg"):
+        assert tendon("fit-friction", readings, "--route", "route.csv", "--path-smoothing", noise).exit == 2
+    assert (workplace / "route.csv").read_text().startswith("x_mm")

@@ -97,6 +97,17 @@ def test_the_same_fit_gives_the_same_bytes(name: str, ending: str, tmp_path: Pat
     assert len(first) > 5000
 
 
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_a_figure_says_of_itself_what_was_fitted(ending: str, tmp_path: Path) -> None:
+    fit = replace(fit_file(TABLE, bend_angle="144 deg"), source="Kräfte.csv")
+    draw(fit, tmp_path / f"figure.{ending}")
+    content = (tmp_path / f"figure.{ending}").read_bytes()
+    assert f"tendon fit-friction Kr?fte.csv, SHA-256 {fit.sha256}".encode() in content
+    if ending == "svg":
+        assert "repeat the measurement" in content.decode()
+        assert f"μ = {fit.friction:.4f}" in content.decode()
+
+
 def test_a_name_that_looks_like_a_formula_is_drawn(tmp_path: Path) -> None:
     fit = replace(fit_file(TABLE, bend_angle="144 deg"), source=r"$\frac{$_^.csv")
     draw(fit, tmp_path / "figure.png")
