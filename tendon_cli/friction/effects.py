@@ -98,9 +98,10 @@ class Fitted:
         """
         own = self.linear.error(0)
         spread, weights = 0.0, 1.0
-        for name in {OFFSETS, DELAY} & (set(known) - {effect.name for effect in self.effects}):
+        fitted = {effect.name for effect in self.effects}
+        for name in (name for name in (OFFSETS, DELAY) if name in known and name not in fitted):
             linear = self.with_effect(known[name])
-            if linear.assumed or linear.error(0) > _WORST * abs(self.friction):
+            if not self.tells(linear):
                 continue
             gain = linear.likelihood - self.linear.likelihood - len(known[name].columns)
             weight = math.exp(min(gain, 50.0))
@@ -108,6 +109,10 @@ class Fitted:
             spread += weight * max(linear.error(0) ** 2 - own**2 + moved**2, 0.0)
             weights += weight
         return math.sqrt(spread / weights)
+
+    def tells(self, linear: Linear) -> bool:
+        """Whether μ is known with an effect fitted; if so, the interval counts the effect, fitted or not."""
+        return not linear.assumed and linear.error(0) <= _WORST * abs(self.friction)
 
     def with_effect(self, effect: Effect) -> Linear:
         """The fit with one more effect."""
@@ -209,15 +214,8 @@ def fit_effects(
 
 
 def _extended(fitted: Fitted, effect: Effect, rivals: dict[str, float] | None = None) -> Fitted:
-    linear = fitted.with_effect(effect)
-    return Fitted(
-        fitted.points,
-        linear,
-        fitted.with_gain,
-        (*fitted.effects, effect),
-        fitted.rivals | (rivals or {}),
-        fitted.robust,
-    )
+    effects, known = (*fitted.effects, effect), fitted.rivals | (rivals or {})
+    return replace(fitted, linear=fitted.with_effect(effect), effects=effects, rivals=known)
 
 
 def _is_shown(fitted: Fitted, effect: Effect, linear: Linear) -> bool:

@@ -20,6 +20,9 @@ PER_STROKE = 8
 ASSUMED_SCATTER = 0.03
 """Standard deviation of the friction from stroke to stroke, relative, where too few strokes show none."""
 
+_LEAST_SCATTER = 1e-3
+"""The same, and within a stroke, of readings without noise: no rig keeps to the formula more closely."""
+
 
 @dataclass(frozen=True, eq=False)
 class Slipping:
@@ -155,14 +158,11 @@ def _whitened(points: Points, design: Floats, weight: Floats) -> Linear:
     within[:, np.max(np.abs(within), axis=0) < 1e-12] = 0.0  # what does not vary within a stroke, but for rounding
     inner, inner_free = _scatter(within, len(stroke) - len(count))
     outer, outer_free = _scatter(mean * np.sqrt(weight)[:, None], len(count))
-    inner *= _inflation(within, stroke)
+    level = float(np.mean(np.abs(mean[:, -1] - np.mean(mean[:, -1]) if len(count) > 1 else mean[:, -1])))
+    inner = max(inner * _inflation(within, stroke), _LEAST_SCATTER * level, 1e-13)
     own = outer**2 - inner**2 * float(np.mean(1.0 / count))
     assumed = outer_free < 1
-    if assumed:
-        level = np.abs(mean[:, -1] - np.mean(mean[:, -1])) if len(count) > 1 else np.abs(mean[:, -1])
-        own = (ASSUMED_SCATTER * float(np.mean(level))) ** 2
-    own = max(own, 0.0)
-    inner = max(inner, 1e-4 * np.sqrt(own), 1e-13)
+    own = max(own, ((ASSUMED_SCATTER if assumed else _LEAST_SCATTER) * level) ** 2)
     within /= inner
     between = mean * np.sqrt(weight / (own + inner**2 / count))[:, None]
     white = np.concatenate([between, within])

@@ -85,7 +85,8 @@ def fit_readings(
             break
         chosen = dropped
     check_result(fitted, slipping, readings, np.flatnonzero(chosen.stroke >= 0), is_log=chosen.is_log)
-    uncertainty = uncertainty_of(fitted.linear, slipping, angle_share, fitted.doubt(known))
+    open_to_doubt = {name: effect for name, effect in known.items() if name not in barred}
+    uncertainty = uncertainty_of(fitted.linear, slipping, angle_share, fitted.doubt(open_to_doubt))
     fit = _result(readings, bend, way, chosen, slipping, fitted, rows, uncertainty)
     return remarks.judged(fit, fitted, known)
 

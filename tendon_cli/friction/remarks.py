@@ -14,6 +14,8 @@ from tendon_cli.friction.result import Check, Fit
 
 _MATTERS = 0.02
 """Sensitivity of μ, as a share, that is worth a word."""
+_APART = 0.05
+"""Difference of the forces of the two directions, as a share, from which an offset does not act on both alike."""
 _WORDS = {
     OFFSETS: "zero offsets of the cells",
     DELAY: "a delay between the cells",
@@ -133,10 +135,18 @@ def _about_offsets(
             return
     amount = "1 N" if fit.unit else "1 % of the force"
     text = f"{amount} of zero error in a cell would move μ by {100.0 * max(motor, load):.1f} %"
-    if load > _MATTERS:
+    if OFFSETS in known and fitted.tells(tried[OFFSETS]):
+        notes.append(f"{text}; the interval counts what these readings may hide of it")
+    elif _levels_apart(fitted) > _APART and max(motor, load) > _MATTERS:
         warnings.append(f"the forces of the two directions lie far apart: {text}, and an offset cannot be told")
     elif motor > 0.002:
         notes.append(f"{text}; at these forces an offset cannot be told")
+
+
+def _levels_apart(fitted: Fitted) -> float:
+    """By how much the forces at the load differ between the directions, as a share; a weight is the same both ways."""
+    log_force, way = np.log(fitted.points.force), fitted.points.way
+    return abs(float(np.mean(log_force[way > 0]) - np.mean(log_force[way < 0])))
 
 
 def _about_sample(fit: Fit, fitted: Fitted, notes: list[str], warnings: list[str]) -> None:

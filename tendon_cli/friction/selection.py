@@ -148,17 +148,19 @@ def _unusable(readings: Readings, meaning: list[int | None]) -> npt.NDArray[np.o
 
 def _saturated(cell: Floats) -> npt.NDArray[np.bool_]:
     """Stretches at the largest reading, in a cell that elsewhere hardly ever reads the same twice in a row."""
-    top = cell == np.nanmax(cell, initial=-np.inf)
+    top: npt.NDArray[np.bool_] = cell == np.nanmax(cell, initial=-np.inf)
     same = np.diff(cell) == 0.0
     elsewhere = ~(top[1:] | top[:-1])
     if np.count_nonzero(elsewhere) < _FEWEST_ELSEWHERE or np.mean(same[elsewhere]) > 0.3:
         return np.zeros(len(cell), dtype=bool)
-    edges = np.flatnonzero(np.diff(top, prepend=False, append=False))
-    stands = np.zeros(len(cell), dtype=bool)
-    for first, last in edges.reshape(-1, 2):
-        stands[first:last] = last - first >= _STANDS
+    starts = np.concatenate([[0], np.flatnonzero(~same) + 1, [len(cell)]])
+    stands = np.diff(starts) >= _STANDS
+    at_top = stands & top[starts[:-1]]
+    # A cell without noise stands wherever the tendon sticks, at both ends of the strokes.
+    if 2 * np.count_nonzero(stands & ~at_top) >= np.count_nonzero(at_top):
+        return np.zeros(len(cell), dtype=bool)
     # Where it stands at all, every row at the top may be cut off.
-    return top if stands.any() else stands
+    return top
 
 
 def _borders(readings: Readings, labels: list[str]) -> Integers:

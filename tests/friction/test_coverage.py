@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from .cases import CASES
+from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction.fit import fit_readings
+
+from .cases import CASES, log_of, readings
+from .rig import simulate
 from .torture import covers, run, silent_share
 
 CLEAN = [name for name, case in CASES.items() if case.clean]
@@ -46,6 +53,34 @@ def test_what_never_slips_is_refused(name: str, counts) -> None:
 @pytest.mark.parametrize("name", [name for name in CASES if "levels differ" in name])
 def test_levels_far_apart_are_warned_of(name: str, counts) -> None:
     assert all(any("zero error" in text for text in fit.warnings) for fit in counts[name].fits)
+
+
+@pytest.mark.parametrize(
+    "changed", [{"load_spring": 1.0}, {"load_spring": 0.1}, {"load_spring": 1.0, "sinusoidal": True}]
+)
+def test_readings_without_noise_are_exact_and_show_nothing(changed: dict[str, Any]) -> None:
+    rig = replace(CASES["clean"].rig, noise=0.0, resolution=0.0, friction_scatter=0.0, gain_scatter=0.0, **changed)
+    logs = simulate(rig, 4)
+    bend = BendAngle(rig.bend_angle, 0.0, "144 deg")
+    for seed in range(4):
+        fit = fit_readings(log_of(rig, logs, seed), bend=bend)
+        assert fit.friction == pytest.approx(rig.friction, rel=1e-4)
+        assert covers(fit)
+        assert not fit.warnings
+        assert not any(check.found for check in fit.checks if check.name != "gain")
+
+
+@pytest.mark.parametrize("down", [40.0, 60.0])
+def test_a_zero_error_that_matters_is_warned_of_where_the_directions_differ(down: float) -> None:
+    """Weights exchanged at the turns: 60 N up and 40 N down, and 1 N moves the number by 4 %; the same, and a note."""
+    rig = replace(CASES["clean"].rig, weights=(60.0, 60.0))
+    up, low = simulate(rig, 2), simulate(replace(rig, weights=(down, down)), 2)
+    for seed in range(2):
+        cells = [np.where(up.toward < 0.0, b[:, seed], a[:, seed])
+                 for a, b in ((up.motor_cell, low.motor_cell), (up.load_cell, low.load_cell))]  # fmt: skip
+        fit = fit_readings(readings(*cells), bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
+        assert any("1 N of zero error" in text for text in (fit.warnings if down < 60.0 else fit.notes))
+        assert bool(fit.warnings) == (down < 60.0)
 
 
 @pytest.mark.parametrize("name", ["dwell while sticking", "delay 100 ms, crank"])
