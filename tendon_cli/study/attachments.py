@@ -32,13 +32,25 @@ class Attachments:
         update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
         if study.cases:
             update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
-        if study.people is not None and study.people.file is not None:
-            update["people"] = self._people(study.people, study.people.file)
+        if study.people is not None:
+            update["people"] = self._people(self._statistics(study.people))
         return study.replaced(update) if self.sources else study
 
-    def _people(self, people: People, name: str) -> People:
-        content = self._read(name, "people.file", MAX_PEOPLE_BYTES)
-        if content is None:
+    def _statistics(self, people: People) -> People:
+        name = people.statistics
+        content = self._read(name, "people.statistics", MAX_BYTES) if name is not None else None
+        if name is None or content is None:
+            return people
+        from tendon_cli.study.people.survey import read_survey  # only one's own statistics pay for its import
+
+        found = read_survey(content, shorten(name, 200))
+        self._note("people.statistics", name, content, men=found.male.persons, women=found.female.persons)
+        return people.with_statistics(content)
+
+    def _people(self, people: People) -> People:
+        name = people.file
+        content = self._read(name, "people.file", MAX_PEOPLE_BYTES) if name is not None else None
+        if name is None or content is None or people.statistics is not None:
             return people
         known = people.with_content(content)
         persons = known.read(shorten(name))

@@ -2,6 +2,7 @@
 
 import json
 import re
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model import actuator, body
 from tendon_cli.study.load import load_study, study_from
 from tendon_cli.study.people.asked import packed, unpacked
+from tendon_cli.study.people.person import worn_by
 from tendon_cli.study.people.population import draw
 from tendon_cli.study.people.survey import ansur2
 from tendon_cli.sweep.inputs import Inputs
@@ -109,6 +111,9 @@ def test_settings_of_the_command_line_are_taken(tmp_path):
         ({"women": 0.5, "sex": "male"}, "people.women: is a share among both sexes"),
         ({"file": "none.csv"}, 'people.file: there is no file "none.csv"'),
         ({"file": "people.csv", "count": 5}, "people.count: stands beside file"),
+        ({"statistics": "none.toml"}, 'people.statistics: there is no file "none.toml"'),
+        ({"statistics": "people.csv", "source": "ansur2"}, "people.source: stands beside statistics"),
+        ({"statistics_content": "nonsense!"}, "people.statistics_content: not the packed content"),
         ({"persons": 5}, "people.persons: unknown key"),
         ({"content": "nonsense!"}, "people.content: not the packed content"),
         ("everyone", "people.*is not a table"),
@@ -139,3 +144,69 @@ def test_packed_content_comes_back_and_bombs_are_refused():
     assert unpacked(packed(FILE.encode())) == FILE.encode()
     with pytest.raises(ValueError, match="cut short"):
         unpacked(packed(FILE.encode() * 100)[:-10])
+
+
+# --- Statistics of one's own -----------------------------------------------------------------------------------------
+
+
+def ansur2_text():
+    return (resources.files("tendon_cli.study.people") / "ansur2_arm.toml").read_text(encoding="utf-8")
+
+
+def with_own(tmp_path, text, **people):
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    return study_from({"people": {"statistics": "own.toml", **people}}, folder=tmp_path)
+
+
+def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path):
+    same = with_own(tmp_path, ansur2_text(), count=20)
+    drawn = draw(ansur2(), "both", 20, seed=1)
+    np.testing.assert_array_equal(same.people.population.values, drawn.values)
+    heavy = with_own(tmp_path, ansur2_text().replace("85.52", "99.5").replace("4082", "100"), count=20)
+    (tmp_path / "own.toml").unlink()
+    again = study_from(json.loads(json.dumps(heavy.record()))["study"])
+    assert again.hash == heavy.hash != same.hash
+    found = again.people.population
+    assert found.reference.weight == 99.5
+    assert sum(name.startswith("woman") for name in found.names) == round(20 * 1986 / 2086)
+    assert heavy.sources["people.statistics"]["men"] == 100
+    assert worn_by(again, "mean-man").body[1].value == 99.5
+
+
+def test_they_complete_a_file_of_persons_too(tmp_path):
+    (tmp_path / "people.csv").write_text("weight (kg)\n70\n", encoding="utf-8")
+    usual, own = (
+        with_own(tmp_path, ansur2_text().replace(*change), file="people.csv", sex="male").people.population
+        for change in (("", ""), ("1756.21", "1856.21"))
+    )
+    assert own.body.stature[0] - usual.body.stature[0] == pytest.approx(0.1, abs=1e-9)
+
+
+BAD = {
+    "a person of 3 m": ("stature (m)\n1.7\n3\n", {}, 3, "people.csv, line 3"),
+    "missing columns": ("name,shoe\nAda,39\n", {}, 3, "no column is a dimension"),
+    "mixed units": ("stature (m)\n1.7\n175\n", {}, 3, "are units mixed?"),
+    "a negative weight": ("weight (kg)\n-70\n", {}, 3, "weight is -70 kg"),
+    "a negative weighting": ("weight (kg),weighting\n70,-1\n", {}, 3, "weighting is -1"),
+    "names that stand twice": ("name,weight (kg)\nAda,70\nAda,80\n", {}, 3, '"Ada" names two persons'),
+    "one row": ("weight (kg)\n70\n", {}, 0, "has 1 person"),
+    "count = 0": (None, {"people": {"count": 0}}, 2, "out of range, expected 1 to 1,000,000"),
+    "a tolerance of 200 %": (None, {"spring": {"stiffness": {"value": 5e3, "tolerance": "200 %"}}}, 2, "200 %"),
+    "no positive definite correlation": (None, {"people": {"statistics": "own.toml"}}, 3, "not positive definite"),
+    "statistics in metres": (None, {"people": {"statistics": "metres.toml"}}, 3, "statistics are in kg and mm"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_ends_in_one_message_of_the_right_kind(name, tendon, workplace):
+    text, content, exit_code, said = BAD[name]
+    (workplace / "people.csv").write_text(text or FILE, encoding="utf-8")
+    own = ansur2_text()
+    (workplace / "own.toml").write_text(own.replace("0.4689", "-0.95"), encoding="utf-8")
+    (workplace / "metres.toml").write_text(own.replace("1756.21", "1.75621"), encoding="utf-8")
+    study = {"people": {"file": "people.csv"}, "spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}} | content
+    (workplace / "study.yaml").write_text(json.dumps(study), encoding="utf-8")
+    ran = tendon("design", "study.yaml", "--no-figures", "--json")
+    assert ran.exit == exit_code, ran.out
+    told = json.dumps(ran.json["notes"] if not exit_code else ran.json["error"], ensure_ascii=False)
+    assert said in told.replace('\\"', '"'), told

@@ -73,14 +73,15 @@ def test_the_mean_man_is_the_one_that_the_anchors_stand_on():
 # --- Statistics that cannot be ---------------------------------------------------------------------------------------
 
 SIZE = len(DIMENSIONS)
+MEAN = [1000.0, 80.0, *[330.0] * (SIZE - 2)]
 
 
 def written(correlation=None, **male):
-    """A survey as text, of persons 1 m large and 1 kg heavy, with some keys of its men replaced."""
-    table = {"persons": 10, "mean": [1000.0] * SIZE, "standard_deviation": [1.0] * SIZE} | male
+    """A survey as text, of persons 1 m large, with some keys of its men replaced."""
+    table = {"persons": 10, "mean": MEAN, "standard_deviation": [1.0] * SIZE} | male
     rows = np.eye(SIZE).tolist()
     lines = [f"dimensions = {list(DIMENSIONS)}", "[male]", *(f"{key} = {value}" for key, value in table.items())]
-    lines += [f"correlation = {correlation or rows}", "[female]", "persons = 5", f"mean = {[900.0] * SIZE}"]
+    lines += [f"correlation = {correlation or rows}", "[female]", "persons = 5", f"mean = {MEAN}"]
     return "\n".join([*lines, f"standard_deviation = {[2.0] * SIZE}", f"correlation = {rows}"])
 
 
@@ -92,7 +93,7 @@ def with_correlation(value, *places):
 
 
 def test_statistics_of_ones_own_are_read():
-    survey = read_survey(written(), "mine.toml")
+    survey = read_survey(written().encode(), "mine.toml")
     assert survey.male.mean[0] == 1.0
     assert survey.share_of_women == pytest.approx(1 / 3)
 
@@ -106,6 +107,12 @@ def test_statistics_of_ones_own_are_read():
         (written((0.9 * np.eye(SIZE)).tolist()), "ones on its diagonal"),
         (written(standard_deviation=[0.0] * SIZE), "not above 0"),
         (written(mean=[1.0]), "not 8 means"),
+        (written(mean=[3000.0, *MEAN[1:]]), "the mean stature is 3000 mm, expected 800 to 2500 mm"),
+        (written(mean=[100.0, *MEAN[1:]]), "the mean stature is 100 mm"),
+        (written(mean=[1000.0, 0.08, *MEAN[2:]]), "the mean weight is 0.08 kg"),
+        (written(standard_deviation=[1.0, 30.0, *[1.0] * (SIZE - 2)]), "the deviation of weight is 30 kg"),
+        (written(persons=0), "not 8 means"),
+        ("[[[[" * 20, "not statistics"),
         (written(persons='"many"'), "not statistics"),
         (written(mean="nan"), "not 8 means"),
         (written().replace("stature", "size"), "its dimensions are"),
@@ -116,7 +123,7 @@ def test_statistics_of_ones_own_are_read():
 )  # fmt: skip
 def test_statistics_that_cannot_be_are_refused(text, said):
     with pytest.raises(InputError, match=said):
-        read_survey(text, "mine.toml")
+        read_survey(text.encode(), "mine.toml")
 
 
 def test_the_factor_of_a_matrix_gives_it_back():

@@ -19,6 +19,7 @@ from tendon_cli.units import described
 
 if TYPE_CHECKING:
     from tendon_cli.study.people.population import Population
+    from tendon_cli.study.people.survey import Survey
 
 MAX_COUNT = 10**6
 MAX_BYTES = 500_000_000
@@ -46,6 +47,12 @@ class People(Part):
     """
 
     source: Literal["ansur2"] = Field(default="ansur2", description="the survey that persons are drawn from")
+    statistics: FileName | None = Field(
+        default=None, description="in the place of source: means, deviations and correlations of one's own, in TOML"
+    )
+    statistics_content: Annotated[str, AfterValidator(_packed)] | None = Field(
+        default=None, description="what that file held, as tendon keeps it"
+    )
     file: FileName | None = Field(default=None, description="a CSV of real persons, with units in its headers")
     content: Annotated[str, AfterValidator(_packed)] | None = Field(
         default=None, description="what the file held, as tendon keeps it"
@@ -69,22 +76,36 @@ class People(Part):
         """The persons; raises InputError where their file cannot be used, ValueError where it is not read yet."""
         return self.read("people")
 
+    @cached_property
+    def survey(self) -> "Survey":
+        """Whom persons are drawn from or completed by, and whose mean man the study's anchors fit; raises likewise."""
+        from tendon_cli.study.people.survey import ansur2, read_survey  # a study without people does without these
+
+        if self.statistics_content is not None:
+            return read_survey(unpacked(self.statistics_content), "people.statistics")
+        if self.statistics is not None:
+            raise ValueError("the file of statistics is read with the study")
+        return ansur2()
+
     def read(self, where: str) -> "Population":
         """The persons; `where` is what an error calls the place that they come from."""
-        from tendon_cli.study.people.population import draw  # a study without people does without these
+        from tendon_cli.study.people.population import draw
         from tendon_cli.study.people.reading import read_population
-        from tendon_cli.study.people.survey import ansur2
 
         women = self.women.single if self.women is not None else None
         if self.content is not None:
-            return read_population(unpacked(self.content), where, ansur2(), self.sex, women)
+            return read_population(unpacked(self.content), where, self.survey, self.sex, women)
         if self.file is not None:
             raise ValueError("the file of people is read with the study")
-        return draw(ansur2(), self.sex, self.count, self.seed, women)
+        return draw(self.survey, self.sex, self.count, self.seed, women)
 
     def with_content(self, content: bytes) -> "People":
         """The same with what its file holds in place of its name."""
         return self.model_copy(update={"content": packed(content), "file": None})
+
+    def with_statistics(self, content: bytes) -> "People":
+        """The same with the statistics that their file holds in place of its name."""
+        return self.model_copy(update={"statistics_content": packed(content), "statistics": None})
 
     def contradictions(self) -> Iterator[Fault]:
         """Keys that do not go together."""
@@ -93,6 +114,12 @@ class People(Part):
             for key in ("source", "count", "seed", "content"):
                 if key in given:
                     yield Fault(f"people.{key}", "stands beside file, which says who they are", "leave one of them out")
+        if self.statistics is not None:
+            for key in ("source", "statistics_content"):
+                if key in given:
+                    yield Fault(
+                        f"people.{key}", "stands beside statistics, which are whom to draw from", "leave one out"
+                    )
         if self.women is not None and self.sex != "both":
             yield Fault("people.women", f'is a share among both sexes, and sex is "{self.sex}"', 'sex = "both"')
 

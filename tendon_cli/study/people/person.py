@@ -70,7 +70,7 @@ def worn_by(study: Study, name: str) -> Worn:
 
 def _found(study: Study, name: str) -> Population:
     if name in NAMED:
-        return named(ansur2(), name)
+        return named(study.people.survey if study.people is not None else ansur2(), name)
     people = study.people.population if study.people is not None else None
     names = people.names if people is not None else ()
     if people is not None and name in names:

@@ -15,20 +15,11 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.people.headers import Header, cells_of, read_headers
 from tendon_cli.study.people.population import Population
-from tendon_cli.study.people.survey import SEXES, Survey
+from tendon_cli.study.people.survey import PLAUSIBLE, SEXES, Survey
 from tendon_cli.units import UNITS, known_units, shorten
 
 Sexes = str | npt.NDArray[np.str_]
 """The sex of each person, or the one that the study gives them all."""
-
-PLAUSIBLE = dict(
-    zip(
-        DIMENSIONS,
-        ((0.8, 2.5), (15.0, 350.0), (0.12, 0.60), (0.10, 0.50), (0.12, 0.65), (0.10, 0.80), (0.10, 0.60), (0.07, 0.35)),
-        strict=True,
-    )
-)
-"""Least and largest value of each dimension that someone has, in SI: wide, so that what is outside is a slip."""
 
 _SEX_WORDS = {"m": "male", "male": "male", "man": "male", "f": "female", "female": "female", "woman": "female"}
 _MISSING = ("", "na", "n/a", "nan", "null", "-")

@@ -11,12 +11,24 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.errors import InputError
+from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model.body import DIMENSIONS, Body
 from tendon_cli.model.kinematics import Array
+from tendon_cli.study.toml_scan import scan
 from tendon_cli.units import shorten
 
 SEXES = ("male", "female")
+
+PLAUSIBLE = dict(
+    zip(
+        DIMENSIONS,
+        ((0.8, 2.5), (15.0, 350.0), (0.12, 0.60), (0.10, 0.50), (0.12, 0.65), (0.10, 0.80), (0.10, 0.60), (0.07, 0.35)),
+        strict=True,
+    )
+)
+"""Least and largest value of each dimension that someone has, in SI: wide, so that what is outside is a slip."""
+_MOST_SCATTER = 1.0 / 3.0
+"""Deviation over mean, beyond which bodies drawn as normal would be below 0."""
 
 _SI = np.array([1.0 if name == "weight" else 1e-3 for name in DIMENSIONS])  # the survey has kg and mm
 
@@ -88,20 +100,21 @@ class Survey:
 @cache
 def ansur2() -> Survey:
     """The survey that comes with tendon."""
-    text = resources.files(__package__).joinpath("ansur2_arm.toml").read_text(encoding="utf-8")
-    return read_survey(text, "ansur2")
+    return read_survey(resources.files(__package__).joinpath("ansur2_arm.toml").read_bytes(), "ansur2")
 
 
-def read_survey(text: str, where: str) -> Survey:
-    """Check and take over the statistics of a survey in TOML; raises InputError."""
+def read_survey(given: bytes, where: str) -> Survey:
+    """Check and take over the statistics of a survey in TOML, in kg and mm; raises InputError."""
     try:
+        text = given.decode("utf-8-sig")
+        scan(text)
         content = tomllib.loads(text)
         names = content["dimensions"]
         if sorted(names) != sorted(DIMENSIONS):
             raise InputError(f"its dimensions are {shorten(', '.join(names))}", where=where, hint=_dimensions_wanted())
         order = [names.index(name) for name in DIMENSIONS]
         return Survey(*(_statistics(content[sex], order, f"{where}, [{sex}]") for sex in SEXES))
-    except (KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
+    except (StudyError, KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
         problem = f"not statistics of a survey: {shorten(str(error)) or type(error).__name__}"
         hint = "expected dimensions, and in [male] and [female] persons, mean, standard_deviation and correlation"
         raise InputError(problem, where=where, hint=hint) from None
@@ -120,6 +133,10 @@ def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statisti
         raise InputError(f"not {size} means, {size} deviations, {size} x {size} correlations of persons", where=where)
     if not (np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))):
         raise InputError("a mean or standard deviation is not above 0", where=where)
+    for name, low_high, value, scatter in zip(
+        DIMENSIONS, PLAUSIBLE.values(), (mean[order] * _SI), deviation[order] * _SI, strict=True
+    ):
+        _check_dimension(name, low_high, value, scatter, where)
     if np.any(np.diag(correlation) != 1.0) or np.any(correlation != correlation.T):
         raise InputError("the correlation is not symmetric with ones on its diagonal", where=where)
     mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
@@ -131,6 +148,23 @@ def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statisti
         hint = "no bodies have such correlations; were they rounded, or taken from different samples?"
         raise InputError(f"the correlation is not positive definite: {error}", where=where, hint=hint) from None
     return found
+
+
+def _check_dimension(name: str, plausible: tuple[float, float], mean: float, deviation: float, where: str) -> None:
+    """Refuse a mean that nobody has, as in another unit, and bodies that would be below 0."""
+    low, high = plausible
+    unit, per = ("kg", 1.0) if name == "weight" else ("mm", 1e-3)
+    if not low <= mean <= high:
+        expected = f"expected {low / per:g} to {high / per:g} {unit}"
+        raise InputError(
+            f"the mean {name} is {mean / per:g} {unit}, {expected}", where=where, hint="statistics are in kg and mm"
+        )
+    if deviation > _MOST_SCATTER * mean:
+        raise InputError(
+            f"the deviation of {name} is {deviation / per:g} {unit} at a mean of {mean / per:g} {unit}",
+            where=where,
+            hint="bodies drawn so would be below 0",
+        )
 
 
 def cholesky(matrix: Array) -> Array:
