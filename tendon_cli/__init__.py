@@ -104,17 +104,9 @@ def sweep(
 
         check_figures_of(study)
     return run(
-        study,
-        None if out is None else Path(out),
-        jobs=jobs,
-        resume=resume,
-        overwrite=overwrite,
-        lock=lock,
-        scheduler=scheduler,
-        draw=_draw_run if figures else None,
-        progress=progress,
-        stop=stop,
-    )
+        study, None if out is None else Path(out), jobs=jobs, resume=resume, overwrite=overwrite, lock=lock,
+        scheduler=scheduler, draw=_draw_run if figures else None, progress=progress, stop=stop,
+    )  # fmt: skip
 
 
 def _draw_run(
@@ -159,15 +151,9 @@ def design(
     if out is None and figures:
         raise UsageError("figures are drawn into a folder", hint="name one: design(study, out, figures=True)")
     return answer(
-        study,
-        None if out is None else Path(out),
-        jobs=jobs,
-        overwrite=overwrite,
-        scheduler=scheduler,
-        draw=_draw_answer if figures else None,
-        progress=progress,
-        stop=stop,
-    )
+        study, None if out is None else Path(out), jobs=jobs, overwrite=overwrite, scheduler=scheduler,
+        draw=_draw_answer if figures else None, progress=progress, stop=stop,
+    )  # fmt: skip
 
 
 def _draw_answer(folder: "Path", record: "dict[str, Any]") -> "tuple[list[str], list[str]]":
@@ -264,14 +250,6 @@ def fit_friction(
     from tendon_cli.friction import fit_file
 
     return fit_file(
-        Path(path),
-        bend_angle=bend_angle,
-        route=None if route is None else Path(route),
-        path_smoothing=path_smoothing,
-        cell_1=cell_1,
-        cell_2=cell_2,
-        motor=motor,
-        offset=offset,
-        delay=delay,
-        robust=robust,
-    )
+        Path(path), bend_angle=bend_angle, route=None if route is None else Path(route), path_smoothing=path_smoothing,
+        cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, delay=delay, robust=robust,
+    )  # fmt: skip

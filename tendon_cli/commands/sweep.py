@@ -58,17 +58,9 @@ def sweep(
         folder = out if out is not None else Path("results") / loaded.name
         with progress(loaded.name, quiet=quiet or as_json) as show:
             run = tendon.sweep(
-                loaded,
-                folder,
-                jobs,
-                not no_figures,
-                resume=resume,
-                overwrite=overwrite,
-                lock=not no_lock,
-                scheduler=scheduler,
-                progress=show,
-                stop=stop,
-            )
+                loaded, folder, jobs, not no_figures, resume=resume, overwrite=overwrite, lock=not no_lock,
+                scheduler=scheduler, progress=show, stop=stop,
+            )  # fmt: skip
     from tendon_cli.summary import run_text
 
     print_result(as_json_text(run.record) if as_json else run_text(run), unless=quiet and not as_json)

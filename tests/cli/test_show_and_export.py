@@ -98,6 +98,10 @@ def test_what_is_shown_fits_the_terminal_in_units_that_people_read(tendon, run, 
     ran = tendon("show", run / "states.parquet", "--columns", "elbow_angle,motor_torque", "--head", "2")
     assert ran.out.splitlines()[:2] == ["elbow_angle  motor_torque", "        deg           N m"]
     assert ran.out.splitlines()[3].split()[0] == "10"
+    for columns, beside in ((25, True), (24, False)):  # two columns of 11 and 12 signs, and two spaces
+        monkeypatch.setenv("COLUMNS", str(columns))
+        said = tendon("show", run / "states.parquet", "--columns", "elbow_angle,motor_torque", "--head", "2").out
+        assert (said.splitlines()[0] == "elbow_angle  motor_torque") is beside
 
 
 @pytest.mark.parametrize(
