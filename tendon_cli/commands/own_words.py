@@ -112,7 +112,10 @@ def _rows(line: Given) -> "TableRows | None":
         if path.suffix.lower() == ".csv":
             return TableRows(table_in(path))
         file = file_of(path, line.options.get("table"))
-        rows = TableRows(TableFiles(tuple(sorted(file.glob("part-*.parquet"))) if file.is_dir() else (file,)))
+        files = sorted(file.glob("part-*.parquet")) if file.is_dir() else [file]
+        if not all(each.is_file() for each in files):  # a pipe would be waited for
+            return None
+        rows = TableRows(TableFiles(tuple(files)))
         rows.table.schema  # noqa: B018 - what cannot be read is found here
     except (TendonError, OSError, ValueError, IndexError):  # an error of Arrow is a ValueError or an OSError
         return None

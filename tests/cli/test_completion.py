@@ -132,6 +132,24 @@ def test_own_names_and_columns_are_offered(own, line, expected):
     assert offered(line) == expected
 
 
+def test_a_source_that_is_no_table_is_not_waited_for(workplace, outside):
+    os.mkfifo("pipe")
+    Path("torn.parquet").write_bytes(b"PAR1 and no more PAR1")
+    Path("bad.csv").write_bytes(b"\xff\0")
+    Path("empty.parquet").mkdir()
+    for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing"):
+        ran = outside("completion", "fish", "--line", f"tendon show {source} --columns marg")
+        assert (ran.exit, ran.out.split()[:1], ran.err) == (0, ["margin"], "")
+        assert outside("completion", "fish", "--line", f"tendon state {source} --case ").exit == 0
+
+
+def test_no_sign_that_a_terminal_obeys_is_offered(workplace, outside):
+    Path("people.csv").write_text("name,weight (kg)\nAda\x1b[2J,60\nBo,70\n", encoding="utf-8")
+    offered_names = outside("completion", "fish", "--line", "tendon show people.csv --where 'name = ").out
+    assert "name = Bo" in offered_names.splitlines()
+    assert "\x1b" not in offered_names + outside("show", "people.csv").out
+
+
 @pytest.mark.parametrize("quote", ["", "'", '"'])
 def test_bash_runs_nothing_of_a_name(own, outside, quote):
     line = f"tendon state own.toml --case {quote}"
