@@ -143,7 +143,7 @@ def product_of(table: TableFiles) -> Product:
         if not is_one or table.rows != math.prod(axis.length for axis in axes):
             raise _foreign(table)
         return Product(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, StopIteration, pa.ArrowException):
+    except (LookupError, TypeError, ValueError, OverflowError, AttributeError, StopIteration, pa.ArrowException):
         raise _foreign(table) from None
 
 

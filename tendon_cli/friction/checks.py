@@ -22,11 +22,15 @@ _LARGEST_RATIO = 20.0
 def check_forces(readings: Readings) -> None:
     """Refuse forces that no two working cells give."""
     cells = (readings.cell_1, readings.cell_2)
-    largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in cells)
-    if largest and not _WEAKEST < largest < _STRONGEST:
-        raise InputError(
-            f"forces reach {largest:.3g}, which no load cell reads", where=readings.source, hint="is the unit right?"
-        )
+    for cell in cells:
+        pulled, largest = np.nanmax(cell, initial=0.0), np.nanmax(np.abs(cell), initial=0.0)
+        if 0.0 < pulled <= _WEAKEST or largest >= _STRONGEST:
+            reached = largest if largest >= _STRONGEST else pulled
+            raise InputError(
+                f"forces reach {reached:.3g}, which no load cell reads",
+                where=readings.source,
+                hint="is the unit right?",
+            )
     many = len(readings.lines) >= _MANY
     counts = [len(np.unique(cell[np.isfinite(cell)])) for cell in cells]
     fixed = [column for column, count in enumerate(counts, start=1) if count == 1]
