@@ -9,12 +9,13 @@ import numpy as np
 
 from tendon_cli.design.candidates import Candidates, numbers_of
 from tendon_cli.design.numbers import SIDE
-from tendon_cli.design.problem import Flags, Problem
+from tendon_cli.design.problem import Problem
 from tendon_cli.design.solve import solve
 from tendon_cli.model import limits
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Bounds
+from tendon_cli.model.motor_window import MotorBounds, excess
 from tendon_cli.study.study import SIDES
 
 End = Literal["from", "to"]
@@ -48,16 +49,14 @@ class Sensitivity:
 
 
 def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
-    """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit of a state sets.
-
-    Limits of the motor have none either.
-    """
+    """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit on motion sets."""
     found: list[Sensitivity] = []
     ends: tuple[End, End] = ("from", "to")
     for end in ends:
         code = int(getattr(choice.solutions, f"{end}_by")[0])
         state = int(getattr(choice.solutions, f"{end}_state")[0])
-        if state >= 0 and code < limits.OF_THE_MOTOR and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
+        is_set = state >= 0 or code >= limits.OF_THE_MOTOR
+        if is_set and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
             found += _of_end(problem, choice, end, code, state)
     return sorted(found, key=lambda each: -abs(each.per_percent))
 
@@ -66,15 +65,64 @@ def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: in
     condition = int(getattr(choice.solutions, f"{end}_condition")[0])
     numbers = dict(numbers_of(problem, choice.columns))
     alone = problem.under(np.array([condition]))
-    flexion, angle = divmod(state, problem.angles.size)
-    at = problem.angles[:, [angle]], problem.flexion[[flexion]]
-    found = []
+    pretension = float(getattr(choice.solutions, f"pretension_{end}")[0])
+    design, name, motor = alone.design(numbers), limits.LIMIT_NAMES[code], problem.motor
+    of_motor = _OfMotor(alone, design, motor, code, state, pretension) if motor and name in motor.asked else None
+    bound, found = of_motor or _OfState(alone, code, state), []
     for key, value in _numbers_at(alone, numbers).items():
         changed = {key: np.array([value + _STEP * 1j])}
-        design = alone.design(numbers, alone.condition_numbers | changed)
-        slope = limits.limit_end(code, design, *at, problem.bounds).imag.item() / _STEP
+        slope = bound.slope(alone.design(numbers, alone.condition_numbers | changed))
         found.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
-    return found + _of_limit(problem, alone.design(numbers), end, code, at)
+    if of_motor is not None:
+        speed = of_motor.bounds.speed
+        found.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
+    elif name not in {each.name for each in fields(Bounds)}:
+        return found
+    return [*found, Sensitivity(end, f"limits.{name}", problem.limit(name), bound.slope(design, name), steady=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _OfState:
+    """An end that a limit on a state sets: it is where the limit is just kept."""
+
+    alone: Problem
+    code: int
+    state: int
+
+    def slope(self, design: Design, bound: str | None = None) -> float:
+        """How it moves with what is complex in a design, or with the bound itself."""
+        flexion, angle = divmod(self.state, self.alone.angles.size)
+        at = self.alone.angles[:, [angle]], self.alone.flexion[[flexion]]
+        bounds = self.alone.bounds if bound is None else _stepped(self.alone.bounds, bound)
+        return float(limits.limit_end(self.code, design, *at, bounds).imag.item()) / _STEP
+
+
+@dataclass(frozen=True, eq=False)
+class _OfMotor:
+    """An end F that a limit on the motor sets: its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF)."""
+
+    alone: Problem
+    design: Design
+    bounds: MotorBounds
+    code: int
+    state: int
+    pretension: float
+
+    def slope(self, design: Design, bound: str | None = None) -> float:
+        """How it moves with what is complex in a design, or with a bound or the speed."""
+        bounds = self.bounds if bound is None else _stepped(self.bounds, bound)
+        return -self._excess(design, bounds, self.pretension) / self._excess(
+            self.design, self.bounds, self.pretension + _STEP * 1j
+        )
+
+    def _excess(self, design: Design, bounds: MotorBounds, pretension: complex) -> float:
+        name, alone = limits.LIMIT_NAMES[self.code], self.alone
+        return excess(name, design, alone.angles, alone.flexion, bounds, pretension, self.state).imag
+
+
+def _stepped(bounds: Any, name: str) -> Any:
+    """Bounds of which one is complex."""
+    return replace(bounds, **{name: float(getattr(bounds, name)) + _STEP * 1j})
 
 
 def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
@@ -99,17 +147,6 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
 
 def _single(value: object) -> float:
     return float(np.asarray(value).item())
-
-
-def _of_limit(problem: Problem, design: Design, end: End, code: int, at: tuple[Array, Flags]) -> list[Sensitivity]:
-    """And of the limit itself."""
-    name = limits.LIMIT_NAMES[code]
-    if name not in {each.name for each in fields(Bounds)}:
-        return []
-    own = float(getattr(problem.bounds, name))
-    complex_bound: Any = own + _STEP * 1j
-    slope = limits.limit_end(code, design, *at, replace(problem.bounds, **{name: complex_bound})).imag.item() / _STEP
-    return [Sensitivity(end, f"limits.{name}", own, slope, steady=True)]
 
 
 def _is_steady(

@@ -94,6 +94,22 @@ def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, 
     return Narrowed(Window(**shaped), intervals.reshape(found.low.shape))
 
 
+def excess(
+    name: str, design: Design, elbow_angle: Array, flexion: Flags, bounds: MotorBounds, pretension: complex, state: int
+) -> complex:
+    """By how much one design exceeds a limit at a pretension; also of complex numbers, for derivatives.
+
+    `state` is the one that binds, as windows have it, where the limit is kept state by state. The design's own axes are
+    two, of one each.
+    """
+    motor, at = _Motor(design, elbow_angle, flexion, (1, 1), bounds), np.array([pretension])
+    for limit, lines, most in motor.half_lines():
+        if limit == name:
+            value = complex(lines.at(at)[0, state])
+            return (value if value.real > 0.0 else -value) - most
+    return complex(dict(motor.measures())[name](at)[0])
+
+
 class _Motor:
     """Lines of the motor's quantities over all states of designs of a shape, all taut."""
 

@@ -1,9 +1,13 @@
 """Limits on the motor in `tendon design`: windows end where the cycle reaches them, and conflicts name them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from tendon_cli.design.candidates import of_columns
 from tendon_cli.design.question import question
+from tendon_cli.design.sensitivity import sensitivities
 from tendon_cli.design.solve import solve
 from tendon_cli.model.cycle import cycle
 from tendon_cli.model.limits import LIMIT_NAMES
@@ -66,3 +70,44 @@ max_friction_loss = "1 J"
     ran = tendon("design", "study.toml", "--json", "--out", "answer")
     assert ran.exit == 0
     assert any("max_friction_loss" in note for note in ran.json["notes"])
+
+
+SET_BY_THE_MOTOR = [
+    ("max_friction_loss", "13 J", "to"),
+    ("max_backlash", "0.5 deg", "to"),
+    ("peak_motor_speed", "4 rad/s", "from"),
+    ("peak_motor_power", "13.5 W", "from"),
+    ("max_motor_work_in", "17 J", "to"),
+    ("max_spool_travel", "230 deg", "from"),
+    ("max_torque_band", "4 N m", "to"),
+    ("min_efficiency", 0.02, "to"),
+]
+
+
+@pytest.mark.parametrize(("limit", "value", "end"), SET_BY_THE_MOTOR)
+def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end):
+    problem = question(study_from({**ASKED, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
+    choice = of_columns(problem, {}, 1)
+    assert LIMIT_NAMES[getattr(choice.solutions, f"{end}_by")[0]] == limit
+    found = {each.key: each for each in sensitivities(problem, choice) if each.end == end}
+    assert {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"} <= set(found)
+    mass = problem.condition_numbers["load.mass"]
+    bound = getattr(choice.solutions, f"{end}_condition")[0]
+
+    def moved(key, number):
+        if key == "motion.speed":
+            changed = replace(problem, motor=replace(problem.motor, speed=number))
+        elif key.startswith("limits."):
+            changed = problem.relaxed(limit, number)
+        elif key == "load.mass":
+            changed = problem.saying({key: np.where(np.arange(2) == bound, number, mass)})
+        else:
+            changed = problem.saying({key: np.full(2, number)})
+        return getattr(of_columns(changed, {}, 1).solutions, f"pretension_{end}")[0]
+
+    for key, each in found.items():
+        step = 2e-5 * each.value
+        if step:
+            ends = [moved(key, each.value + times * step) for times in (-2, -1, 1, 2)]
+            slope = (8 * (ends[2] - ends[1]) - ends[3] + ends[0]) / (12 * step)
+            assert each.slope * each.value == pytest.approx(slope * each.value, rel=1e-5, abs=1e-4), key
