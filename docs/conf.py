@@ -25,6 +25,7 @@ html_math_renderer = "mathml"  # which browsers draw themselves; MathJax would c
 html_title = f"tendon {__version__}"
 html_static_path = []
 html_show_sphinx = False
+html_show_search_summary = False  # a browser does not let a page of a folder read its neighbours
 pygments_style = "friendly"
 pygments_dark_style = "native"
 
