@@ -46,6 +46,7 @@ def full(scratch: Path) -> Bench:
         states=(50, 25, 22),
         designs=(50, 25, 20, 20),
         kernel=(64, 32, 16, 4),
+        windows=(64, 64, 32),
         growing={
             "10^6, both tables": studies.states_study(25, 11, 5),
             studies.MANY_PARTS: studies.states_study(25, 25, 22),

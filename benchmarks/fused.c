@@ -170,3 +170,32 @@ void sweep(const Study *s, long from, long to) {
         }
     }
 }
+
+/* The windows of the combinations `from` to `to`: between which pretensions each state is taut and stable. Over a state's
+ * shortfall, the kink, stiffness is a straight line, so it bounds pretension from above where it falls, else from below. */
+void windows(const Study *s, long from, long to) {
+    long combinations = s->springs * s->ratios * s->frictions * s->loads;
+    double radius = s->elbow_radius;
+    const double *arm = s->arm, *slope = s->arm_slope;
+    for (long c = from; c < to; c++) {
+        long by_friction = c / s->loads, by_ratio = by_friction / s->frictions;
+        double load = s->load_moment[c % s->loads], spring = s->spring[by_ratio / s->ratios];
+        double ratio = s->ratio[by_ratio % s->ratios], low = 0.0, high = -NEVER;
+        const double *tendon = s->tendon + 2 * (by_friction % s->frictions);
+        for (int d = 0; d < 2; d++) {
+            double c_x = tendon[d] + 1.0 / spring, c_y = tendon[1 - d] + 1.0 / spring, common = ratio * c_x + c_y;
+            double pull_y = radius * radius / c_y;
+            for (long i = 0; i < s->angles; i++) {
+                double torque = load * s->sine[i], at_x = torque / arm[i], at_y = -torque / radius;
+                double mismatch = s->extensor_travel[i] - ratio * s->flexor_travel[i];
+                double kink = (most(ratio * c_x * at_x, c_y * at_y) - mismatch) / common;
+                double stiffness = arm[i] * arm[i] / c_x + pull_y + load * s->cosine[i] - most(at_x, 0.0) * slope[i];
+                double end = kink + stiffness * (ratio * c_x * radius + arm[i] * c_y) / (common * radius * slope[i]);
+                low = most(low, most(kink, slope[i] < 0.0 ? end : NEVER));
+                high = least(high, slope[i] > 0.0 ? end : -NEVER);
+            }
+        }
+        s->out[c] = s->without ? NOT_A_NUMBER : low;
+        s->out[combinations + c] = s->without || high == -NEVER ? NOT_A_NUMBER : high;
+    }
+}

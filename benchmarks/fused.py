@@ -1,5 +1,7 @@
 """`fused.c` compiled by the system's C compiler and called from threads: the designs of `studies.designs_study`.
 
+Of a study without an axis of pretension, their windows.
+
 Its tables by angle and by friction are made here with NumPy; the call lets go of the interpreter's lock.
 """
 
@@ -29,6 +31,8 @@ RESULTS = (
 LEFT_OUT = ("max_contact_pressure", "min_spool_to_tendon", "pretension_from", "pretension_to")
 """Columns of the designs table that the loop does not compute; tendon does, in the same time."""
 
+WINDOWS = ("pretension_from", "pretension_to")
+
 AXES = ("tendon.pretension", "spring.stiffness", "spool.ratio", "sheath.friction", "load.mass")
 MOST_ANGLES = 1016  # as in fused.c
 
@@ -48,15 +52,21 @@ class _Study(ctypes.Structure):
 
 
 class Fused:
-    """The loop over the designs of a plan whose axes are `AXES`, all else by default; `out` has the results."""
+    """The loop over the designs of a plan whose axes are `AXES`, all else by default; `out` has the results.
+
+    Where pretension is no axis it is that over their windows.
+    """
 
     def __init__(self, plan: Plan, folder: Path) -> None:
-        if tuple(axis.key for axis in plan.axes) != AXES:
+        keys = tuple(axis.key for axis in plan.axes)
+        if keys not in (AXES, AXES[1:]):
             raise ValueError(f"the loop is written for the axes {', '.join(AXES)}")
-        self._function = _compiled(folder)
+        self.results = RESULTS if keys == AXES else WINDOWS
+        self._function = _compiled(folder, "sweep" if keys == AXES else "windows")
         values = [np.array(axis.values, dtype=np.float64) for axis in plan.axes]
+        values = values if keys == AXES else [np.zeros(1), *values]
         self._combinations = plan.designs // len(values[0])
-        self.out = np.zeros((len(RESULTS), plan.designs))
+        self.out = np.zeros((len(self.results), plan.designs))
         self._tables = _tables(values, plan.elbow_angles) | {"out": self.out}
         angles = len(self._tables["angle"])
         if angles > MOST_ANGLES:
@@ -74,16 +84,16 @@ class Fused:
         return in_threads(partial(self._function, study, *ends[at : at + 2]) for at in range(threads))
 
     def columns(self) -> dict[str, Array]:
-        """The result columns of the designs table."""
-        return dict(zip(RESULTS, self.out, strict=True))
+        """The result columns of the designs table, `RESULTS` or `WINDOWS`."""
+        return dict(zip(self.results, self.out, strict=True))
 
 
-def _compiled(folder: Path) -> ctypes._NamedFuncPointer:
+def _compiled(folder: Path, name: str) -> ctypes._NamedFuncPointer:
     library, loop = folder / "fused.so", folder / "fused.o"
     subprocess.run(["cc", *OPTIONS, "-fPIC", "-c", "-o", loop, Path(__file__).with_name("fused.c")], check=True)
     # Linked without these options, or loading it would have the whole process take the smallest numbers for nought.
     subprocess.run(["cc", "-shared", "-o", library, loop, "-lm"], check=True)
-    function = ctypes.CDLL(str(library)).sweep
+    function = getattr(ctypes.CDLL(str(library)), name)
     function.argtypes = (ctypes.POINTER(_Study), ctypes.c_long, ctypes.c_long)
     function.restype = None
     return function

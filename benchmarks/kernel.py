@@ -1,5 +1,7 @@
 """The kernel of tendon against the loop in C, over the same states and in as many threads, in turn.
 
+Of a study without an axis of pretension its windows, which is all that tendon then computes.
+
     python -m benchmarks.kernel STUDY FOLDER THREADS TIMES
 
 Runs in one process and prints seconds as JSON. tendon computes parts as a sweep does, into rows that are discarded.
@@ -10,7 +12,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 
@@ -20,6 +22,7 @@ from tendon_cli.startup import keep_freed_memory
 from tendon_cli.study.load import load_study
 from tendon_cli.sweep.part import PartMaker
 from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.windows import small_blocks
 from tendon_cli.tables.write import Filler
 
 
@@ -33,26 +36,41 @@ class Discarded:
 
 def tendon(maker: PartMaker, threads: int) -> Took:
     """All parts of a plan, computed by some threads."""
+    work = _designs if "tendon.pretension" in maker.plan.study.axes else _windows
     parts = iter(range(maker.plan.parts))
     lock = threading.Lock()
-    return in_threads([lambda: _parts(maker, parts, lock)] * threads)
+    return in_threads([lambda: _parts(work, maker, parts, lock)] * threads)
 
 
-def _parts(maker: PartMaker, parts: Iterator[int], lock: threading.Lock) -> None:
+def _parts(
+    work: Callable[[PartMaker, range], None], maker: PartMaker, parts: Iterator[int], lock: threading.Lock
+) -> None:
     while True:
         with lock:
             index = next(parts, None)
         if index is None:
             return
-        maker.fill({"designs": Discarded()}, maker.plan.part(index))
+        work(maker, maker.plan.part(index))
+
+
+def _designs(maker: PartMaker, designs: range) -> None:
+    maker.fill({"designs": Discarded()}, designs)
+
+
+def _windows(maker: PartMaker, designs: range) -> None:
+    for whole in maker.plan.blocks_of_designs(designs):
+        for block in small_blocks(maker.inputs, whole):
+            maker.windows.columns(block, maker.inputs.design(block))
 
 
 def main(study: str, folder: str, threads: str, times: str) -> None:
     keep_freed_memory()
     plan = Plan(load_study(Path(study)))
-    maker, fused = PartMaker(plan, Path(folder)), Fused(plan, Path(folder))
+    fused = Fused(plan, Path(folder))
     fused.run(int(threads))  # its results take their memory once
-    ours, theirs = interleaved(int(times), lambda: tendon(maker, int(threads)), lambda: fused.run(int(threads)))
+    ours, theirs = interleaved(
+        int(times), lambda: tendon(PartMaker(plan, Path(folder)), int(threads)), lambda: fused.run(int(threads))
+    )
     print(
         json.dumps(
             {

@@ -124,13 +124,17 @@ def kernel_share(bench: Bench) -> None:
     """The kernel alone against a fused loop in C over the same states."""
     pairs = f"median of the ratios of {bench.rounds} interleaved pairs"
     bench.report.heading(f"Kernel alone, {bench.threads} threads each ({pairs})")
-    study = bench.study(studies.designs_study(*bench.kernel))
-    for how, target, environment in (("compiled", 0.4, {}), ("in NumPy alone", 0.1, {"TENDON_NO_COMPILED": "1"})):
+    designs, windows = studies.designs_study(*bench.kernel), studies.windows_study(*bench.windows)
+    for how, text, target, environment in (
+        ("compiled", designs, 0.4, {}),
+        ("in NumPy alone", designs, 0.1, {"TENDON_NO_COMPILED": "1"}),
+        ("windows", windows, 0.5, {}),
+    ):
         name = f"tendon's states per second, {how} / C's"
         if compiler() is None:
             bench.report.add(Ratio(name, None, target, "at least", "skipped: no C compiler (cc)"))
             continue
-        said = said_by("kernel", study, bench.scratch, bench.threads, bench.rounds, **environment)
+        said = said_by("kernel", bench.study(text), bench.scratch, bench.threads, bench.rounds, **environment)
         ours, theirs = (Times(tuple(Took(**each) for each in said[side])) for side in ("tendon", "c"))
         bench.report.times |= {f"kernel: tendon, {how}": ours, f"kernel: C, beside {how}": theirs}
         by_tendon, by_c = (said["states"] / min(side.seconds) / 1e6 for side in (ours, theirs))

@@ -37,6 +37,7 @@ class Bench:
     designs: tuple[int, int, int, int]
     """Values on the axes of `studies.designs_study`."""
     kernel: tuple[int, int, int, int]
+    windows: tuple[int, int, int]
     growing: dict[str, str]
     """Studies of growing size, by their number of states."""
     threads: int = field(default_factory=cores)

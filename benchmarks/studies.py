@@ -50,6 +50,12 @@ tables = ["designs"]
 """
 
 
+def windows_study(springs: int, ratios: int, frictions: int) -> str:
+    """Without the axis of pretension, which a window is over."""
+    text = designs_study(1, springs, ratios, frictions)
+    return text.replace(text[text.index("[tendon]") : text.index("[spring]")], "")
+
+
 def written(text: str, path: Path) -> Path:
     """The study as a file."""
     path.write_text(text, encoding="utf-8")

@@ -57,6 +57,21 @@ def test_the_loop_in_c_finds_the_designs_table(new_sweep, tmp_path, lowest, high
         assert_close(column, ours[name].astype(np.float64))
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+@pytest.mark.parametrize(("lowest", "highest"), [("-15 deg", "90 deg"), ("-110 deg", "60 deg")])
+def test_the_loop_in_c_finds_the_windows(new_sweep, tmp_path, lowest, highest):
+    text = (
+        studies.windows_study(3, 4, 3)
+        + f'[motion]\nelbow_angle = {{ from = "{lowest}", to = "{highest}", num = 53 }}\n'
+    )
+    ours = new_sweep(text, tmp_path).designs
+    loop = fused.Fused(Plan(load_study(tmp_path / "study.toml")), tmp_path)
+    loop.run(2)
+    assert ours["pretension_from"].isna().all() == (lowest == "-110 deg")
+    for name, column in loop.columns().items():
+        assert_close(column, ours[name])
+
+
 def test_the_loop_in_c_refuses_other_axes(configs, tmp_path):
     with pytest.raises(ValueError, match=r"spool\.ratio"):
         fused.Fused(Plan(load_study(configs / "quickstart.toml")), tmp_path)

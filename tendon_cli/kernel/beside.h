@@ -8,6 +8,8 @@
 typedef struct {
     char *at[LIMITED + ACCUMULATORS][LANES]; /* each input and then each result, in one direction */
     int alike[LIMITED];                      /* whether all lanes have the same of an input */
+    int one_arm;                             /* and of all that may depend on the angle, the first ones */
+    long step[INPUTS];                       /* of an input from an angle to the next */
     int adjoining;                           /* whether results of one design follow those of the other */
     long count;                              /* designs; what is left of the lanes repeats the first, for nobody */
 } Beside;
@@ -15,7 +17,7 @@ typedef struct {
 /* The designs that a walk comes to, which leaves out direction and angle; returns zero where these are the last. */
 static int gather(Beside *b, Walk *walk, Array *arrays, int inputs, int results) {
     int more = 1, all = inputs + results;
-    b->count = 0, b->adjoining = 1;
+    b->count = 0, b->adjoining = b->one_arm = 1;
     for (int lane = 0; lane < LANES; lane++) {
         for (int i = 0; i < all; i++) b->at[i][lane] = arrays[i].at;
         if (more) b->count++, more = next_line(walk, arrays, all);
@@ -23,6 +25,10 @@ static int gather(Beside *b, Walk *walk, Array *arrays, int inputs, int results)
     for (int i = 0; i < inputs; i++) {
         b->alike[i] = 1;
         for (int lane = 1; lane < LANES; lane++) b->alike[i] &= b->at[i][lane] == b->at[i][0];
+    }
+    for (int i = 0; i < INPUTS; i++) {
+        b->step[i] = arrays[i].step[walk->axes - 1];
+        b->one_arm &= b->alike[i] || i > IN_cosine;
     }
     for (int i = inputs; i < all; i++)
         for (int lane = 1; lane < LANES; lane++) b->adjoining &= b->at[i][lane] == b->at[i][0] + 8 * lane;
@@ -43,11 +49,16 @@ INLINE Lanes across(const Beside *b, int input, long offset) {
     return to;
 }
 
-INLINE Angle angle_across(const Beside *b, const Walk *walk, const Array *arrays, long angle) {
-#define ACROSS(name) across(b, IN_##name, angle * arrays[IN_##name].step[walk->axes - 1])
+INLINE Angle angle_across(const Beside *b, long angle) {
+#define ONE(name) same(*(const double *)(b->at[IN_##name][0] + angle * b->step[IN_##name]))
+#define ACROSS(name) across(b, IN_##name, angle * b->step[IN_##name])
+    if (b->one_arm)
+        return (Angle){ONE(pulling_arm), ONE(moment_arm_slope), ONE(flexor_travel), ONE(extensor_travel), ONE(sine),
+                       ONE(cosine)};
     return (Angle){ACROSS(pulling_arm), ACROSS(moment_arm_slope), ACROSS(flexor_travel), ACROSS(extensor_travel),
                    ACROSS(sine), ACROSS(cosine)};
 #undef ACROSS
+#undef ONE
 }
 
 #endif

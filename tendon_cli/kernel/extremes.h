@@ -50,7 +50,7 @@ static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, 
     Lanes limit = same(-INFINITY);
     for (long at = 0; at < angles; at++, lines++) {
         angle[at] = *(const double *)(e->angle.at + (from + at) * e->angle.step[e->walk.axes - 1]);
-        Angle here = angle_across(of, &e->walk, e->arrays, from + at);
+        Angle here = angle_across(of, from + at);
         *lines = lines_at(d, &here);
         limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);
         b->low_torque = pick(lines->able, smaller(lines->torque, b->low_torque), b->low_torque);

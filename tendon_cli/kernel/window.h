@@ -20,20 +20,25 @@ INLINE void limit(Lanes *low, Lanes *high, Mask *hopeless, Lanes base, Lanes gai
     *hopeless |= (gain == 0.0) & (base - most > TOLERANCE * magnitude(most));
 }
 
+/* Which bounds any of some designs has. */
+typedef struct {
+    int flexor_least, extensor_least, flexor_most, extensor_most, torque, stiffness;
+} Asked;
+
 /* A state more of each design, with what each is held to; `place` is its number. */
-INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Drive *d, Lanes place) {
+INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *asked, const Drive *d, Lanes place) {
     Lanes low = same(0.0), high = same(INFINITY);
     Mask hopeless = ~l->able;
-    if (any(in[IN_flexor_least] > -INFINITY)) low = larger((in[IN_flexor_least] - l->x) / l->x_gain, low);
-    if (any(in[IN_extensor_least] > -INFINITY)) low = larger((in[IN_extensor_least] - l->y) / l->y_gain, low);
-    if (any(in[IN_flexor_most] < INFINITY)) high = smaller((in[IN_flexor_most] - l->x) / l->x_gain, high);
-    if (any(in[IN_extensor_most] < INFINITY)) high = smaller((in[IN_extensor_most] - l->y) / l->y_gain, high);
-    if (any(in[IN_torque_most] < INFINITY)) {
+    if (asked->flexor_least) low = larger((in[IN_flexor_least] - l->x) / l->x_gain, low);
+    if (asked->extensor_least) low = larger((in[IN_extensor_least] - l->y) / l->y_gain, low);
+    if (asked->flexor_most) high = smaller((in[IN_flexor_most] - l->x) / l->x_gain, high);
+    if (asked->extensor_most) high = smaller((in[IN_extensor_most] - l->y) / l->y_gain, high);
+    if (asked->torque) {
         Lanes base = l->x * d->motor_x - l->y * d->motor_y, gain = l->x_gain * d->motor_x - l->y_gain * d->motor_y;
         limit(&low, &high, &hopeless, base, gain, in[IN_torque_most]);
         limit(&low, &high, &hopeless, -base, -gain, in[IN_torque_most]);
     }
-    if (any(in[IN_stiffness_least] > -INFINITY)) {
+    if (asked->stiffness) {
         Lanes base = -(l->stiffness - l->x * l->arm_slope), gain = l->x_gain * l->arm_slope;
         limit(&low, &high, &hopeless, base, gain, -in[IN_stiffness_least]);
     }
@@ -58,11 +63,14 @@ static void window_beside(const Window *w, const Beside *of, double first) {
     Lanes in[LIMITED], none = same(INFINITY), nowhere = same(-1.0);
     for (int i = 0; i < LIMITED; i++) in[i] = across(of, i, 0);
     Drive d = drive_at(in);
+    Asked asked = {any(in[IN_flexor_least] > -INFINITY), any(in[IN_extensor_least] > -INFINITY),
+                   any(in[IN_flexor_most] < INFINITY),   any(in[IN_extensor_most] < INFINITY),
+                   any(in[IN_torque_most] < INFINITY),   any(in[IN_stiffness_least] > -INFINITY)};
     Tightest t = {-none, none, nowhere, nowhere, none};
     for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
-        Angle here = angle_across(of, &w->walk, w->arrays, at);
+        Angle here = angle_across(of, at);
         Lines l = lines_at(&d, &here);
-        tighten(&t, &l, in, &d, same(first + (double)at));
+        tighten(&t, &l, in, &asked, &d, same(first + (double)at));
     }
     char *const(*found)[LANES] = of->at + LIMITED;
     settle(found[END_low], found[END_low_state], of->count, t.low, t.low_at, 1.0);

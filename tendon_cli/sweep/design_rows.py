@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.quantities import OF_CYCLES
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block
-from tendon_cli.sweep.windows import VALUES_AT_ONCE, PlanWindows, angles_at_once
+from tendon_cli.sweep.windows import VALUES_AT_ONCE, PlanWindows, angles_at_once, small_blocks
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ class DesignRows:
         for name in self.keys.keys() & shaped.keys():
             shaped[name][...] = np.broadcast_to(self.keys[name], self.block.shape)[..., 0, 0]
         plan = self.inputs.plan
-        for block in self._small(self.block):
+        for block in small_blocks(self.inputs, self.block):
             self.go_on()
             design = self.inputs.design(block)
             found = self._found(block, design)
@@ -87,38 +86,6 @@ class DesignRows:
             kernel.fold_extremes(found, Situation.of(design, *self.inputs.motion(stretch)), angles, stretch.shape)
         return found
 
-    def _small(self, block: Block) -> Iterator[Block]:
-        """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
-        axis = self._to_cut(block)
-        if axis is None:
-            yield block
-            return
-        for half in block.halves(axis):
-            yield from self._small(half)
-
-    def _to_cut(self, block: Block) -> int | None:
-        """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
-        plan, lengths = self.inputs.plan, block.shape[:-2]
-        free, arm = set(self.inputs.only_pretension), set(self.inputs.of_the_arm)
-        whole = set(range(len(lengths)))
-        most_of = [(whole, 1, _DESIGNS), (whole - free, plan.states_per_design, plan.block_states)]
-        if kernel.kind():
-            per_arm, states = len(plan.elbow_angles), plan.states_per_design
-            most_of = [
-                (whole, 1, _DESIGNS),
-                (whole, states, _STATES),
-                (arm, per_arm, VALUES_AT_ONCE),
-                (whole - free, 2, VALUES_AT_ONCE),
-            ]
-        for axes, each, most in most_of:
-            long = [axis for axis in axes if lengths[axis] > 1]
-            if long and each * math.prod(lengths[axis] for axis in long) > most:
-                return max(long, key=lambda axis: (axis not in free, lengths[axis]))
-        return None
-
-
-_DESIGNS, _STATES = 2**15, 2**24
-"""That are taken at once."""
 
 _LIMITS_OF_CYCLES = ("max_spool_travel", "max_motor_work_in", "max_friction_loss", "min_efficiency")
 """Limits that do not have the name of their column."""

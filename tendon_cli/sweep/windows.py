@@ -1,4 +1,4 @@
-"""The windows of pretension of a plan's designs, as the columns of designs have them."""
+"""The windows of pretension of a plan's designs, and how much is best worked out at once."""
 
 from __future__ import annotations
 
@@ -19,14 +19,46 @@ from tendon_cli.sweep.plan import Block, Plan
 
 VALUES_AT_ONCE = 2**18
 """In an array that compiled code is given."""
-_STATES_AT_ONCE = 2**20
+_DESIGNS, _STATES = 2**15, 2**24
+"""That are worked out at once."""
 _MOST_KEPT = 2**17
-"""PlanWindows of all designs that are kept in memory, if there are no more."""
+"""Windows of all designs that are kept in memory, if there are no more."""
 
 
 def angles_at_once(plan: Plan) -> int:
     """How many elbow angles of a design are best taken at once; the results do not depend on it."""
     return VALUES_AT_ONCE if kernel.kind() else plan.block_states
+
+
+def small_blocks(inputs: Inputs, block: Block) -> Iterator[Block]:
+    """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
+    axis = _to_cut(inputs, block)
+    if axis is None:
+        yield block
+        return
+    for half in block.halves(axis):
+        yield from small_blocks(inputs, half)
+
+
+def _to_cut(inputs: Inputs, block: Block) -> int | None:
+    """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
+    plan, lengths = inputs.plan, block.shape[:-2]
+    free, arm = set(inputs.only_pretension), set(inputs.of_the_arm)
+    whole = set(range(len(lengths)))
+    most_of = [(whole, 1, _DESIGNS), (whole - free, plan.states_per_design, plan.block_states)]
+    if kernel.kind():
+        per_arm, states = len(plan.elbow_angles), plan.states_per_design
+        most_of = [
+            (whole, 1, _DESIGNS),
+            (whole, states, _STATES),
+            (arm, per_arm, VALUES_AT_ONCE),
+            (whole - free, 2, VALUES_AT_ONCE),
+        ]
+    for axes, each, most in most_of:
+        long = [axis for axis in axes if lengths[axis] > 1]
+        if long and each * math.prod(lengths[axis] for axis in long) > most:
+            return max(long, key=lambda axis: (axis not in free, lengths[axis]))
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,20 +87,10 @@ class PlanWindows:
         if every.design_count == plan.designs or every.design_count > _MOST_KEPT:
             return None
         found = {name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")}
-        for block in self._small(every):
+        for block in small_blocks(self.inputs, every):
             for name, values in self._columns(block, self.inputs.design(block)).items():
                 found[name][block.designs] = values
         return found
-
-    def _small(self, block: Block) -> Iterator[Block]:
-        """The block, or halves of it and of these."""
-        states, most = math.prod(block.shape), _STATES_AT_ONCE if kernel.kind() else self.inputs.plan.block_states
-        longest = max(range(len(block.designs)), key=lambda axis: block.shape[axis])
-        if states <= most or block.shape[longest] == 1:
-            yield block
-            return
-        for half in block.halves(longest):
-            yield from self._small(half)
 
     def _columns(self, block: Block, design: Design) -> Found:
         study = self.inputs.plan.study
