@@ -234,3 +234,19 @@ def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
 def test_the_studys_own_pretension_is_judged(own, said):
     suit = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "tendon": {"pretension": own}}
     assert f"the study's own {own} {said}" in tendon.design(tendon.study({**PAPER, **suit})).text
+
+
+DOUBTFUL = {"sheath": {"friction": {"value": 0.07, "tolerance": "10 %"}}}
+DRAWN = {"uncertainty": {"draws": 4}}
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [({}, None), (DOUBTFUL, "stand at their middle"), (DRAWN, "draws nothing"), ({**DOUBTFUL, **DRAWN}, None)],
+    ids=["neither", "uncertain", "drawn", "both"],
+)
+def test_it_is_said_where_doubt_is_stated_and_not_asked_for_or_the_other_way_round(content, said):
+    notes = tendon.design(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).record["notes"]
+    told = [note for note in notes if "stand at their middle" in note or "draws nothing" in note]
+    assert len(told) == (said is not None)
+    assert said is None or said in told[0]
