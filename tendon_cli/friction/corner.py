@@ -16,6 +16,8 @@ FEWEST_FOR_CORNER = 16
 _STEEP = 0.33
 """A rise goes on where the ratio climbs by at least this share of the fastest climb."""
 _BINS = 96
+_FEWEST_FOR_STEP, _CLEAR = 12, 5.0
+"""Rows in which a step can be told, and its least height in standard deviations of what is left."""
 LONG = 5
 """Rows of a run of which the first may have been on its way."""
 
@@ -41,6 +43,7 @@ def trimmed(
         behind = 0.75 if start == 0 else 1.0 - (level - way * smooth[first + start]) / (2.0 * half)
         margin = int(np.ceil(_MARGIN * (corner - start) / max(1.0 - behind**2, 0.1)))
         begin = corner + 2 + min(margin, (end - corner) // 2)
+        begin += _last_step(height[begin:end], 0.015 * half)
     fewest = min(FEWEST_FOR_CORNER // 2, len(height) // 4)
     return (first + begin, first + end) if end - begin >= fewest else (first, first)
 
@@ -73,20 +76,37 @@ def _trim_short(height: Floats, first: int, half: float, noise: float) -> tuple[
     return (begin + 1, end) if end - begin >= LONG else (begin, end)
 
 
+def _last_step(height: Floats, least: float) -> int:
+    """Row after which rows that rested just below the limit, in a pause, have got there; 0 where they had been.
+
+    A step up is told from a level that slopes, and from noise, by what it explains beyond a straight line.
+    """
+    t, y, straight = _binned(height)
+    if len(t) < _FEWEST_FOR_STEP:
+        return 0
+    steps = np.tri(len(t), len(t) - 4, -2)[:, 1:]
+    steps -= straight @ (straight.T @ steps)
+    size = np.sum(steps**2, axis=0)
+    along = steps.T @ y
+    best = int(np.argmax(along * np.abs(along) / size))
+    explained = along[best] ** 2 / size[best]
+    left = y - straight @ (straight.T @ y) - steps[:, best] * along[best] / size[best]
+    alike = float(np.clip(left[1:] @ left[:-1] / max(left @ left, 1e-300), 0.0, 0.9))
+    noise = (left @ left) / (len(t) - 3) * (1.0 + alike) / (1.0 - alike)
+    if along[best] / size[best] < least or explained < _CLEAR**2 * noise:
+        return 0
+    return int(np.ceil(t[best + 3])) + 1
+
+
 def _corner(height: Floats) -> int:
     """Row at which a rise turns into a level; 0 where the rows do not bend that way.
 
     Two straight lines that meet are fitted by least squares, for each meeting point on a grid at once: what a bend at
     one point explains beyond one straight line is its projection.
     """
-    size = len(height)
-    bins = min(_BINS, size)
-    if bins < 4:
+    t, y, straight = _binned(height)
+    if len(t) < 4:
         return 0
-    edges = np.linspace(0, size, bins + 1).astype(np.int64)
-    y = np.add.reduceat(height, edges[:-1]) / np.diff(edges)
-    t = (edges[:-1] + edges[1:] - 1) / 2.0
-    straight, _ = np.linalg.qr(np.stack([np.ones(bins), t], axis=1))
     bends = np.maximum(t[:, None] - t[None, 1:-1], 0.0)
     bends -= straight @ (straight.T @ bends)
     along = bends.T @ y
@@ -94,3 +114,12 @@ def _corner(height: Floats) -> int:
     explained = np.where(along < 0.0, along**2 / np.maximum(np.sum(bends**2, axis=0), 1e-300), 0.0)
     best = int(np.argmax(explained))
     return int(np.ceil(t[best + 1])) + 1 if explained[best] > 0.0 else 0
+
+
+def _binned(height: Floats) -> tuple[Floats, Floats, Floats]:
+    """Places and means of rows in bins, and an orthonormal basis of straight lines through them."""
+    bins = min(_BINS, len(height))
+    edges = np.linspace(0, len(height), bins + 1).astype(np.int64)
+    t = (edges[:-1] + edges[1:] - 1) / 2.0
+    straight, _ = np.linalg.qr(np.stack([np.ones(bins), t], axis=1))
+    return t, np.add.reduceat(height, edges[:-1]) / np.diff(edges) if bins else height, straight

@@ -92,6 +92,16 @@ def test_weak_spots_hold(name: str) -> None:
     assert abs(count.bias()) < 0.015
 
 
+def test_a_pause_just_below_the_limit_is_no_slip() -> None:
+    """The motor stands where the ratio is at 0.92 to 0.98 of the limit, and goes on to it."""
+    rig = replace(CASES["clean"].rig, dwell=60, sticking=(0.51, 0.56))
+    logs = simulate(rig, 12, first_seed=2)
+    bend = BendAngle(rig.bend_angle, 0.0, "144 deg")
+    fits = [fit_readings(log_of(rig, logs, seed), bend=bend) for seed in range(12)]
+    assert np.mean([covers(fit) for fit in fits]) >= 0.75
+    assert np.mean([fit.friction for fit in fits]) == pytest.approx(rig.friction, rel=5e-3)
+
+
 @pytest.mark.torture
 def test_two_hundred_seeds_of_every_case() -> None:
     counts = {name: run(name, 200) for name in CASES}
