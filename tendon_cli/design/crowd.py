@@ -105,7 +105,9 @@ def _sizes(problem: Problem, chosen: Candidates) -> list[AxisSizes]:
         columns[factor.column] = along if factor.names else factor.values[along]
         windows = some.ends(numbers_of(problem, columns), len(along))
         ends = grouped(windows.low, windows.high, problem.groups[: persons * each])
-        sizes = tuple(best_sizes(*ends, problem.weighting[:persons], most) for most in range(1, MOST_SIZES + 1))
+        sizes = tuple(
+            best_sizes(*ends, problem.weighting[:persons], most, problem.heed) for most in range(1, MOST_SIZES + 1)
+        )
         values = tuple(factor.names[at] if factor.names else float(factor.values[at]) for at in along.tolist())
         found.append(AxisSizes(factor.column, values, sizes, persons, thinned=len(along) < len(factor)))
     return found

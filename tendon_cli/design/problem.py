@@ -181,6 +181,11 @@ class Problem:
         kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
         return window.finished(found, design, self.bounds)
 
+    def heed(self) -> None:
+        """Raises Stopped where that is asked for."""
+        if self.stop.is_set():
+            raise Stopped
+
     def chunks(self, count: int) -> Iterator[tuple[slice, slice]]:
         """Choices and conditions that are worked out together: several of both, for what depends on one of these alone.
 
@@ -192,6 +197,5 @@ class Problem:
         step = max(1, designs // beside)
         for condition in range(0, under, beside):
             for at in range(0, count, step):
-                if self.stop.is_set():
-                    raise Stopped
+                self.heed()
                 yield slice(at, min(at + step, count)), slice(condition, min(condition + beside, under))

@@ -7,6 +7,7 @@ or three that together serve most are found by going through all, but for those 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,16 +51,17 @@ _Found = tuple[tuple[int, ...], float]
 """Chosen sets, and what they weigh together."""
 
 
-def best_sizes(low: Array, high: Array, weighting: Array, most: int) -> Sizes:
+def best_sizes(low: Array, high: Array, weighting: Array, most: int, heed: Callable[[], None] = lambda: None) -> Sizes:
     """The at most `most` suits (1, 2 or 3) that serve the largest share; of equal shares, the one of fewer suits.
 
     `low` and `high` are the ends of the windows, N, of shape (choices, persons), empty where low > high or NaN.
+    `heed` is called every now and then, and may raise to end the search.
     """
     sets = _largest_sets(low, high)
     weights = weighting / np.sum(weighting)
     found: _Found = ((), ROUNDING)
     for search in (_best_one, _best_pair, _best_triple)[:most]:
-        found = search(sets, weights, found) if len(sets.choice) else ((), 0.0)
+        found = search(sets, weights, found, heed) if len(sets.choice) else ((), 0.0)
     chosen = sorted(found[0], key=lambda at: (sets.choice[at], sets.pretension[at]))
     choices = tuple(int(sets.choice[at]) for at in chosen)
     return Sizes(choices, tuple(float(sets.pretension[at]) for at in chosen), found[1] if chosen else 0.0)
@@ -81,18 +83,19 @@ def _largest_sets(low: Array, high: Array) -> _Sets:
     return _Sets(np.array(choices, dtype=np.int64), np.concatenate([np.empty(0), *pretensions]), np.concatenate(serves))
 
 
-def _best_one(sets: _Sets, weights: Array, found: _Found) -> _Found:
+def _best_one(sets: _Sets, weights: Array, found: _Found, _heed: Callable[[], None]) -> _Found:
     alone = sets.serves @ weights
     at = int(np.argmax(alone))
     return ((at,), float(alone[at])) if alone[at] > found[1] + ROUNDING else found
 
 
-def _best_pair(sets: _Sets, weights: Array, found: _Found) -> _Found:
+def _best_pair(sets: _Sets, weights: Array, found: _Found, heed: Callable[[], None]) -> _Found:
     alone = sets.serves @ weights
     order = np.argsort(-alone, kind="stable")
     alone, serves = alone[order], sets.serves[order]
     rows = max(1, _AT_ONCE // len(order))
     for start in range(0, len(order), rows):
+        heed()
         # The second of a pair is the lighter one, and must have at least what the first one lacks.
         stop = int(np.searchsorted(-alone, float(alone[start]) - found[1], side="right"))
         if stop <= start:
@@ -104,7 +107,7 @@ def _best_pair(sets: _Sets, weights: Array, found: _Found) -> _Found:
     return found
 
 
-def _best_triple(sets: _Sets, weights: Array, found: _Found) -> _Found:
+def _best_triple(sets: _Sets, weights: Array, found: _Found, heed: Callable[[], None]) -> _Found:
     """Sets that are neighbours serve much the same persons: together, in groups, they give the bounds of a search."""
     found = _climbed(sets, weights, _with_one_more(sets, weights, found))
     starts = np.flatnonzero((np.diff(sets.choice, prepend=-1) != 0) | (np.arange(len(sets.choice)) % _IN_A_GROUP == 0))
@@ -115,13 +118,14 @@ def _best_triple(sets: _Sets, weights: Array, found: _Found) -> _Found:
         if _bound(joint[at], rest, weights).max() <= found[1] + ROUNDING:
             continue
         for first in np.flatnonzero(group == at):
+            heed()
             hopeful = _bound(sets.serves[first], rest, weights).max(axis=1) > found[1] + ROUNDING
             others = start + np.flatnonzero(hopeful[group[start:] - at])
             if not len(others):
                 continue
             weight, left = float(sets.serves[first] @ weights), weights * (1.0 - sets.serves[first])
             people = left > 0.0
-            pair = _best_pair(sets.only(others, people), left[people], ((), found[1] - weight))
+            pair = _best_pair(sets.only(others, people), left[people], ((), found[1] - weight), heed)
             if pair[0]:
                 found = (int(first), *(int(others[other]) for other in pair[0])), weight + pair[1]
     return found

@@ -7,6 +7,7 @@ import pytest
 
 from tendon_cli.design.coverage import share_served
 from tendon_cli.design.sizes import best_sizes
+from tendon_cli.errors import Stopped
 
 
 def all_combinations(low, high, weighting, most):
@@ -56,3 +57,18 @@ def test_nobody_is_served_and_everybody_by_one():
     one = best_sizes(np.array([[1.0, 2.0], [1.0, 5.0]]), np.array([[3.0, np.inf], [3.0, 9.0]]), np.ones(2), 3)
     assert (one.choices, one.share) == ((0,), 1.0)
     assert 2.0 <= one.pretensions[0] <= 3.0
+
+
+@pytest.mark.parametrize("after", [1, 5])
+def test_a_search_that_is_to_end_ends_before_its_next_step(after):
+    asked = []
+
+    def heed():
+        asked.append(True)
+        if len(asked) == after:
+            raise Stopped
+
+    low = 100.0 + 10.0 * np.random.default_rng(5).normal(size=(4, 60))
+    with pytest.raises(Stopped):
+        best_sizes(low, low + 3.0, np.ones(60), 3, heed)
+    assert len(asked) == after
