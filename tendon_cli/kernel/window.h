@@ -63,9 +63,8 @@ static void window_beside(const Window *w, const Beside *of, double first) {
     Lanes in[LIMITED], none = same(INFINITY), nowhere = same(-1.0);
     for (int i = 0; i < LIMITED; i++) in[i] = across(of, i, 0);
     Drive d = drive_at(in);
-    Asked asked = {any(in[IN_flexor_least] > -INFINITY), any(in[IN_extensor_least] > -INFINITY),
-                   any(in[IN_flexor_most] < INFINITY),   any(in[IN_extensor_most] < INFINITY),
-                   any(in[IN_torque_most] < INFINITY),   any(in[IN_stiffness_least] > -INFINITY)};
+    Asked asked = {any(in[IN_flexor_least] > -none), any(in[IN_extensor_least] > -none), any(in[IN_flexor_most] < none),
+                   any(in[IN_extensor_most] < none), any(in[IN_torque_most] < none), any(in[IN_stiffness_least] > -none)};
     Tightest t = {-none, none, nowhere, nowhere, none};
     for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
         Angle here = angle_across(of, at);

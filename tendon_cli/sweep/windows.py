@@ -21,8 +21,8 @@ VALUES_AT_ONCE = 2**18
 """In an array that compiled code is given."""
 _DESIGNS, _STATES = 2**15, 2**24
 """That are worked out at once."""
-_MOST_KEPT = 2**17
-"""Windows of all designs that are kept in memory, if there are no more."""
+_MOST_KEPT, _MOST_BEFORE = 2**17, 2**25
+"""Windows of all designs that are kept in memory, and states that are gone over before any part, if no more."""
 
 
 def angles_at_once(plan: Plan) -> int:
@@ -84,7 +84,8 @@ class PlanWindows:
         plan, free = self.inputs.plan, self.inputs.only_pretension
         designs = tuple(slice(0, 1 if axis in free else length) for axis, length in enumerate(plan.shape))
         every = Block(0, designs, slice(0, len(plan.directions)), slice(0, len(plan.elbow_angles)))
-        if every.design_count == plan.designs or every.design_count > _MOST_KEPT:
+        states, most = math.prod(every.shape), _MOST_BEFORE if kernel.kind() else _MOST_BEFORE // 16
+        if every.design_count == plan.designs or every.design_count > _MOST_KEPT or states > most:
             return None
         found = {name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")}
         for block in small_blocks(self.inputs, every):

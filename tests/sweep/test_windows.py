@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.sweep import windows
 
 LIMITS = {
     "max_tension": "420 N", "min_flexor_tension": "2 N", "max_spring_extension": "90 mm", "peak_motor_torque": "11 N m",
@@ -88,3 +89,19 @@ def test_a_sweep_and_an_answer_know_the_same_windows():
     found = answer.choices[~answer.choices.refined]
     np.testing.assert_array_equal(found.pretension_from, each.pretension_from.max())
     np.testing.assert_array_equal(found.pretension_to, each.pretension_to.min())
+
+
+@pytest.mark.parametrize("most", [{"_MOST_KEPT": 0}, {"_MOST_BEFORE": 0}, {"_DESIGNS": 5}], ids=str)
+def test_windows_of_all_designs_at_once_are_those_of_each_part(new_sweep, tmp_path, small_parts, monkeypatch, most):
+    small_parts(3000, 5)
+    text = """
+tendon = { pretension = ["50 N", "90 N", "200 N"] }
+spring = { stiffness = ["1 kN/m", "3 kN/m"] }
+load = { mass = ["0 kg", "5 kg"] }
+arm = { upper_arm_angle = ["0 deg", "20 deg", "40 deg"] }
+"""
+    whole = new_sweep(text, tmp_path, out="whole")
+    for name, value in most.items():
+        monkeypatch.setattr(windows, name, value)
+    assert new_sweep(text, tmp_path, out="parts").hashes == whole.hashes
+    assert whole.designs["pretension_from"].nunique() > 6
