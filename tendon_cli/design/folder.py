@@ -89,7 +89,8 @@ def made_whole(folder: Path) -> Iterator[Path]:
     """
     with output_errors(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        _remove_left(folder)
+        with contextlib.suppress(OSError):  # a parent that may be written to and not be read
+            _remove_left(folder)
         making = folder.with_name(f".{folder.name}.{os.urandom(6).hex()}.tmp")  # nobody else's
         making.mkdir()
     try:
