@@ -61,13 +61,11 @@ class Product:
     @property
     def pushes(self) -> bool:
         """Whether tendons push in the model of the study, so that negative tension means slack."""
-        models = [self.study.get("model", {}), *(case.get("model", {}) for case in self.study.get("cases", ()))]
-        return any(model.get("slack") == "bilateral" for model in models)
+        return any(model.get("slack") == "bilateral" for model in _models(self.study))
 
     def is_null(self, column: str) -> bool:
         """Whether a column is null whatever the numbers are: slack lengths have no meaning where tendons push."""
-        models = [self.study.get("model", {}), *(case.get("model", {}) for case in self.study.get("cases", ()))]
-        always = self.pushes and all(model.get("slack", "bilateral") == "bilateral" for model in models)
+        always = self.pushes and all(model.get("slack", "bilateral") == "bilateral" for model in _models(self.study))
         return always and column in ("flexor_slack", "extensor_slack", "max_slack")
 
     @property
@@ -142,6 +140,8 @@ def product_of(table: TableFiles) -> Product:
         is_one = kind in {"designs", "states"} and _is_ours(table.schema)
         if not is_one or table.rows != math.prod(axis.length for axis in axes):
             raise _foreign(table)
+        if not _is_study(record["study"]):
+            raise _foreign(table)
         return Product(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
     except (LookupError, TypeError, ValueError, OverflowError, AttributeError, StopIteration, pa.ArrowException):
         raise _foreign(table) from None
@@ -179,6 +179,19 @@ def _needs(name: str, columns: Mapping[str, object]) -> list[str]:
 def _with_derived(columns: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
     offered = {name: each.quantity for name, each in DERIVED.items() if set(_needs(name, columns)) <= set(columns)}
     return {**columns, **offered}
+
+
+def _is_study(document: Any) -> bool:
+    """Whether a document that a file holds has the sections of which figures read, as they must be."""
+    parts = [document, *document.get("cases", ())]
+    limits = [value for part in parts for value in part.get("limits", {}).values()]
+    return all(isinstance(part.get("model", {}), dict) for part in parts) and all(
+        isinstance(value, (int, float, str)) for value in limits
+    )
+
+
+def _models(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [part.get("model", {}) for part in (document, *document.get("cases", ()))]
 
 
 def _names_in(table: TableFiles, key: str) -> list[str]:

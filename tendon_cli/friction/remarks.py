@@ -146,7 +146,8 @@ def _about_offsets(
 def _levels_apart(fitted: Fitted) -> float:
     """By how much the forces at the load differ between the directions, as a share; a weight is the same both ways."""
     log_force, way = np.log(fitted.points.force), fitted.points.way
-    return abs(float(np.mean(log_force[way > 0]) - np.mean(log_force[way < 0])))
+    there, back = log_force[way > 0], log_force[way < 0]
+    return abs(float(np.mean(there) - np.mean(back))) if len(there) and len(back) else 0.0
 
 
 def _about_sample(fit: Fit, fitted: Fitted, notes: list[str], warnings: list[str]) -> None:
