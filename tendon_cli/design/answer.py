@@ -9,8 +9,8 @@ import numpy as np
 
 from tendon_cli.design.candidates import Candidates
 from tendon_cli.design.conflicts import Conflict, Pair, conflict, counted, nearest, pairs
-from tendon_cli.design.fixes import Fix, fixes
-from tendon_cli.design.opening import sampled
+from tendon_cli.design.fixes import WORK_FOR_PAIRS, Fix, fixes
+from tendon_cli.design.opening import sampled, work
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.promising import best_of, leaves_out, promising
 from tendon_cli.design.rank import SERVED, USUAL, Goal, front, goals_of, knee
@@ -154,6 +154,8 @@ def _explained(found: Findings) -> Findings:
         if some is not problem:
             of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
             found.notes.append(f"what would fix it is worked out for {of_all}, those that bind and others at random")
+        if work(some) > WORK_FOR_PAIRS:
+            found.notes.append("changes of two numbers at once are not tried for so many conditions")
         return Findings(**{**vars(found), "conflicts": tuple(conflicts), "fixes": tuple(fixes(some, closest))})
     moves = tuple(sensitivities(problem, found.chosen))
     return Findings(**{**vars(found), "conflicts": tuple(conflicts), "sensitivities": moves})

@@ -40,7 +40,7 @@ _RADII = np.geomspace(2e-3, 2.5, 40)
 _PAIRED = 4
 _SMALL = 20_000
 """Work of a choice from which on values are tried one by one."""
-_WORK_FOR_PAIRS = 600_000
+WORK_FOR_PAIRS = 600_000
 """Of one choice under all conditions; of more, two knobs together take too long."""
 
 
@@ -73,7 +73,7 @@ def fixes(problem: Problem, choice: Candidates) -> list[Fix]:
     before = {key: value for key in KNOBS if (value := _now(problem, opening.numbers, key)) > 0.0}
     alone = [_alone(opening, key, value) for key, value in before.items()]
     alone.sort(key=lambda fix: fix.size)
-    promising = [fix.knobs[0] for fix in alone][:_PAIRED] if work(problem) <= _WORK_FOR_PAIRS else []
+    promising = [fix.knobs[0] for fix in alone][:_PAIRED] if work(problem) <= WORK_FOR_PAIRS else []
     pairs = [_together(opening, pair, before) for pair in combinations(promising, 2)]
     together = min((fix for fix in pairs if fix is not None), key=lambda fix: fix.size, default=None)
     return [*alone, *([together] if together and together.size < alone[0].size * (1 - 1e-6) else [])]

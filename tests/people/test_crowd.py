@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.design import answer as answer_module
 from tendon_cli.design import crowd as crowd_module
-from tendon_cli.design import doubt, opening
+from tendon_cli.design import doubt, fixes, opening
 from tendon_cli.design.candidates import of_columns
 from tendon_cli.design.question import question
 from tendon_cli.design.solve import solve
@@ -92,6 +93,16 @@ def test_for_very_many_what_would_fix_it_is_worked_out_for_some_and_said(monkeyp
     note = "what would fix it is worked out for 20 of the 100 persons, those that bind and others at random"
     assert note in found.record["notes"]
     assert any(fix["after"] is not None for fix in found.fixes)
+
+
+def test_where_two_numbers_at_once_are_too_many_to_try_it_is_said(monkeypatch):
+    note = "changes of two numbers at once are not tried for so many conditions"
+    assert note not in tendon.design(tendon.study(NOBODY_ENOUGH)).record["notes"]
+    for module in (answer_module, fixes):
+        monkeypatch.setattr(module, "WORK_FOR_PAIRS", 0)
+    found = tendon.design(tendon.study(NOBODY_ENOUGH))
+    assert note in found.record["notes"]
+    assert {len(fix["knobs"]) for fix in found.fixes} == {1}
 
 
 @pytest.mark.parametrize("serve", [1.0, 0.95, 0.5])
