@@ -58,7 +58,9 @@ class MapData:
 
 
 def map_data(product: Product, plan: MapPlan, spec: FigureSpec) -> MapData:
-    """Read what the panels show, and nothing else; raises UsageError where no design has a margin."""
+    """Read what the panels show, and nothing else; raises UsageError where there is no margin."""
+    if MARGIN not in product.columns:
+        raise UsageError("the table has no column of margins, which a map shows")
     rows = np.stack([plan.rows(product, panel) for panel in plan.panels])
     limits = [key for key in (STIFFNESS, *product.study.get("limits", ())) if _column(key) in product.columns]
     limits = list(dict.fromkeys(limits))
