@@ -183,15 +183,18 @@ def _with_derived(columns: Mapping[str, Quantity | None]) -> dict[str, Quantity 
 
 def _is_study(document: Any) -> bool:
     """Whether a document that a file holds has the sections of which figures read, as they must be."""
-    parts = [document, *document.get("cases", ())]
-    limits = [value for part in parts for value in part.get("limits", {}).values()]
-    return all(isinstance(part.get("model", {}), dict) for part in parts) and all(
-        isinstance(value, (int, float, str)) for value in limits
-    )
+    limits = [value for part in _parts(document) for value in part.get("limits", {}).values()]
+    models = all(isinstance(model, dict) for model in _models(document))
+    return models and all(isinstance(value, (int, float, str)) for value in limits)
 
 
 def _models(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [part.get("model", {}) for part in (document, *document.get("cases", ()))]
+    return [part.get("model", {}) for part in _parts(document)]
+
+
+def _parts(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """What a study says for all cases, then what each case says."""
+    return [document, *document.get("cases", ())]
 
 
 def _names_in(table: TableFiles, key: str) -> list[str]:
