@@ -1,6 +1,7 @@
 """Asked to stop, a run leaves nothing behind: no process, no shared memory, no half-written file."""
 
 import os
+import re
 import signal
 import time
 from pathlib import Path
@@ -31,8 +32,8 @@ def shared_memory():
 
 
 def of_process(names, pid):
-    """Names that a process has put its number into, as libraries do."""
-    return [name for name in names if str(pid) in name]
+    """Names that a process has put its number into, as libraries do: whole, not as part of a random name."""
+    return [name for name in names if str(pid) in re.split("[^0-9A-Za-z]", name)]
 
 
 def assert_nothing_left(process, place):
