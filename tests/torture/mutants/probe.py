@@ -9,6 +9,7 @@ import contextlib
 import hashlib
 import io
 import json
+import math
 import re
 import sys
 from pathlib import Path
@@ -74,6 +75,39 @@ max_friction_loss = "40 J"
 [design]
 minimise = ["pretension"]
 """
+TIGHT = """
+name = "tight"
+[arm]
+upper_arm_angle = "-20 deg"
+[spring]
+stiffness = ["2 kN/m", "6 kN/m"]
+[sheath]
+friction = { mean = 0.074, std = 0.004 }
+[spool]
+ratio = [0.6, 1.0]
+[load]
+mass = ["1 kg", "8 kg"]
+[people]
+file = "people.csv"
+[motion]
+speed = "90 deg/s"
+elbow_angle = { from = "0 deg", to = "110 deg", num = 12 }
+[limits]
+max_tension = "300 N"
+min_elbow_stiffness = "2 N m/rad"
+max_spring_extension = "60 mm"
+peak_motor_power = "9 W"
+[uncertainty]
+draws = 16
+"""
+PEOPLE = """name,sex,weight (kg),stature (cm),biceps_circumference_mm,weighting
+Ada,female,62.5,168,281,1
+Bo,male,90,181.5,,2
+Cleo,female,,171,,1
+"""
+ROUTE = "x [mm],y [mm],z [mm]\n" + "\n".join(
+    f"{100 * math.cos(turn / 20):.2f},{100 * math.sin(turn / 20):.2f},{turn:.1f}" for turn in range(40)
+)
 READINGS = "cell_1,cell_2\n" + "\n".join(
     f"{force * (1.31 if row % 2 else 0.79) + 0.03:.4f},{force:.4f}"
     for row, force in enumerate(0.8 + 0.05 * step for step in range(24))
@@ -98,6 +132,7 @@ COMMANDS = [
     ("sweep", "both.toml", "--json", "--no-figures", "--out", "both"),
     ("sweep", "configs/quickstart.toml", *FEWER, "--out", "quick"),
     ("sweep", "configs/quickstart.toml", *FEWER, "--out", "quick"),
+    ("sweep", "configs/quickstart.toml", *FEWER, "--set", "spring.stiffness=4 kN/m", "--out", "quick2"),
     ("sweep", "both.toml", "--out", "both", "--set", "spool.ratio=0.9"),
     ("sweep", "rich.toml", "--dry-run"),
     ("sweep", "both.toml", "--set", "arm.a1=1 kg", "--set", "arm.b3=1"),
@@ -115,8 +150,21 @@ COMMANDS = [
     ("show", "answer"),
     ("export", "rich", "rich.csv"),
     ("report", "both", "--out", "both.html"),
+    ("report", "answer2", "--out", "answer2.html"),
+    ("check", "asked"),
+    ("check", "quick", "--worst", "3", "--markdown"),
+    ("check", "both", "--baseline", "asked", "--json"),
+    ("check", "quick", "--baseline", "quick2", "--except", "spring.stiffness", "--except", "name", "--json"),
+    ("check", "answer", "--json"),
+    ("design", "tight.toml", "--no-figures", "--out", "answer3"),
+    ("check", "answer3"),
+    ("state", "tight.toml", "--person", "mean-woman"),
+    ("fit-friction", "made.csv", "--route", "route.csv", "--json"),
+    *(("init", "--template", name, f"{name}.toml") for name in ("design", "people", "motor", "friction")),
+    *(("design", f"{name}.toml", "--no-figures", "--out", f"of-{name}") for name in ("people", "motor")),
     ("paper", "--out", "paper", "--json"),
     ("init", "mine.toml"),
+    ("completion", "bash", "--line", "tendon sweep --set spr"),
     ("schema",),
 ]  # fmt: skip
 _TIMES = re.compile(
@@ -131,6 +179,9 @@ def answers() -> dict[str, str]:
     Path("both.toml").write_text(BOTH)
     Path("asked.toml").write_text(ASKED)
     Path("made.csv").write_text(READINGS)
+    Path("tight.toml").write_text(TIGHT)
+    Path("people.csv").write_text(PEOPLE)
+    Path("route.csv").write_text(ROUTE)
     found = {}
     for number, words in enumerate(COMMANDS):
         out, err = io.StringIO(), io.StringIO()
