@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,7 @@ from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one,
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.study.fields import nearest
 from tendon_cli.study.people.person import Step, Worn, worn_by
-from tendon_cli.study.study import CASE_AXIS, Study
+from tendon_cli.study.study import CASE_AXIS, DRAW_AXIS, Study
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Block, Plan
 from tendon_cli.units import shorten
@@ -35,7 +37,8 @@ class StatePage:
 
     def text(self) -> str:
         """The page for a terminal."""
-        parts = [self.title, *(f"  ({note})" for note in self.notes)]
+        wrap = partial(textwrap.fill, width=80, initial_indent="  ", subsequent_indent="   ", break_on_hyphens=False)
+        parts = [self.title, *(wrap(f"({note})") for note in self.notes)]
         for section in self.sections:
             parts += ["", section.title, *(line.text for line in section.lines)]
         return "\n".join([*parts, "", f"Status: {self.status}"])
@@ -88,7 +91,7 @@ def state_page(
             hint = "--set 'motion.elbow_angle=60 deg' chooses another state"
             raise UsageError("this state has no equilibrium, so there is no motor to draw", where="--plot", hint=hint)
     columns = {name: null_if_nan(one(values)) for name, values in state.columns().items()}
-    notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names else []
+    notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names[1:] else []
     return StatePage(
         title,
         (*notes, *study.notes, *study.warnings, *_notes(plan, block)),
@@ -150,11 +153,13 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     """Which values were chosen where the study has several."""
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
-        if axis.names:
+        if axis.key == DRAW_AXIS:
+            chooses = " and ".join(f"--set {key}=..." for key in plan.study.uncertain)
+            notes.append(f"{axis.names[chosen.start]} of {len(axis)} of what is uncertain; {chooses} chooses a value")
+        elif axis.names:
             notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
         elif len(axis) > 1:
-            chooses = f"--set {axis.key}=... chooses"
-            notes.append(f"{axis.key} is an axis of {len(axis)} values, this is the first; {chooses}")
+            notes.append(f"{axis.key}: the first of {len(axis)} values; --set {axis.key}=... chooses")
     if plan.states_per_design > 1:
         notes.append(
             f"the first of {plan.states_per_design} states; --set 'motion.elbow_angle=75 deg' and "

@@ -156,3 +156,19 @@ def test_the_page_prints_the_numbers_of_its_record(tendon, workplace, case):
         assert line["unit"] in shown
     assert record["status"] == case.partition(",")[0]
     assert text.rstrip().endswith(f"Status: {record['status']}")
+
+
+def test_notes_say_what_chooses_and_fit_a_terminal(tendon, workplace):
+    (workplace / "doubt.toml").write_text(
+        "[sheath]\nfriction = { mean = 0.07, std = 0.004 }\n[uncertainty]\ndraws = 16\n"
+        '[spring]\nstiffness = ["3 kN/m", "5 kN/m"]\n[people]\ncount = 3\n[load]\nmass = ["0 kg", "5 kg"]\n'
+    )
+    (workplace / "draws.toml").write_text("[uncertainty]\n[sheath]\nfriction = { mean = 0.07, std = 0.004 }\n")
+    notes = tendon("state", "doubt.toml").out.partition("\n\n")[0].splitlines()
+    assert max(map(len, notes)) <= 80
+    assert "  (spring.stiffness: the first of 2 values; --set spring.stiffness=... chooses)" in notes
+    said = tendon("state", "draws.toml", "--json").json["notes"]
+    assert [note for note in said if "--set sheath.friction=... chooses" in note]
+    assert not [note for note in said if "--case" in note]
+    chosen = tendon("state", "draws.toml", "--set", "sheath.friction=0.07", "--json").json["notes"]
+    assert not [note for note in chosen if "uncertain" in note]
