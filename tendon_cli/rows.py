@@ -53,7 +53,8 @@ def table_in(path: Path, wanted: str | None = None) -> TableFiles | TableHeld:
 
     Raises InputError where there is none, UsageError for one that the folder has not.
     """
-    return _people_in(path) if path.suffix.lower() == ".csv" else open_table(file_of(path, wanted))
+    file = file_of(path, wanted)
+    return _people_in(file) if file.suffix.lower() == ".csv" else open_table(file)
 
 
 def file_of(path: Path, wanted: str | None = None) -> Path:
@@ -62,6 +63,9 @@ def file_of(path: Path, wanted: str | None = None) -> Path:
         hint = f"`tendon sweep {path}` runs it"
         raise UsageError("is a study, expected a table or the folder of a run", where=str(path), hint=hint)
     if not path.is_dir() or path.suffix == ".parquet":
+        if wanted is not None and wanted != path.stem:
+            hint = "without --table, or the folder that the table lies in"
+            raise UsageError(f'is one table, not "{shorten(wanted)}"', where=str(path), hint=hint)
         return path
     found = [name for name in TABLES if (path / f"{name}.parquet").exists()]
     if not found:

@@ -35,7 +35,7 @@ def _page_of(folder: Path) -> str:
     answer = open_answer(folder)
     if answer is not None:
         return design_page(folder, answer)
-    if (folder / RECORD).exists():
+    if (folder / RECORD).exists() or not folder.is_dir():
         return sweep_page(folder, open_run(folder))
     raise InputError("is no run of tendon", where=str(folder), hint="`tendon sweep`, `design` or `paper` writes one")
 

@@ -89,6 +89,9 @@ def open_run(path: Path) -> Run:
 
     Raises InputError where there is none or a file of it is damaged, FolderError where it is unfinished.
     """
+    if not path.is_dir():
+        message = "is a file, expected the folder of a run" if path.exists() else "no such folder"
+        raise InputError(message, where=str(path))
     record = read_record(path)
     if record is None:
         if is_begun(path):

@@ -213,3 +213,16 @@ def test_ten_million_rows_are_exported_in_constant_memory(tendon, workplace):
     assert int(ran.stderr.split()[-1]) < 300e6
     with Path("large.csv").open("rb") as file:
         assert sum(1 for _ in file) == 55000 * 182 + 1
+
+
+def test_a_table_by_itself_is_no_other_table(tendon, run):
+    assert tendon("show", "run/designs.parquet", "--table", "designs").exit == 0
+    refused = tendon("show", "run/designs.parquet", "--table", "states")
+    assert refused.exit == 2
+    assert 'is one table, not "states"' in refused.err
+
+
+@pytest.mark.parametrize("command", ["check", "report"])
+def test_a_folder_that_is_not_there_and_a_file_are_said_to_be(tendon, run, command):
+    assert "nowhere: no such folder" in tendon(command, "nowhere").err
+    assert "is a file, expected the folder of a run" in tendon(command, "run/designs.parquet").err
