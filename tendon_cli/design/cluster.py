@@ -10,15 +10,15 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 from tendon_cli.design.candidates import Candidates
-from tendon_cli.design.parts import Choices, Solve
+from tendon_cli.design.parts import Choices
 from tendon_cli.design.question import question
 from tendon_cli.errors import Stopped, WorkersLostError
 from tendon_cli.study.load import recorded_study
-from tendon_cli.sweep.cluster.flight import PATIENCE, Cluster, connected
+from tendon_cli.sweep.cluster.flight import PATIENCE, Cluster
 from tendon_cli.sweep.cluster.link import lost
 
 _LOOK = 0.2
@@ -26,14 +26,7 @@ _AHEAD = 2
 """Parts that are out for each of the workers' threads."""
 
 
-@contextlib.contextmanager
-def solver(address: str, jobs: int | None) -> Iterator[Solve]:
-    """What solves choices on the workers of a cluster; raises UsageError, or WorkersLostError within seconds."""
-    with connected(address, jobs) as cluster:
-        yield partial(_solved, cluster)
-
-
-def _solved(cluster: Cluster, choices: Choices, stop: threading.Event) -> Iterator[Candidates]:
+def solved(cluster: Cluster, choices: Choices, stop: threading.Event) -> Iterator[Candidates]:
     """Parts as workers solve them, in their order; raises Stopped where `stop` is set."""
     study = choices.problem.study
     record = json.dumps(study.record())

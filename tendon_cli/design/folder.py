@@ -15,8 +15,7 @@ from typing import Any
 from tendon_cli.design.problem import Problem
 from tendon_cli.errors import FolderError, InputError
 from tendon_cli.files import open_file, output_errors, sync_folder, write_whole
-from tendon_cli.sweep.record import checksum, differences, stands
-from tendon_cli.version import RESULTS_VERSION
+from tendon_cli.sweep.record import checksum, difference, read_sealed, stands
 
 RECORD = "design.json"
 _MARK = ".tendon-making"
@@ -30,7 +29,7 @@ def standing(folder: Path, problem: Problem, *, overwrite: bool) -> dict[str, An
 
     Raises FolderError where something else is there, unless an answer is there that is to be replaced.
     """
-    record = read_record(folder)
+    record = read_sealed(folder / RECORD)
     if record is None:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             hint = "choose another folder with --out"
@@ -39,15 +38,11 @@ def standing(folder: Path, problem: Problem, *, overwrite: bool) -> dict[str, An
     if overwrite:
         return None
     hint = "--overwrite replaces it, --out writes elsewhere"
-    if record["results_version"] != RESULTS_VERSION:
-        differs = f"results version {record['results_version']}, this tendon gives {RESULTS_VERSION}"
-    elif record["study_hash"] != problem.study.hash:
-        differs = "; ".join(differences(record["study"], problem.study.document())[:4]) or "the order of the axes"
-    elif (lost := _lost(folder, record)) is not None:
+    if (differs := difference(record, problem.study)) is not None:
+        raise FolderError(f"holds the answer to another study: {differs}", where=str(folder), hint=hint)
+    if (lost := _lost(folder, record)) is not None:
         raise FolderError(f"{lost} is missing or damaged", where=str(folder), hint=hint)
-    else:
-        return record
-    raise FolderError(f"holds the answer to another study: {differs}", where=str(folder), hint=hint)
+    return record
 
 
 def open_answer(folder: Path) -> dict[str, Any] | None:
@@ -55,7 +50,7 @@ def open_answer(folder: Path) -> dict[str, Any] | None:
 
     Raises FolderError for a record that tendon did not write, InputError for a file that is missing or changed.
     """
-    record = read_record(folder)
+    record = read_sealed(folder / RECORD)
     if record is not None and (lost := _lost(folder, record)) is not None:
         hint = "`tendon design --overwrite` writes it anew"
         raise InputError("is missing, or not as it was written", where=str(folder / lost), hint=hint)
@@ -65,20 +60,6 @@ def open_answer(folder: Path) -> dict[str, Any] | None:
 def _lost(folder: Path, record: dict[str, Any]) -> str | None:
     """The first file of an answer that does not stand as it was written."""
     return next((entry["path"] for entry in record["files"] if not stands(folder, entry)), None)
-
-
-def read_record(folder: Path) -> dict[str, Any] | None:
-    """The record of the answer in a folder, or nothing; raises FolderError for one that tendon did not write."""
-    try:
-        record = json.loads((folder / RECORD).read_bytes())
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except (ValueError, RecursionError, OSError):
-        record = None
-    if isinstance(record, dict) and record.get("checksum") == checksum(record):
-        return record
-    hint = "choose another folder with --out, or delete this one yourself"
-    raise FolderError(f"holds a {RECORD} that is not as tendon wrote it", where=str(folder), hint=hint)
 
 
 @contextlib.contextmanager
@@ -133,7 +114,7 @@ def write_record(making: Path, record: dict[str, Any]) -> None:
 
 def _put_in_place(making: Path, folder: Path) -> None:
     """By its name where that is free; else the files of the answer that stands there go first, and nothing else."""
-    old = read_record(folder)
+    old = read_sealed(folder / RECORD)
     with output_errors(folder):
         if old is None:
             making.replace(folder)  # also over an empty folder, never over another

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -26,6 +25,7 @@ from tendon_cli.design.text import text_of
 from tendon_cli.errors import InputError, SizeError
 from tendon_cli.kernel import copied
 from tendon_cli.study.study import Study
+from tendon_cli.sweep.cluster import cluster_at
 from tendon_cli.sweep.run import available_cores
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
@@ -140,7 +140,12 @@ def _answer(
 ) -> dict[str, Any]:  # fmt: skip
     """Work the answer out, its files into a folder; returns its record."""
     started = time.monotonic()
-    with _elsewhere(scheduler, jobs) as solve:
+    with cluster_at(scheduler, jobs) as cluster:
+        solve: Solve | None = None
+        if cluster is not None:
+            from tendon_cli.design.cluster import solved  # only who has a cluster pays for its import
+
+            solve = partial(solved, cluster)
         gathered = choices.gathered(folder, jobs or available_cores(), stop, progress, solve)
     found = findings(choices.problem, gathered)
     written = choices.finish(folder, found)
@@ -158,18 +163,6 @@ def _answer(
     record["notes"] += warnings
     write_record(folder, record)
     return record
-
-
-@contextlib.contextmanager
-def _elsewhere(scheduler: str | None, jobs: int | None) -> Iterator[Solve | None]:
-    """What solves choices where that is not this process."""
-    if scheduler is None:
-        yield None
-        return
-    from tendon_cli.design.cluster import solver
-
-    with solver(scheduler, jobs) as solve:
-        yield solve
 
 
 def _check_size(problem: Problem) -> None:

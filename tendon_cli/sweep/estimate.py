@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import io
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from tendon_cli.quantities import Quantity
 from tendon_cli.study.study import keys
-from tendon_cli.sweep.part import PartMaker, rows_at_once
+from tendon_cli.sweep.part import PartMaker
 from tendon_cli.sweep.plan import ROW_GROUP, STATES_PER_PART, Plan
-from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import UNITS
 
 # Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
@@ -54,19 +53,8 @@ class Estimate:
 
     def record(self) -> dict[str, Any]:
         """The estimate for a program."""
-        axes = [{"key": axis.key, "count": axis.count, "first": axis.first, "last": axis.last} for axis in self.axes]
-        return {
-            "axes": axes,
-            "designs": self.designs,
-            "states": self.states,
-            "rows": self.rows,
-            "kept": self.kept,
-            "bytes": self.bytes,
-            "seconds": round(self.seconds, 2),
-            "figure_seconds": round(self.figure_seconds, 2),
-            "peak_memory": self.peak_memory,
-            "parts": self.parts,
-        }
+        rounded = {"seconds": round(self.seconds, 2), "figure_seconds": round(self.figure_seconds, 2)}
+        return asdict(self) | rounded
 
 
 class _Nowhere(io.RawIOBase):
@@ -84,7 +72,7 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     maker = PartMaker(plan, Path())
     samples = _samples(plan)
     count = sum(len(sample) for sample in samples)
-    tables = {str(table): _in_memory(maker, table, count) for table in plan.study.output.tables}
+    tables = {str(table): maker.groups(table, 0, _Nowhere(), count) for table in plan.study.output.tables}
     _ = maker.windows.known  # worked out once, which the sample is not to be charged with
     started = time.perf_counter()
     for sample in samples:
@@ -121,13 +109,6 @@ def _samples(plan: Plan) -> list[range]:
     length = most // runs
     starts = [(plan.designs - length) * index // max(1, runs - 1) for index in range(runs)]
     return [range(start, start + length) for start in starts]
-
-
-def _in_memory(maker: PartMaker, table: str, designs: int) -> RowGroups:
-    """A part of a table whose bytes are counted and forgotten."""
-    columns, schema = maker.layout(table, 0)
-    rows, at_once = maker.plan.rows(table, range(designs)), rows_at_once(table)
-    return RowGroups(_Nowhere(), columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
 
 
 def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:

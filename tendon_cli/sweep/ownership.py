@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import FolderError, UsageError
-from tendon_cli.sweep.journal import NAME as JOURNAL
-from tendon_cli.sweep.journal import Journal
-from tendon_cli.sweep.record import differences, read_record
-from tendon_cli.sweep.run_folder import OURS, TABLES, TEMPORARY, RunFolder, is_part
+from tendon_cli.sweep.record import JOURNAL, TABLES, Journal, difference, read_record
+from tendon_cli.sweep.run_folder import OURS, TEMPORARY, RunFolder, is_part
 from tendon_cli.tables.read import study_hash_of
 
 _ELSEWHERE = "choose another folder with --out"
@@ -22,7 +20,7 @@ def check_folder(folder: RunFolder, *, resume: bool, overwrite: bool) -> None:
         return
     if not folder.path.is_dir():
         raise FolderError("is a file, expected a folder for the run", where=str(folder.path))
-    record, journal = read_record(folder.path), Journal.read(folder.path / JOURNAL)
+    record, journal = read_record(folder.path), Journal.read(folder.path)
     if record is None and not journal.header:
         _check_not_foreign(folder, journal)
     elif overwrite:
@@ -41,15 +39,9 @@ def check_folder(folder: RunFolder, *, resume: bool, overwrite: bool) -> None:
 
 def _check_same(folder: RunFolder, found: dict[str, Any]) -> None:
     """Raises FolderError, naming what differs, where the folder holds another study or other results."""
-    ours = folder.identity()
-    if found.get("results_version") != ours["results_version"]:
-        differs = f"results version {found.get('results_version')}, this tendon gives {ours['results_version']}"
-    elif found.get("study_hash") != ours["study_hash"]:
-        differs = "; ".join(differences(found.get("study") or {}, ours["study"])[:4]) or "the order of the axes"
-    else:
-        return
-    hint = "--overwrite replaces it, --out writes elsewhere"
-    raise FolderError(f"holds a run of another study: {differs}", where=str(folder.path), hint=hint)
+    if (differs := difference(found, folder.plan.study)) is not None:
+        hint = "--overwrite replaces it, --out writes elsewhere"
+        raise FolderError(f"holds a run of another study: {differs}", where=str(folder.path), hint=hint)
 
 
 def _check_not_foreign(folder: RunFolder, journal: Journal) -> None:

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from io import BytesIO, RawIOBase
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -23,7 +24,7 @@ from tendon_cli.sweep.plan import DESIGNS_AT_ONCE, ROW_GROUP, Block, Plan
 from tendon_cli.sweep.suits import noted
 from tendon_cli.sweep.windows import PlanWindows
 from tendon_cli.tables.schema import Column
-from tendon_cli.tables.write import Filler, TableFile, WrittenFile
+from tendon_cli.tables.write import Filler, RowGroups, TableFile, WrittenFile
 
 _BLOCKS_AT_ONCE = 4
 """Blocks of a plan that compiled code best takes at once; the rows do not depend on it."""
@@ -64,11 +65,6 @@ def part_index(name: str) -> int:
     """The part that a file of a run folder belongs to."""
     _, found, number = name.rpartition("/part-")
     return int(number.removesuffix(".parquet")) if found else 0
-
-
-def rows_at_once(table: str) -> int:
-    """How many rows of a table are gathered before they are written."""
-    return DESIGNS_AT_ONCE if table == "designs" else ROW_GROUP
 
 
 def state_rows(inputs: Inputs, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
@@ -136,10 +132,19 @@ class PartMaker:
         """Columns and schema of a part of a table."""
         return self.tables.designs if table == "designs" else self.tables.states, self.tables.schema(table, index)
 
+    def groups(self, table: str, index: int, file: BytesIO | RawIOBase, designs: int) -> RowGroups:
+        """What gathers the rows of so many designs of a table, and writes them into a file."""
+        columns, schema = self.layout(table, index)
+        return RowGroups(file, columns, schema, **self._lengths(table, designs))
+
     def _file(self, table: str, index: int, name: str) -> TableFile:
         columns, schema = self.layout(table, index)
-        rows, at_once = self.plan.rows(table, self.plan.part(index)), rows_at_once(table)
-        return TableFile(self.folder / name, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=at_once)
+        return TableFile(self.folder / name, columns, schema, **self._lengths(table, len(self.plan.part(index))))
+
+    def _lengths(self, table: str, designs: int) -> dict[str, int]:
+        """How many rows there are of so many designs, and how many are gathered before they are written."""
+        at_once = DESIGNS_AT_ONCE if table == "designs" else ROW_GROUP
+        return {"row_group": ROW_GROUP, "rows": self.plan.rows(table, range(designs)), "at_once": at_once}
 
     def fill(self, tables: Mapping[str, RowSink], designs: range) -> tuple[Totals, str]:
         """Evaluate a range of designs into the tables asked for; returns the note of its suits, too. Raises Stopped."""

@@ -22,8 +22,8 @@ from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.part import PartResult
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.record import RECORD, read_record, stands
-from tendon_cli.sweep.run_folder import RunFolder, is_begun
+from tendon_cli.sweep.record import RECORD, Journal, read_record, stands
+from tendon_cli.sweep.run_folder import RunFolder
 from tendon_cli.sweep.suits import feasible_suits, suits
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def open_run(path: Path) -> Run:
         raise InputError(message, where=str(path))
     record = read_record(path)
     if record is None:
-        if is_begun(path):
+        if Journal.read(path).header:
             hint = "`tendon sweep --resume` finishes it; in Python sweep(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
         hint = "`tendon sweep` writes one"

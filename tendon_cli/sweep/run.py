@@ -1,4 +1,7 @@
-"""Running a sweep: parts in parallel, each recorded when it stands, the run declared finished at the very end."""
+"""Running a plan: parts in parallel, here in threads, each recorded when it stands.
+
+In threads some parts compute while others wait for the disk.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,11 @@ import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import asdict
+from functools import partial
+from itertools import takewhile
+from typing import Any, TypeVar
 
 from tendon_cli.errors import (
     FolderError,
@@ -19,25 +24,16 @@ from tendon_cli.errors import (
     WorkersLostError,
     is_memory_short,
 )
-from tendon_cli.sweep.journal import NAME as JOURNAL
-from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.ownership import check_folder
-from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Runner, part_index
-from tendon_cli.sweep.record import read_record, stands
-from tendon_cli.sweep.results import record_of
+from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Runner, part_index
+from tendon_cli.sweep.record import JOURNAL, Journal, read_record, stands
+from tendon_cli.sweep.results import Run, record_of
 from tendon_cli.sweep.run_folder import RunFolder
-from tendon_cli.sweep.threads import in_threads
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
 
-
-@dataclass(frozen=True)
-class Outcome:
-    """A run that stands in its folder: its record, and whether it had stood there before."""
-
-    record: dict[str, Any]
-    up_to_date: bool
+Made = TypeVar("Made")
 
 
 def available_cores() -> int:
@@ -56,8 +52,8 @@ def run(
     resume: bool = False,
     overwrite: bool = False,
     runner: Runner | None = None,
-) -> Outcome:
-    """Compute a plan into its locked folder, by default in `jobs` threads of this process.
+) -> Run:
+    """Compute a plan into its locked folder, by default in `jobs` threads of this process; not yet recorded there.
 
     Raises FolderError where something else stands there, SizeError, OutputError, WorkersLostError for parts that
     failed, Stopped where `stop` was set; whatever was finished until then is kept and can be resumed.
@@ -80,13 +76,12 @@ def run(
     missing = (index for index in range(plan.parts) if index not in journal.parts)
     compute(_maker(folder, stop), runner, missing, take)
     seconds = time.monotonic() - started
-    return Outcome(record_of(folder, list(journal.parts.values()), resumed, seconds), up_to_date=False)
+    return Run(record_of(folder, list(journal.parts.values()), resumed, seconds), folder.path)
 
 
 def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
     """The journal of the run, on the disk, with what of an unfinished one stands."""
-    path = folder.path / JOURNAL
-    journal = Journal(path) if replaces else Journal.read(path)
+    journal = Journal(folder.path / JOURNAL) if replaces else Journal.read(folder.path)
     journal.parts = folder.intact(journal.parts)
     figures = list(journal.figures)
     journal.start(folder.header())
@@ -95,12 +90,12 @@ def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
     return journal
 
 
-def _repaired(folder: RunFolder, record: dict[str, Any], runner: Runner | None, stop: threading.Event) -> Outcome:
+def _repaired(folder: RunFolder, record: dict[str, Any], runner: Runner | None, stop: threading.Event) -> Run:
     """A finished run whose damaged parts are computed again, if they may be; the same parts give the same bytes."""
     entries = {entry["path"]: entry for entry in record["files"]}
     damaged = [path for path, entry in entries.items() if not stands(folder.path, entry)]
     if not damaged:
-        return Outcome(record, up_to_date=True)
+        return Run(record, folder.path, up_to_date=True)
     if runner is None:
         raise FolderError(
             f"{len(damaged)} of {len(entries)} files are missing or damaged, the first is {damaged[0]}",
@@ -113,7 +108,7 @@ def _repaired(folder: RunFolder, record: dict[str, Any], runner: Runner | None, 
             entries[name].update(asdict(file))
 
     compute(_maker(folder, stop), runner, sorted({part_index(path) for path in damaged}), take)
-    return Outcome({**record, "repaired": damaged}, up_to_date=False)
+    return Run({**record, "repaired": damaged}, folder.path)
 
 
 def _maker(folder: RunFolder, stop: threading.Event) -> PartMaker:
@@ -182,3 +177,64 @@ def place(maker: PartMaker, index: int) -> str:
         for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
     ]
     return f"part {index} (designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'})"
+
+
+def in_threads(jobs: int) -> Runner:
+    """Makes parts, at most `jobs` at once; a single one in the calling thread."""
+    return _one_by_one if jobs == 1 else partial(_at_once, jobs)
+
+
+def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
+    """Each part when it is asked for."""
+    for index in missing:
+        yield _attempt(index, partial(maker.make, index))
+
+
+def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
+    """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
+
+    However this ends, no thread works on a part any more.
+    """
+    from concurrent.futures import Future, ThreadPoolExecutor  # a small study does without these imports
+
+    from joblib import Parallel, delayed
+
+    room = threading.Semaphore(2 * jobs)  # parts that nobody has taken yet; a slow disk holds up the computing
+    ended = threading.Event()
+    at_work = threading.Semaphore(jobs)  # whoever holds all of it is alone
+
+    def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
+        room.acquire()
+        with at_work:
+            part = PartFailure(index, Stopped()) if ended.is_set() else _attempt(index, partial(maker.compute, index))
+            if isinstance(part, PartFailure):
+                return part
+            if ended.is_set():
+                part.discard()
+                return PartFailure(index, Stopped())
+            return disk.submit(_attempt, index, part.finish)
+
+    with (
+        ThreadPoolExecutor(jobs) as disk,
+        Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool,
+    ):
+        parts = pool(delayed(compute)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
+        try:
+            for part in parts:
+                yield part if isinstance(part, PartFailure) else part.result()
+                room.release()
+        finally:
+            ended.set()
+            room.release(maker.plan.parts)  # for whoever waits
+            list(parts)  # until those that are at work are done, for which joblib would not wait
+            for _ in range(jobs):  # nor does it after KeyboardInterrupt
+                at_work.acquire()
+            at_work.release(jobs)
+
+
+def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
+    """A step in the making of a part; its failure is told with the part's coordinates, while the others go on."""
+    try:
+        return step()
+    except Exception as error:  # noqa: BLE001
+        return PartFailure(index, error)

@@ -15,11 +15,9 @@ from typing import Any
 
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import output_errors
-from tendon_cli.sweep.journal import NAME as JOURNAL
-from tendon_cli.sweep.journal import Journal
 from tendon_cli.sweep.part import PartResult, file_name
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.record import RECORD, read_record, stands, write_record
+from tendon_cli.sweep.record import JOURNAL, RECORD, Journal, read_record, stands, write_record
 from tendon_cli.sweep.suits import is_note
 from tendon_cli.tables.read import study_hash_of
 from tendon_cli.version import RESULTS_VERSION
@@ -28,7 +26,6 @@ LOCK = ".lock"
 FIGURES = ".tendon-figures"
 """Where figures lie until all are drawn."""
 OURS = (RECORD, JOURNAL, LOCK, FIGURES, f".{RECORD}.tmp", f".{JOURNAL}.tmp")
-TABLES = ("designs", "states")
 _PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
 TEMPORARY = re.compile(r"\.(part-\d{5,}|designs|states)\.parquet(\.[0-9a-f]+\.own)?(\.tmp)?", re.ASCII)
 _LEAST_BYTES_PER_STATE = 20
@@ -133,7 +130,7 @@ class RunFolder:
 
     def clear(self) -> bool:
         """Delete the files of the run that stands here, finished or not, and nothing else; whether there was one."""
-        record, journal = read_record(self.path), Journal.read(self.path / JOURNAL)
+        record, journal = read_record(self.path), Journal.read(self.path)
         figures = [*(record["figures"] if record else ()), *journal.figures]
         if record is not None:  # until the new run has its journal, this one says whose files these are
             tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
@@ -209,11 +206,6 @@ class RunFolder:
 def is_part(name: str) -> bool:
     """Whether a run gives such names to files in a folder of parts."""
     return bool(_PART.fullmatch(name) or TEMPORARY.fullmatch(name))
-
-
-def is_begun(folder: Path) -> bool:
-    """Whether an unfinished run stands in a folder; raises FolderError for a journal that cannot be read."""
-    return bool(Journal.read(folder / JOURNAL).header)
 
 
 def free_bytes(folder: Path) -> int:

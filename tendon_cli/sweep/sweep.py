@@ -8,8 +8,9 @@ import shutil
 import signal
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -19,17 +20,14 @@ import pyarrow.parquet as pq
 
 from tendon_cli.errors import OutputError, Stopped, UsageError
 from tendon_cli.study.study import Study
-from tendon_cli.sweep.journal import NAME as JOURNAL
-from tendon_cli.sweep.journal import Journal
+from tendon_cli.sweep.cluster import cluster_at
 from tendon_cli.sweep.ownership import check_folder
-from tendon_cli.sweep.part import PartMaker, PartResult, Runner, rows_at_once
-from tendon_cli.sweep.plan import ROW_GROUP, Plan
-from tendon_cli.sweep.record import write_record
+from tendon_cli.sweep.part import PartMaker, PartResult, WrittenPart
+from tendon_cli.sweep.plan import Plan
+from tendon_cli.sweep.record import Journal, write_record
 from tendon_cli.sweep.results import Run, record_of, warnings_of
-from tendon_cli.sweep.run import Outcome, Progress, available_cores, compute, run
+from tendon_cli.sweep.run import Progress, available_cores, compute, in_threads, run
 from tendon_cli.sweep.run_folder import FIGURES, RunFolder
-from tendon_cli.sweep.threads import in_threads
-from tendon_cli.tables.write import RowGroups, TableFile, WrittenFile
 
 Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
 """Draws figures of a run folder into another: their names, what could not be drawn, why there is no map."""
@@ -66,19 +64,22 @@ def sweep(
             folder.check_free()
         check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
         folder.check_space()
-        with _runner(scheduler, jobs) as runner, folder.locked(use_lock=lock):
-            how: Any = {"stop": ended, "progress": progress, "resume": resume, "overwrite": overwrite, "runner": runner}
-            return _finished(folder, run(folder, jobs=jobs or available_cores(), **how), draw)
+        with cluster_at(scheduler, jobs) as cluster, folder.locked(use_lock=lock):
+            found = run(
+                folder, jobs=jobs or available_cores(), stop=ended, progress=progress, resume=resume,
+                overwrite=overwrite, runner=None if cluster is None else cluster.results,
+            )  # fmt: skip
+            return _finished(folder, found, draw)
 
 
-def _finished(folder: RunFolder, outcome: Outcome, draw: Draw | None) -> Run:
+def _finished(folder: RunFolder, found: Run, draw: Draw | None) -> Run:
     """The run with its figures, where they are missing; it is recorded last of all."""
-    record, stands = outcome.record, outcome.up_to_date
+    record, stands = found.record, found.up_to_date
     if stands and not (draw is not None and _wants_figures(folder.plan.study, folder.path, record)):
-        return Run(record, folder.path, up_to_date=True)
+        return found
     note = _with_figures(folder, record, draw, up_to_date=stands)
     folder.finish(record)
-    return Run(record, folder.path, up_to_date=stands, note=note)
+    return replace(found, note=note)
 
 
 def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
@@ -86,7 +87,7 @@ def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, 
 
     So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
     """
-    journal = Journal.read(folder.path / JOURNAL)
+    journal = Journal.read(folder.path)
     before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
     started, study, faults, note = time.monotonic(), folder.plan.study, list[str](), None
     names = list(record.get("figures", ()))
@@ -118,7 +119,7 @@ def _wants_figures(study: Study, out: Path, record: dict[str, Any]) -> bool:
 def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress) -> Run:
     """Every part computed into memory."""
     started = time.monotonic()
-    maker = _MemoryMaker(plan, Path(), stop)
+    maker = _InMemory(plan, Path(), stop)
     parts: list[PartResult] = []
 
     def take(result: PartResult) -> None:
@@ -131,58 +132,29 @@ def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress)
     return Run(record, None, tables=maker.tables_read())
 
 
-class _MemoryFile(TableFile):
-    """A table's file that is written into memory."""
-
-    def __init__(self, name: str, groups: RowGroups, file: io.BytesIO, kept: dict[str, bytes]) -> None:
-        self.path = Path(name)
-        self._groups, self._memory, self._kept, self._name = groups, file, kept, name
-        self._file, self._in_place, self._written = file, False, None
-
-    def finish(self) -> WrittenFile:
-        written = self.close()
-        self._kept[self._name] = self._memory.getvalue()
-        self._in_place = True
-        return written
-
-    def _give_up(self) -> None:
-        self._memory.close()
-
-
 @dataclass(frozen=True)
-class _MemoryMaker(PartMaker):
+class _InMemory(PartMaker):
     """Makes parts whose files never reach the disk."""
 
-    files: dict[str, bytes] = field(default_factory=dict, kw_only=True)
-    """By their names in a run folder."""
+    files: dict[str, dict[int, bytes]] = field(default_factory=lambda: defaultdict(dict), kw_only=True)
+    """Of each table, by the number of the part."""
+
+    def compute(self, index: int) -> WrittenPart:
+        designs = self.plan.part(index)
+        kept = {str(table): io.BytesIO() for table in self.plan.study.output.tables}
+        tables = {table: self.groups(table, index, file, len(designs)) for table, file in kept.items()}
+        totals, suits = self.fill(tables, designs)
+        for table, groups in tables.items():
+            groups.close()
+            self.files[table][index] = kept[table].getvalue()
+        return WrittenPart(index, totals, suits, {}, contextlib.ExitStack())
 
     def tables_read(self) -> dict[str, pa.Table]:
         """The tables, each of all its parts; the files are let go of."""
-        tables = {}
-        for table in self.plan.study.output.tables:
-            names = sorted(name for name in self.files if name.startswith(table))
-            tables[str(table)] = pa.concat_tables(
-                [pq.read_table(pa.BufferReader(self.files.pop(name))) for name in names]
-            )
-        return tables
-
-    def _file(self, table: str, index: int, name: str) -> TableFile:
-        columns, schema = self.layout(table, index)
-        rows, file = self.plan.rows(table, self.plan.part(index)), io.BytesIO()
-        groups = RowGroups(file, columns, schema, row_group=ROW_GROUP, rows=rows, at_once=rows_at_once(table))
-        return _MemoryFile(name, groups, file, self.files)
-
-
-@contextlib.contextmanager
-def _runner(scheduler: str | None, jobs: int | None) -> Iterator[Runner | None]:
-    """What computes the parts, where that is not this process."""
-    if scheduler is None:
-        yield None
-        return
-    from tendon_cli.sweep.cluster.flight import connected
-
-    with connected(scheduler, jobs) as cluster:
-        yield cluster.results
+        return {
+            table: pa.concat_tables(pq.read_table(pa.BufferReader(files.pop(index))) for index in sorted(files))
+            for table, files in self.files.items()
+        }
 
 
 @contextlib.contextmanager

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.sweep import run_folder
+from tendon_cli.sweep import record as record_module
 
 STUDY = """
 [tendon]
@@ -21,7 +21,7 @@ STOPPED = """
 import os, sys
 from tendon_cli.sweep import plan
 plan.STATES_PER_FILE = plan.STATES_PER_PART = 12
-from tendon_cli.sweep.journal import Journal
+from tendon_cli.sweep.record import Journal
 add = Journal.add
 def add_and_signal(self, result):
     add(self, result)
@@ -124,7 +124,7 @@ def test_the_order_of_axes_makes_another_study(run, workplace):
 
 def test_a_version_with_other_results_is_refused(run, monkeypatch):
     run()
-    monkeypatch.setattr(run_folder, "RESULTS_VERSION", 99)
+    monkeypatch.setattr(record_module, "RESULTS_VERSION", 99)
     ran = run("--json")
     assert (ran.exit, "results version" in ran.json["error"]["message"]) == (7, True)
 

@@ -10,7 +10,7 @@ from tendon_cli.study.load import study_from
 from tendon_cli.sweep import part as part_module
 from tendon_cli.sweep.part import PartFailure, PartMaker, WrittenPart
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.threads import in_threads
+from tendon_cli.sweep.run import in_threads
 from tendon_cli.tables.digest import is_intact
 from tests.si import with_units
 

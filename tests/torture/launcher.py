@@ -16,7 +16,7 @@ POINTS = {
     "rows": ("tendon_cli.sweep.part", "state_rows"),
     "figures": ("tendon_cli.figures.draw", "pages_of"),
     "record": ("tendon_cli.sweep.run_folder.RunFolder", "finish"),
-    "journal": ("tendon_cli.sweep.journal.Journal", "add"),
+    "journal": ("tendon_cli.sweep.record.Journal", "add"),
     "delete": ("tendon_cli.sweep.run_folder.RunFolder", "_delete"),
     "rename": ("pathlib.Path", "replace"),
 }
@@ -54,7 +54,7 @@ def full_journal():
     import os
 
     from tendon_cli.errors import OutputError
-    from tendon_cli.sweep.journal import Journal
+    from tendon_cli.sweep.record import Journal
 
     add = Journal.add
 

@@ -9,8 +9,8 @@ import random
 import pytest
 
 from tendon_cli.errors import TendonError
-from tendon_cli.sweep import journal as journal_module
-from tendon_cli.sweep.journal import _line
+from tendon_cli.sweep import record as record_module
+from tendon_cli.sweep.record import _line
 
 from .test_journal import PARTS, advance, folder, stopped, whole  # noqa: F401 - fixtures
 from .tools import some, study_in
@@ -97,14 +97,14 @@ def a_folder(journal, _patch):
 
 def forbidden(journal, patch):
     """The superuser may read everything, so it is injected."""
-    read = journal_module.read_file
+    read = record_module.read_file
 
     def call(path, most):
         if path.name == journal.name:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
         return read(path, most)
 
-    patch.setattr(journal_module, "read_file", call)
+    patch.setattr(record_module, "read_file", call)
     return os.strerror(errno.EACCES)
 
 

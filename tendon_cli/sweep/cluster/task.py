@@ -23,10 +23,9 @@ from tendon_cli.files import output_errors, sync_folder
 from tendon_cli.study.load import recorded_study
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.columns import versions
-from tendon_cli.sweep.journal import NAME as JOURNAL
 from tendon_cli.sweep.part import PartMaker, PartResult, file_name
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.record import RECORD
+from tendon_cli.sweep.record import JOURNAL, RECORD
 from tendon_cli.tables.write import TableFile
 from tendon_cli.version import RESULTS_VERSION
 
