@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from tendon_cli.sweep.results import Run
 
     Name = str | PathLike[str]
+    Drawn = tuple[list[str], list[str], str | None]
 
 __all__ = ["__version__", "design", "estimate", "fit_friction", "load_study", "open_run", "state", "study", "sweep"]
 
@@ -77,11 +78,10 @@ def sweep(
 ) -> "Run":
     """Run a study into the folder `out`, or without one in memory.
 
-    When this returns the folder's tables stand written, recorded and verified; it is locked until then. At most `jobs`
-    parts are computed at once, by default one for each core. `resume` finishes an unfinished run, `overwrite` replaces
-    the one that stands there. Ctrl-C ends it cleanly and is raised when nothing is at work any more; what was finished
-    is kept. A declared figure that can have nothing to draw is a fault before anything is computed, any other that
-    cannot be drawn a warning of the record. Raises TendonError.
+    The folder is locked until its tables stand written, recorded and verified. At most `jobs` parts are computed at
+    once, by default one for each core. `resume` finishes an unfinished run, `overwrite` replaces the one that stands
+    there. Ctrl-C ends it cleanly; what was finished is kept. A declared figure that can have nothing to draw is a
+    fault before anything is computed, any other that cannot be drawn a warning. Raises TendonError.
 
     >>> import tendon_cli as tendon
     >>> run = tendon.sweep(tendon.study({"load": {"mass": ["0 kg", "5 kg"]}}))
@@ -92,26 +92,31 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    from pathlib import Path
-
-    from tendon_cli.errors import UsageError
     from tendon_cli.sweep.sweep import sweep as run
 
-    if out is None and figures:
-        raise UsageError("figures are drawn into a run folder", hint="name one: sweep(study, out, figures=True)")
+    folder = _folder(out, "sweep", figures=figures)
     if figures and study.figure:
         from tendon_cli.figures.draw import check_figures_of
 
         check_figures_of(study)
     return run(
-        study, None if out is None else Path(out), jobs=jobs, resume=resume, overwrite=overwrite, lock=lock,
-        scheduler=scheduler, draw=_draw_run if figures else None, progress=progress, stop=stop,
+        study, folder, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
+        draw=_draw_run if figures else None, progress=progress, stop=stop,
     )  # fmt: skip
 
 
-def _draw_run(
-    study: "Study", folder: "Path", out: "Path", record: "dict[str, Any]"
-) -> "tuple[list[str], list[str], str | None]":
+def _folder(out: "Name | None", verb: str, *, figures: bool) -> "Path | None":
+    """Where a verb writes to; raises UsageError where figures would have no place."""
+    from pathlib import Path
+
+    from tendon_cli.errors import UsageError
+
+    if out is None and figures:
+        raise UsageError("figures are drawn into a folder", hint=f"name one: {verb}(study, out, figures=True)")
+    return None if out is None else Path(out)
+
+
+def _draw_run(study: "Study", folder: "Path", out: "Path", record: "dict[str, Any]") -> "Drawn":
     from tendon_cli.figures.draw import draw_run  # only who draws pays for its import
 
     drawn = draw_run(study, folder, out)
@@ -133,8 +138,7 @@ def design(
     """Answer the design question of a study into the folder `out`, or without one in memory.
 
     The folder appears whole or not at all. `overwrite` replaces the answer that stands there; the same question asked
-    again is not worked out again. Choices are solved by the workers of a Dask `scheduler`, if there is one. Raises
-    TendonError.
+    again is not worked out again. Choices are solved on a Dask `scheduler`, if there is one. Raises TendonError.
 
     >>> import tendon_cli as tendon
     >>> arm = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
@@ -143,15 +147,10 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    from pathlib import Path
-
     from tendon_cli.design.run import design as answer
-    from tendon_cli.errors import UsageError
 
-    if out is None and figures:
-        raise UsageError("figures are drawn into a folder", hint="name one: design(study, out, figures=True)")
     return answer(
-        study, None if out is None else Path(out), jobs=jobs, overwrite=overwrite, scheduler=scheduler,
+        study, _folder(out, "design", figures=figures), jobs=jobs, overwrite=overwrite, scheduler=scheduler,
         draw=_draw_answer if figures else None, progress=progress, stop=stop,
     )  # fmt: skip
 
@@ -197,13 +196,9 @@ def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> 
 
 
 def state(
-    study: "Study",
-    case: str | None = None,
-    person: str | None = None,
-    *,
-    reversal: bool = False,
+    study: "Study", case: str | None = None, person: str | None = None, *, reversal: bool = False,
     plot: "Name | None" = None,
-) -> "StatePage":
+) -> "StatePage":  # fmt: skip
     """The first state of a study's first design, or of a case's or a person's, line by line; raises UsageError.
 
     With `reversal` also what happens where the motion turns back there; `plot` draws the motor, and the turn.

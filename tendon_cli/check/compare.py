@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,16 +86,15 @@ class Comparison:
 class Shared:
     """Rows that both tables have: positions on the axes of either, in the same order."""
 
-    columns: tuple[str, ...]
-    """Of the axes that both have, slowest first."""
+    axes: tuple[RowAxis, ...]
+    """Those that both have, slowest first."""
     here: Mapping[str, Ints]
     there: Mapping[str, Ints]
-    axes: tuple[RowAxis, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of common values on each axis."""
-        return tuple(len(self.here[column]) for column in self.columns)
+        return tuple(len(self.here[axis.column]) for axis in self.axes)
 
     def where(self, row: int) -> dict[str, float | str]:
         """A common row by its axes."""
@@ -113,33 +112,30 @@ def check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
         hint = nearest(unknown[0], known) or "`tendon schema` lists every key"
         raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
     varied = {*ours.axes, *theirs.axes, "motion.elbow_angle", "motion.direction", "cases", *_NOT_ASKED, *apart}
-    lines = [line for line in differences(theirs.document(), ours.document()) if not _is_within(line, varied)]
+    lines = [
+        line
+        for line in differences(theirs.document(), ours.document())
+        if not any(f"{line.partition(' ')[0]}.".startswith(f"{key}.") for key in varied)
+    ]
     if lines:
         hint = f"--except {lines[0].partition(' ')[0]} compares them all the same"
         raise UsageError(f"the baseline is of another study: {'; '.join(lines[:4])}", hint=hint)
 
 
-def _is_within(line: str, keys_: set[str]) -> bool:
-    key = line.partition(" ")[0]
-    return any(key == each or key.startswith(f"{each}.") for each in keys_)
-
-
 def shared_rows(here: Product, there: Product, ours: Study, theirs: Study) -> Shared:
     """What two tables have in common, by the values of their axes; raises UsageError where that is nothing."""
     by_key = {axis.key: axis for axis in there.axes}
-    columns, at_here, at_there, axes = [], {}, {}, []
+    at_here, at_there, axes = {}, {}, []
     for axis in here.axes:
         other = by_key.pop(axis.key, None)
         if other is None:
             at_here[axis.column] = _single(axis, theirs)
             continue
-        first, second = _common(axis, other)
-        columns.append(axis.column)
         axes.append(axis)
-        at_here[axis.column], at_there[other.column] = first, second
+        at_here[axis.column], at_there[other.column] = _common(axis, other)
     for axis in by_key.values():
         at_there[axis.column] = _single(axis, ours)
-    return Shared(tuple(columns), at_here, at_there, tuple(axes))
+    return Shared(tuple(axes), at_here, at_there)
 
 
 def _common(axis: RowAxis, other: RowAxis) -> tuple[Ints, Ints]:
@@ -193,14 +189,12 @@ def _together(
     here: Product, there: Product, shared: Shared, columns: Sequence[str]
 ) -> Iterator[tuple[int, dict[str, Values], dict[str, Values]]]:
     """The common rows of both, a bounded number at once, with the number of the first."""
-    total = math.prod(shared.shape)
+    total, by_key = math.prod(shared.shape), {axis.key: axis for axis in there.axes}
     for start in range(0, total, _ROWS_AT_ONCE):
         flat = np.arange(start, min(total, start + _ROWS_AT_ONCE))
         places = np.unravel_index(flat, shared.shape) if shared.shape else ()
         ours = _row_numbers(here, shared.here, shared.axes, places, flat)
-        by_key = {axis.key: axis for axis in there.axes}
-        others = tuple(by_key[axis.key] for axis in shared.axes)
-        theirs = _row_numbers(there, shared.there, others, places, flat)
+        theirs = _row_numbers(there, shared.there, [by_key[axis.key] for axis in shared.axes], places, flat)
         yield start, here.gather(ours, columns), there.gather(theirs, columns)
 
 
@@ -236,8 +230,7 @@ def _change(
 def _worse(before: Change | None, now: Change) -> Change:
     if before is None:
         return now
-    worse = now if now.share > before.share else before
-    return Change(worse.table, worse.column, worse.difference, worse.share, before.rows + now.rows, worse.where)
+    return replace(max(before, now, key=lambda change: change.share), rows=before.rows + now.rows)
 
 
 def flips(here: Product, there: Product, shared: Shared, most: int) -> tuple[tuple[Flip, ...], int]:

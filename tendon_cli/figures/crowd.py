@@ -16,11 +16,11 @@ from tendon_cli.figures.style import (
     MARKERS,
     OKABE_ITO,
     PAGE_WIDTH,
+    SEQUENTIAL,
     house_style,
     new_figure,
     plain,
     save,
-    sequential_map,
 )
 
 Values = npt.NDArray[np.float64]
@@ -88,10 +88,7 @@ def _windows(
         if chosen.any():
             axes.vlines(place[chosen], begin[chosen], ends[chosen], colors=colour, linewidth=width, label=label)
     if (~is_open).any():
-        axes.plot(
-            place[~is_open], begin[~is_open], ".", color=FAINT, markersize=2.0,
-            label="no window at all",
-        )  # fmt: skip
+        axes.plot(place[~is_open], begin[~is_open], ".", color=FAINT, markersize=2.0, label="no window at all")
     if np.isfinite(band).all():
         axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
         for end, label in zip(band, ("serves enough between", "_"), strict=True):
@@ -202,7 +199,7 @@ def draw_served_map(
         order_x, order_y = np.argsort(x), np.argsort(y)
         shares = 100.0 * served[np.ix_(order_y, order_x)]
         mesh = axes.pcolormesh(
-            np.arange(len(x) + 1), np.arange(len(y) + 1), shares, cmap=sequential_map().reversed(), vmin=0.0, vmax=100.0
+            np.arange(len(x) + 1), np.arange(len(y) + 1), shares, cmap=SEQUENTIAL.reversed(), vmin=0.0, vmax=100.0
         )
         dark = shares < 45.0
         if served.size <= 150:

@@ -46,7 +46,7 @@ DIVERGING = LinearSegmentedColormap.from_list(
     "tendon_margin", ("#6b2203", "#b4480f", "#e38a4f", "#f5c9a8", "#f7f6f4", "#b4d4ea", "#6aaad6", "#2472b0", "#08396b")
 )
 """Orange below zero, blue above: told apart by every kind of colour vision."""
-_SEQUENTIAL = LinearSegmentedColormap.from_list(
+SEQUENTIAL = LinearSegmentedColormap.from_list(
     "tendon_sequence", ("#f0a01e", "#ed7953", "#bd3786", "#7201a8", "#1c0a66")
 )
 
@@ -216,14 +216,14 @@ def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
 
 def sequence(count: int) -> list[Colour]:
     """Colours for values with an order, from light to dark so that they are told apart in grey print too."""
-    return [_SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)] if count > 1 else [_SEQUENTIAL(1.0)]
+    return [SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)] if count > 1 else [SEQUENTIAL(1.0)]
 
 
 def load_colours(masses: npt.ArrayLike) -> list[Colour]:
     """Colours of loads in kg, each its own in every figure; where some lie too close, those of `sequence`."""
     at = 1.0 - np.exp(-np.asarray(masses, dtype=np.float64) / 6.0)
     is_told_apart = len(at) < 2 or float(np.diff(np.sort(at)).min()) > 0.1
-    return [_SEQUENTIAL(float(each)) for each in at] if is_told_apart else sequence(len(at))
+    return [SEQUENTIAL(float(each)) for each in at] if is_told_apart else sequence(len(at))
 
 
 def wrapped(text: str, width: int) -> str:
@@ -244,8 +244,3 @@ def broken(label: str, width: int) -> str:
         return label
     middle = min(range(1, len(words)), key=lambda at: abs(len(" ".join(words[:at])) - len(label) / 2))
     return f"{' '.join(words[:middle])}\n{' '.join(words[middle:])}"
-
-
-def sequential_map() -> LinearSegmentedColormap:
-    """The colours of `sequence`, for values in between."""
-    return _SEQUENTIAL

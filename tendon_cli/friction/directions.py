@@ -123,7 +123,7 @@ def find_motor(
             where=readings.source,
             hint=f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions",
         )
-    notes: list[str] = []
+    notes, warnings = list[str](), tuple[str, ...]()
     header = readings.names[0 if (told or by_name) == "1" else 1]
     if not motor and told:
         notes.append(f'cell {told} ("{shorten(header, 30)}") is taken as the motor\'s, from its header')
@@ -132,12 +132,8 @@ def find_motor(
             f"cell {by_name} is taken as the motor's: it reads more where the tendon is pulled toward the motor"
         )
     chosen = told or by_name
-    warnings: tuple[str, ...] = ()
-    if (
-        readings.motor
-        and not motor
-        and _changes(readings, sides, used)[int(readings.motor) - 1] < _STILL * max(_changes(readings, sides, used))
-    ):
+    changes = _changes(readings, sides, used)
+    if readings.motor and not motor and changes[int(readings.motor) - 1] < _STILL * max(changes):
         warnings = (
             f'"{shorten(header, 30)}" hardly changes between the directions, the other does: are the headers swapped?',
         )

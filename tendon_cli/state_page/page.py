@@ -79,7 +79,6 @@ def state_page(
     state = State.of(Inputs(plan).situation(block))
     angle = float(np.degrees(plan.elbow_angles[0]))
     load = one(state.situation.design.load_mass)
-    title = f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {load:.6g} kg"
     sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle)]
     status = STATUS_NAMES[int(state.status.flat[0])]
     has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
@@ -93,13 +92,10 @@ def state_page(
     columns = {name: null_if_nan(one(values)) for name, values in state.columns().items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names[1:] else []
     return StatePage(
-        title,
-        (*notes, *study.notes, *study.warnings, *_notes(plan, block)),
-        status,
-        tuple(sections),
-        columns,
+        f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {load:.6g} kg",
+        (*notes, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(sections), columns,
         has_equilibrium,
-    )
+    )  # fmt: skip
 
 
 def _no_equilibrium(elbow_torque: float) -> str:

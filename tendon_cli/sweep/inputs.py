@@ -24,23 +24,24 @@ if TYPE_CHECKING:
     from tendon_cli.model.motor_window import MotorBounds
 
 Flags = npt.NDArray[np.bool_]
+Values = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Input:
     """A number of the design: its values along the design axes that it depends on, in ascending order of `axes`."""
 
-    values: npt.NDArray[np.float64]
+    values: Values
     axes: tuple[int, ...] = ()
 
-    def times(self, other: Input) -> Input:
-        """The product of both, over the axes of either."""
+    def combined(self, other: Input, how: Callable[[Values, Values], Values]) -> Input:
+        """What comes of the values of both, over the axes of either."""
         axes = tuple(sorted({*self.axes, *other.axes}))
-        factors = [
+        first, second = (
             np.expand_dims(each.values, tuple(at for at, axis in enumerate(axes) if axis not in each.axes))
             for each in (self, other)
-        ]
-        return Input(factors[0] * factors[1], axes)
+        )
+        return Input(how(first, second), axes)
 
     def within(self, block: Block) -> Real:
         """The values in a block, shaped to broadcast over its designs, directions and angles."""
@@ -62,66 +63,45 @@ class Inputs:
     def overridden(self) -> frozenset[str]:
         """Common keys, such as `tendon.length`, that the study or one of its cases gives for a single side."""
         linked = [key for axis in self.plan.study.linked for key in axis.numbers]
-        given = [*self.plan.study.numbers, *(key for case in self._cases for key in case), *linked]
+        given = (*self.plan.study.numbers, *self._of_cases, *linked)
         return frozenset(common for common, side in map(split_side, given) if side)
 
     @cached_property
-    def _cases(self) -> list[dict[str, float]]:
-        return [case_numbers(case) for case in self.plan.study.cases]
+    def _of_cases(self) -> dict[str, Input]:
+        """The numbers that cases give, NaN in those that do not."""
+        cases = [case_numbers(case) for case in self.plan.study.cases]
+        given = dict.fromkeys(key for case in cases for key in case)
+        return {key: Input(np.array([case.get(key, np.nan) for case in cases]), (0,)) for key in given}
 
     def source(self, key: str, side: str | None = None) -> Input:
-        """A number by its common key; with `side`, as it is on that side of the arm."""
+        """A number by its common key; with `side`, as it is on that side of the arm, whose own value goes first."""
         table, _, name = key.rpartition(".")
-        candidates = [f"{table}.{side}.{name}", key] if side else [key]
-        source = self._linked(candidates)
-        if source is None:
-            given = [self._given(candidates, case) for case in self._cases or [{}]]
-            source = self._one(given[0]) if len(set(given)) == 1 else self._per_case(given)
+        source = self._given(key, Input(np.array(np.nan)))  # a study may leave the width of the strap open
+        if side:
+            source = self._given(f"{table}.{side}.{name}", source)
         for axis in self.plan.study.linked:
             if key in axis.scales:
-                source = source.times(Input(axis.scales[key], (self.plan.study.axes.index(axis.key),)))
+                source = source.combined(self._along(axis.key, axis.scales[key]), np.multiply)
         return source
 
-    def _linked(self, candidates: list[str]) -> Input | None:
-        """A number that persons or draws set, more than what a case, an axis or the study says of the same key."""
-        study = self.plan.study
-        for key in candidates:
-            for axis in study.linked:
-                if key in axis.numbers:
-                    return Input(axis.numbers[key], (study.axes.index(axis.key),))
-            if key in study.numbers or any(key in case for case in self._cases):
-                break
-        return None
+    def _given(self, key: str, else_: Input) -> Input:
+        """What counts of a key: what persons or draws set, before a case, before the study."""
+        study, source = self.plan.study, else_
+        for axis in study.linked:
+            if key in axis.numbers:
+                return self._along(axis.key, axis.numbers[key])
+        if key in study.numbers:
+            number = study.numbers[key]
+            source = self._along(key, number.array) if number.is_axis else Input(np.array(number.single))
+        if (own := self._of_cases.get(key)) is not None:
+            if np.isnan(own.values).any():
+                own = own.combined(source, lambda own, said: np.where(np.isnan(own), said, own))
+            same = (own.values == own.values[:1]).all()
+            source = Input(own.values[0], own.axes[1:]) if same else own
+        return source
 
-    def _given(self, candidates: list[str], case: dict[str, float]) -> float | str:
-        """What counts for a case: a side's own value before the common one, the case's before the study's.
-
-        A number, or the key of the axis that gives it.
-        """
-        numbers = self.plan.study.numbers
-        for key in candidates:
-            if key in case:
-                return case[key]
-            if key in numbers:
-                return key if numbers[key].is_axis else numbers[key].single
-        if candidates == ["arm.contact_width"]:
-            return np.nan  # the one number that a study may leave open
-        raise KeyError(candidates[-1])
-
-    def _one(self, given: float | str) -> Input:
-        if isinstance(given, str):
-            index = self.plan.study.axes.index(given)
-            return Input(self.plan.study.numbers[given].array, (index,))
-        return Input(np.array(given))
-
-    def _per_case(self, given: list[float | str]) -> Input:
-        """A number that differs between cases; one that is an axis in other cases depends on both."""
-        sources = [self._one(each) for each in given]
-        along = next((source for source in sources if source.axes), None)
-        if along is None:
-            return Input(np.array([source.values for source in sources]), (0,))
-        rows = [np.broadcast_to(source.values, along.values.shape) for source in sources]
-        return Input(np.array(rows), (0, *along.axes))
+    def _along(self, axis: str, values: Values) -> Input:
+        return Input(values, (self.plan.study.axes.index(axis),))
 
     def flag(self, read: Callable[[str, str], bool]) -> Input | bool:
         """A choice of the model, which cases may differ in."""
@@ -146,15 +126,6 @@ class Inputs:
         return arm | sides | rest
 
     @cached_property
-    def _constant(self) -> dict[str, Real]:
-        """Those that are the same for all designs."""
-        return {key: float(source.values) for key, source in self._all.items() if not source.axes}
-
-    @cached_property
-    def _varying(self) -> dict[str, Input]:
-        return {key: source for key, source in self._all.items() if source.axes}
-
-    @cached_property
     def _unilateral(self) -> Input | bool:
         """Whether tendons cannot push."""
         return self.flag(lambda slack, _: slack == "unilateral")
@@ -163,7 +134,7 @@ class Inputs:
     def _from_initial(self) -> Input | bool:
         return self.flag(lambda _, reference: reference == "initial")
 
-    def motion(self, block: Block) -> tuple[npt.NDArray[np.float64], Flags]:
+    def motion(self, block: Block) -> tuple[Values, Flags]:
         """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
         flexion = np.array([direction == "flexion" for direction in self.plan.directions[block.directions]])
         return self.plan.elbow_angles[block.angles].reshape(1, -1), flexion.reshape(-1, 1)
@@ -209,7 +180,7 @@ class Inputs:
 
     def design(self, block: Block) -> Design:
         """The designs of a block, as the model takes them."""
-        number = self._constant | {key: source.within(block) for key, source in self._varying.items()}
+        number = {key: source.within(block) for key, source in self._all.items()}
 
         def side(name: str) -> Side:
             return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})

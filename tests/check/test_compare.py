@@ -86,7 +86,7 @@ def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
 
 
 def test_a_null_against_a_number_is_a_change():
-    shared = Shared((), {}, {}, ())
+    shared = Shared((), {}, {})
     one, none = np.array([1.0]), np.array([np.nan])
     change = _change("designs", "margin", one, none, 1.0, 0.5, shared, 0)
     assert (change.share, change.rows) == (np.inf, 1)

@@ -12,7 +12,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.figures.engine import Axes, mpl
 from tendon_cli.figures.frame import Frame, Page
 from tendon_cli.figures.labels import number
-from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, house_style, sequential_map
+from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, SEQUENTIAL, house_style
 
 Floats = npt.NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def route_page(
         page = Frame(PAGE_WIDTH, title, notes=(said, *notes), study=study).page(118.0)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
         shown = float(np.quantile(curve.curvature, 0.98)) if len(curve.curvature) else 0.0
-        colour = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, shown or 1.0), sequential_map())
+        colour = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, shown or 1.0), SEQUENTIAL)
         views = [page.figure.add_subplot(grid[0, at]) for at in range(3)]
         for axes, (across, up, name) in zip(views, _VIEWS, strict=True):
             _draw_view(axes, curve, marks, (across, up), colour)
