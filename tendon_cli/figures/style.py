@@ -123,8 +123,9 @@ def house_style() -> Iterator[None]:
 @cache
 def _settings() -> dict[str, Any]:
     """All settings of this style, as matplotlib reads them; called within `rc_context`."""
-    mpl.rcdefaults()
     settings: Any = mpl.rcParams
+    shipped = dict(mpl.rcParamsDefault)  # not by rcdefaults(), which reads all styles that matplotlib ships
+    dict.update(settings, {name: value for name, value in shipped.items() if name != "backend"})
     settings.update(_STYLE)
     found = dict(settings.copy())
     del found["backend"]
@@ -178,9 +179,10 @@ def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.Bytes
     for name, text in metadata.items():
         if text:
             told.add_text(name, text)
-    pixels = np.asarray(canvas.buffer_rgba())[:, :, :3]
+    pixels = np.asarray(canvas.buffer_rgba())
     height, width, _ = pixels.shape
-    rows = np.pad(pixels.reshape(height, -1), ((0, 0), (1, 0)))  # each begins with its filter: none
+    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
+    rows[:, 1:].reshape(height, width, 3)[...] = pixels[:, :, :3]
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # eight bits of red, green and blue
     size = struct.pack(">IIB", *2 * [round(_DPI / 0.0254)], 1)
     texts = ((kind, data) for kind, data, _ in told.chunks)
