@@ -29,6 +29,7 @@ _SECTIONS = {
     "kept": sections.kept_columns,
     "designs": sections.designs_sweep,
     "kernel": sections.kernel_share,
+    "lock": sections.lock,
     "memory": sections.memory,
     "start": starts.start_up,
     "figures": starts.figures,
@@ -47,6 +48,8 @@ def full(scratch: Path) -> Bench:
         designs=(50, 25, 20, 20),
         kernel=(64, 32, 16, 4),
         windows=(64, 64, 32),
+        many_parts=(50, 25, 22),
+        lock_parts=30,
         growing={
             "10^6, both tables": studies.states_study(25, 11, 5),
             studies.MANY_PARTS: studies.states_study(25, 25, 22),
@@ -59,7 +62,7 @@ def full(scratch: Path) -> Bench:
 def quick(scratch: Path) -> Bench:
     """A tenth of the sizes, for a look while working."""
     bench = full(scratch)
-    bench.rounds, bench.small_rounds = 2, 5
+    bench.rounds, bench.small_rounds, bench.lock_parts = 2, 5, 8
     bench.states, bench.designs = (25, 10, 11), (25, 20, 10, 10)
     bench.growing = {size: text for size, text in bench.growing.items() if "10^9" not in size}
     return bench

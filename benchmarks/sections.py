@@ -143,6 +143,17 @@ def kernel_share(bench: Bench) -> None:
         bench.report.add(Ratio.of(name, theirs, ours, target, "at least", f"{rates}; cc {said['options']}"))
 
 
+def lock(bench: Bench) -> None:
+    """How long a part of a study of many parts holds Python's lock, beside what it takes."""
+    bench.report.heading(f"Python's lock, a part with both tables in one thread (median of {bench.lock_parts} parts)")
+    study, folder = bench.study(studies.states_study(*bench.many_parts)), bench.fresh("lock")
+    said = said_by("lock", study, folder, bench.lock_parts)
+    shutil.rmtree(folder)
+    part, states = said["processor"], said["states"]
+    note = f"{1e3 * part:.0f} ms of processor time for {states:,} states, so {part / said['held']:.0f} cores at most"
+    bench.report.add(Ratio("ms under Python's lock for each part", 1e3 * said["held"], 5.0, note=note))
+
+
 def memory(bench: Bench) -> None:
     """Peak memory of the whole process tree as studies grow."""
     bench.report.heading("Peak memory of the process tree as studies grow (one run each)")

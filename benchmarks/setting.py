@@ -38,6 +38,9 @@ class Bench:
     """Values on the axes of `studies.designs_study`."""
     kernel: tuple[int, int, int, int]
     windows: tuple[int, int, int]
+    many_parts: tuple[int, int, int]
+    """Values on the axes of `studies.states_study`, with more parts than `lock_parts`."""
+    lock_parts: int
     growing: dict[str, str]
     """Studies of growing size, by their number of states."""
     threads: int = field(default_factory=cores)

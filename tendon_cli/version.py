@@ -2,5 +2,5 @@
 
 __version__ = "0.2.0"
 
-RESULTS_VERSION = 4
+RESULTS_VERSION = 5
 """Raised whenever the same study would give other tables, so that old and new results are never mixed."""

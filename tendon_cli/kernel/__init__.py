@@ -18,7 +18,7 @@ from __future__ import annotations
 import functools
 import importlib
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -35,12 +35,12 @@ from tendon_cli.model.limits import Bounds
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 9
+VERSION = 10
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
-RowWriter = Callable[[Columns, range], None]
-"""Writes some rows of a block into columns of that many rows."""
+RowWriter = Callable[[Columns, range], Collection[str] | None]
+"""Writes some rows of a block into columns of that many rows; says which hold NaN, or None where it was not asked."""
 
 
 @cache
@@ -71,7 +71,7 @@ def remark() -> str | None:
 def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     """What writes the rows of a block of states of a shape (designs' axes, directions, angles), the last axis fastest.
 
-    Columns are those of `State.columns`, `status` as int32, and those of `keys`, which broadcast to the shape and have
+    Columns are those of `State.columns`, `status` as int8, and those of `keys`, which broadcast to the shape and have
     the columns' types; of the results only those asked for are written. Safe from several threads.
     """
     chosen = kind()
@@ -79,10 +79,12 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
         state = State.of(at)
         return copied({**keys, "status": state.status, **state.columns()}, shape)
     given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
+    null = [name for name, values in spread.items() if np.isnan(values).any()]
 
-    def write(columns: Columns, rows: range) -> None:
+    def write(columns: Columns, rows: range) -> Collection[str]:
         wanted = {name: values for name, values in spread.items() if name in columns}
-        native().rows(chosen, shape, given, wanted, dict(columns), rows.start, len(rows))
+        results: list[str] = native().rows(chosen, shape, given, wanted, dict(columns), rows.start, len(rows))
+        return [*null, *results]
 
     return write
 

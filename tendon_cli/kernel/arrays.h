@@ -79,12 +79,14 @@ typedef struct {
     long bytes;
 } Key;
 
-/* Rows of states: `columns` in the order of RESULTS, then the keys' sources; a column that nobody wants is null. */
+/* Rows of states: `columns` in the order of RESULTS, then the keys' sources; a column that nobody wants is null.
+ * `no_number` becomes true of a column in which something is not a number. */
 typedef struct {
     Walk walk;
     Array arrays[INPUTS + MOST_AXES];
     double *column[COLUMNS];
-    int *status;
+    unsigned no_number[COLUMNS];
+    signed char *status;
     Key key[MOST_AXES];
     int keys;
     long first, count;

@@ -22,6 +22,8 @@
 typedef double Lanes __attribute__((vector_size(8 * LANES)));
 typedef long long Mask __attribute__((vector_size(8 * LANES)));
 
+typedef signed char Small __attribute__((vector_size(LANES)));
+
 #define INLINE static inline __attribute__((always_inline))
 
 INLINE Lanes same(double x) { return x - (Lanes){0}; }
@@ -54,12 +56,31 @@ INLINE int any(Mask which) {
 }
 #endif
 
+/* Which of the first `count` lanes are not numbers, a bit each. */
+INLINE unsigned no_numbers(Lanes a, long count) {
+#if LANES == 8 && defined(__AVX512F__)
+    unsigned found = (unsigned)_mm512_cmp_pd_mask(a, a, _CMP_UNORD_Q);
+#elif LANES == 4 && defined(__AVX2__)
+    unsigned found = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(a, a, _CMP_UNORD_Q));
+#else
+    unsigned found = 0;
+    for (int lane = 0; lane < LANES; lane++) found |= (unsigned)(a[lane] != a[lane]) << lane;
+#endif
+    return count >= LANES ? found : found & ((1u << count) - 1u);
+}
+
 /* A number that is at least `low`; what is not a number stays so. */
 INLINE Lanes at_least(Lanes low, Lanes a) { return larger(low, a); }
 
 INLINE void put(double *to, Lanes from, long count) {
     if (count >= LANES) memcpy(to, &from, sizeof from);
     else memcpy(to, &from, 8 * (unsigned long)count);
+}
+
+INLINE void put_small(signed char *to, Mask from, long count) {
+    Small small = __builtin_convertvector(from, Small);
+    if (count >= LANES) memcpy(to, &small, sizeof small);
+    else memcpy(to, &small, (unsigned long)count);
 }
 
 #endif

@@ -50,7 +50,7 @@ static int set_columns(Rows *what, Held *held, PyObject *keys, PyObject *columns
         if ((to = PyDict_GetItemString(columns, result_names[i])))
             if (!(what->column[i] = (double *)column(held, to, result_names[i], what->count, 8))) return 0;
     if ((to = PyDict_GetItemString(columns, "status")))
-        if (!(what->status = (int *)column(held, to, "status", what->count, 4))) return 0;
+        if (!(what->status = (signed char *)column(held, to, "status", what->count, 1))) return 0;
     while (PyDict_Next(keys, &place, &name, &from)) {
         if (what->keys == MOST_AXES) {
             PyErr_SetString(PyExc_ValueError, "more keys than there is room for");
@@ -69,7 +69,19 @@ static int set_columns(Rows *what, Held *held, PyObject *keys, PyObject *columns
     return 1;
 }
 
-/* rows(kind, shape, given, keys, columns, first, count): write some rows into columns of that many. */
+/* The names of the columns in which something is not a number. */
+static PyObject *without_number(const Rows *what) {
+    PyObject *names = PyList_New(0);
+    for (int i = 0; names && i < COLUMNS; i++) {
+        PyObject *name = what->no_number[i] ? PyUnicode_FromString(result_names[i]) : NULL;
+        if (what->no_number[i] && (!name || PyList_Append(names, name))) Py_CLEAR(names);
+        Py_XDECREF(name);
+    }
+    return names;
+}
+
+/* rows(kind, shape, given, keys, columns, first, count): write some rows into columns of that many; returns the names of
+ * results that are not everywhere a number. */
 static PyObject *call_rows(PyObject *self, PyObject *args) {
     const char *name;
     PyObject *shape, *given, *keys, *columns;
@@ -88,7 +100,10 @@ static PyObject *call_rows(PyObject *self, PyObject *args) {
         ready = what.first >= 0 && what.count >= 0 && what.first <= states - what.count;
         if (!ready) PyErr_SetString(PyExc_ValueError, "there are no such rows");
     }
-    return finish(&held, ready ? kind->rows : NULL, &what);
+    PyObject *done = finish(&held, ready ? kind->rows : NULL, &what);
+    if (!done) return NULL;
+    Py_DECREF(done);
+    return without_number(&what);
 }
 
 /* extremes(kind, shape, given, angle, found): fold all states into the arrays of `found`, over designs alone. */

@@ -50,13 +50,15 @@ static void copy(char *to, const char *from, long step, long bytes, long count) 
         long long value;
         memcpy(&value, from, 8);
         for (long i = 0; i < count; i++) memcpy(to + 8 * i, &value, 8);
+    } else if (bytes == 1) {
+        memset(to, *from, (unsigned long)count);
     } else {
         for (long i = 0; i < count; i++) memcpy(to + bytes * i, from, (unsigned long)bytes);
     }
 }
 
 /* States of a design in one direction from an angle on, into the columns from row `row` on. */
-static void write_line(const Rows *w, long angle, long angles, long row) {
+static void write_line(Rows *w, long angle, long angles, long row) {
     const Array *a = w->arrays;
     long axis = w->walk.axes - 1;
     Lanes in[INPUTS];
@@ -75,9 +77,11 @@ static void write_line(const Rows *w, long angle, long angles, long row) {
         Mask status = results_of(results, in, &g, &d);
         results[OF_flexor_moment_arm] = along(a, IN_moment_arm, axis, at, count);
         for (int column = 0; column < COLUMNS; column++)
-            if (w->column[column]) put(w->column[column] + row + done, results[column], count);
-        if (w->status)
-            for (long lane = 0; lane < LANES && lane < count; lane++) w->status[row + done + lane] = (int)status[lane];
+            if (w->column[column]) {
+                put(w->column[column] + row + done, results[column], count);
+                w->no_number[column] |= no_numbers(results[column], count);
+            }
+        if (w->status) put_small(w->status + row + done, status, count);
     }
 }
 

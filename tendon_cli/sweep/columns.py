@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -85,8 +86,16 @@ class Tables:
 
     def schema(self, table: str, part: int) -> pa.Schema:
         """The schema of one part of a table; what it says follows from the study and the versions alone."""
-        facts = {"table": table, **self._facts, "part": {"index": part, "of": self.inputs.plan.parts}}
-        return schema_of(self.designs if table == "designs" else self.states, facts)
+        first = self._schemas[table]
+        index = json.dumps({"index": part, "of": self.inputs.plan.parts}, sort_keys=True)
+        return first.with_metadata({**first.metadata, b"tendon.part": index})
+
+    @cached_property
+    def _schemas(self) -> dict[str, pa.Schema]:
+        """Those of the first part of each table."""
+        last = {"part": {"index": 0, "of": self.inputs.plan.parts}}
+        columns = {"designs": self.designs, "states": self.states}
+        return {table: schema_of(each, {"table": table, **self._facts, **last}) for table, each in columns.items()}
 
     def _nullable(self, result: str) -> bool:
         """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""

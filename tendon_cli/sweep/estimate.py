@@ -106,9 +106,9 @@ def _samples(plan: Plan) -> list[range]:
         return [part[: max(1, _MOST_STATES // plan.states_per_design)]]
     most = min(plan.designs, plan.part_designs, max(1, STATES_PER_PART // plan.states_per_design))
     runs = 1 if most == plan.designs else min(_SAMPLES, most)
-    length = most // runs
-    starts = [(plan.designs - length) * index // max(1, runs - 1) for index in range(runs)]
-    return [range(start, start + length) for start in starts]
+    lengths = [most * (index + 1) // runs - most * index // runs for index in range(runs)]
+    starts = [(plan.designs - length) * index // max(1, runs - 1) for index, length in enumerate(lengths)]
+    return [range(start, start + length) for start, length in zip(starts, lengths, strict=True)]
 
 
 def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:

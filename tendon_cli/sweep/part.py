@@ -26,8 +26,8 @@ from tendon_cli.sweep.windows import PlanWindows
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import Filler, RowGroups, TableFile, WrittenFile
 
-_BLOCKS_AT_ONCE = 4
-"""Blocks of a plan that compiled code best takes at once; the rows do not depend on it."""
+_BLOCKS_AT_ONCE = 8
+"""Blocks of a plan that compiled code best takes at once, together a part; the rows do not depend on it."""
 
 
 class RowSink(Protocol):

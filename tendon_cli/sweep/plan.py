@@ -150,16 +150,16 @@ class Plan:
 
     @property
     def part_designs(self) -> int:
-        """Designs in each part but the last. Without a row for each state, a part ends where an axis does.
+        """Designs in each part but the last: more than half of what may be, so that it ends where an axis does.
 
         So the part is one block, or a few where the axis does not go up in parts, and what does not depend on
         pretension, most often the slowest axis, is worked out once for each.
         """
         if self.states <= STATES_PER_FILE:
             return self.designs
-        if "states" in self.study.output.tables:
-            return max(1, STATES_PER_PART // self.states_per_design)
-        most = max(1, min(DESIGNS_PER_PART, STATES_PER_PART_WITHOUT_TABLE // self.states_per_design))
+        with_states = "states" in self.study.output.tables
+        states = STATES_PER_PART if with_states else STATES_PER_PART_WITHOUT_TABLE
+        most = max(1, min(DESIGNS_PER_PART, states // self.states_per_design))
         whole = 1
         for length in reversed(self.shape):
             if whole * length > most:

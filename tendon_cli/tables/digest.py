@@ -34,6 +34,8 @@ class StampedSink:
         self._before_footer = hashlib.sha256()
         self._footer: list[bytes] | None = None
         self.size = 0
+        self.footer = b""
+        """As it was stamped."""
         self.closed = False
         self.discards = False
         """Set where the file is given up: nothing more is written."""
@@ -83,10 +85,10 @@ class StampedSink:
         start = _digest_in(footer)
         if start is None:
             raise ValueError("the footer has no place for a digest")
-        stamped = footer[:start] + self._passed.hexdigest().encode() + footer[start + 64 :]
+        self.footer = footer[:start] + self._passed.hexdigest().encode() + footer[start + 64 :]
         self._file.seek(self.size - len(footer))
-        self._file.write(stamped)
-        self._before_footer.update(stamped)
+        self._file.write(self.footer)
+        self._before_footer.update(self.footer)
         return self._before_footer.hexdigest()
 
 

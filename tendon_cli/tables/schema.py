@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -40,17 +41,25 @@ class Column:
         meaning = quantity.unit, quantity.long_name
         return cls(named, "number", *meaning, is_axis=is_axis, quantity=quantity.name, nullable=nullable)
 
-    @property
+    @cached_property
     def type(self) -> pa.DataType:
         """The Arrow type; text is a dictionary, which pandas reads as a categorical."""
         if self.kind == "text":
-            return pa.dictionary(pa.int8() if len(self.choices) < 128 else pa.int32(), pa.string())
+            return pa.dictionary(pa.int8() if self.dtype == np.int8 else pa.int32(), pa.string())
         return {"number": pa.float64(), "count": pa.int64(), "truth": pa.bool_()}[self.kind]
 
-    @property
+    @cached_property
     def dtype(self) -> np.dtype[Any]:
         """What its values are gathered as; text by its place in `choices`."""
-        return np.dtype({"number": np.float64, "text": np.int32, "count": np.int64, "truth": np.bool_}[self.kind])
+        place = np.int8 if len(self.choices) < 128 else np.int32
+        return np.dtype({"number": np.float64, "text": place, "count": np.int64, "truth": np.bool_}[self.kind])
+
+    @cached_property
+    def words(self) -> pa.StringArray:
+        """Its choices as Arrow has them; built from buffers, because the library's own conversions import pandas."""
+        encoded = [word.encode() for word in self.choices]
+        ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
+        return pa.StringArray.from_buffers(len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
 
     @property
     def field(self) -> pa.Field:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
@@ -16,15 +16,21 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tendon_cli.files import output_errors, sync_folder, temporary_of
+from tendon_cli.files import open_file, output_errors, sync_folder, temporary_of
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
 from tendon_cli.tables.schema import Column
 
 _ROWS_AT_ONCE = 1 << 17
 """Most rows in a page and most that are encoded at once."""
 
-Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], None]
-"""Writes some rows of a block into arrays of that many rows, by column; NaN stands for null."""
+_BYTES_AT_ONCE = 1 << 16
+"""That are passed on to Python, which holds its lock for each write: most are of a few bytes, a header's."""
+
+Filler = Callable[[Mapping[str, npt.NDArray[Any]], range], Collection[str] | None]
+"""Writes some rows of a block into arrays of that many rows, by column; NaN stands for null.
+
+It says in which columns it wrote NaN, or None where these are to be searched for it.
+"""
 
 
 @dataclass(frozen=True)
@@ -59,9 +65,10 @@ class RowGroups:
         self._capacity = max(1, min(at_once or row_group, rows))
         self._buffers = {column.name: np.empty(self._capacity, column.dtype) for column in columns}
         self._filled = 0
+        self._with_nan: set[str] | None = set()
         self.rows = 0
         self.sink = StampedSink(file)
-        self._stream = pa.PythonFile(self.sink, mode="w")
+        self._stream = pa.BufferedOutputStream(pa.PythonFile(self.sink, mode="w"), _BYTES_AT_ONCE)
         self._writer = pq.ParquetWriter(self._stream, schema, **_encoding(columns))
 
     def fill(self, count: int, write: Filler) -> None:
@@ -71,7 +78,8 @@ class RowGroups:
             rows = range(start, min(count, start + self._capacity - self._filled))
             until = self._filled + len(rows)
             here = {name: column[self._filled : until] for name, column in self._buffers.items()}
-            write(here, rows)
+            with_nan = write(here, rows)
+            self._with_nan = None if with_nan is None or self._with_nan is None else self._with_nan.union(with_nan)
             self._filled, start = until, rows.stop
             if self._filled == self._capacity:
                 self._write()
@@ -93,13 +101,18 @@ class RowGroups:
         self._writer.close()
         self._stream.close()
         self._buffers = {}
+        if self._writer.writer.metadata.num_rows != self.rows:
+            raise OSError("the file does not have the rows that were written")
         return WrittenFile(self.rows, self.sink.size, self.sink.stamp())
 
     def _write(self) -> None:
-        arrays = [_array(column, self._buffers[column.name][: self._filled]) for column in self._columns]
+        known, arrays = self._with_nan, []
+        for column in self._columns:
+            values = self._buffers[column.name][: self._filled]
+            arrays.append(_array(column, values, nulls=_has_nan(values) if known is None else column.name in known))
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group)
         self.rows += self._filled
-        self._filled = 0
+        self._filled, self._with_nan = 0, set()
 
 
 class TableFile:
@@ -166,9 +179,13 @@ class TableFile:
         return written
 
     def _check(self, written: WrittenFile) -> None:
-        """What stands on the disk has the length that was written, and a footer that says so many rows."""
-        if self.temporary.stat().st_size != written.size or pq.read_metadata(self.temporary).num_rows != written.rows:
-            raise OSError("the file on the disk is not what was written")
+        """What stands on the disk has the length that was written, and the very footer."""
+        footer = self._groups.sink.footer
+        with open_file(self.temporary) as file:
+            is_whole = file.seek(0, os.SEEK_END) == written.size
+            file.seek(written.size - len(footer))
+            if not is_whole or file.read() != footer:
+                raise OSError("the file on the disk is not what was written")
 
 
 def _encoding(columns: Sequence[Column]) -> dict[str, object]:
@@ -195,25 +212,17 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     }
 
 
-def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
+def _array(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
     """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
 
     Built from buffers, because the library's own conversions import pandas.
     """
     if column.kind == "text":
-        width = np.int8 if column.type.index_type == pa.int8() else np.int32
-        positions = _from_buffers(column.type.index_type, values.astype(width))
-        return pa.DictionaryArray.from_arrays(positions, _texts(column.choices), safe=False)
-    nulls = _has_nan(values)
+        positions = _from_buffers(column.type.index_type, values)
+        return pa.DictionaryArray.from_arrays(positions, column.words, safe=False)
     if nulls and not column.nullable:
         raise RuntimeError(f"{column.name} has a value that is not a number, and cannot be null")
     return _from_buffers(column.type, values, nulls=nulls)
-
-
-def _texts(words: Sequence[str]) -> pa.StringArray:
-    encoded = [word.encode() for word in words]
-    ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
-    return pa.StringArray.from_buffers(len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
 
 
 def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any], *, nulls: bool = False) -> pa.Array:

@@ -24,8 +24,8 @@ stiffness = ["1 kN/m", "2 kN/m", "3 kN/m"]
 [motion]
 elbow_angle = { from = "0 deg", to = "90 deg", num = 25 }
 """
-"""39 designs of 50 states, 4 designs in a part: 10 parts."""
-PARTS = 10
+"""39 designs of 50 states, 3 designs in a part, where the springs end: 13 parts."""
+PARTS = 13
 
 
 @dataclass

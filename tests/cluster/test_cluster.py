@@ -97,10 +97,10 @@ def test_progress_is_all_that_is_said(tendon, study, cluster):
 
 
 def test_a_part_that_fails_is_named_with_its_worker_and_the_others_are_kept(tendon, study, cluster, local, hashes_in):
-    cluster.set(fail=8)
+    cluster.set(fail=9)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    for words in ("part 2 (designs 8 to 11", "tendon.pretension=90", "FloatingPointError: something odd", "on worker"):
+    for words in ("part 3 (designs 9 to 11", "tendon.pretension=105", "FloatingPointError: something odd", "on worker"):
         assert words in ran.json["error"]["message"]
     assert recorded() == PARTS - 1
     cluster.set()

@@ -51,7 +51,7 @@ def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
     cluster = start_cluster(2, nanny=True, kill=12)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    for words in ("1 of 10 parts failed", "part 3 (designs 12 to 15", "tendon.pretension=120", "workers died of it"):
+    for words in ("1 of 13 parts failed", "part 4 (designs 12 to 14", "tendon.pretension=120", "workers died of it"):
         assert words in ran.json["error"]["message"]
     assert recorded() == PARTS - 1
     assert leftovers("run") == []
@@ -66,8 +66,8 @@ def test_a_cluster_without_workers_ends_the_run(tendon, study, start_cluster, mo
     monkeypatch.setattr(cluster_module, "PATIENCE", 0.5)
     ran = tendon(*SWEEP, "--json", "--jobs", "1", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    assert "no worker is left; 1 parts were being computed: part 3 (designs 12" in ran.json["error"]["message"]
-    assert recorded() == 3
+    assert "no worker is left; 1 parts were being computed: part 4 (designs 12" in ran.json["error"]["message"]
+    assert recorded() == 4
     monkeypatch.setattr(link, "CONNECT", 1.0)
     ran = tendon(*SWEEP, "--json", "--resume", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["message"]) == (6, "the cluster has no workers")

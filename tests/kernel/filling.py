@@ -97,7 +97,11 @@ def _written(write, kinds, rows):
     """What a writer writes. It touches no row beside those asked for."""
     wide = {name: np.full(len(rows) + 2 * _MARGIN, 77, kind) for name, kind in kinds.items()}
     within = slice(_MARGIN, _MARGIN + len(rows))
-    write({name: values[within] for name, values in wide.items()}, rows)
+    with_nan = write({name: values[within] for name, values in wide.items()}, rows)
+    if with_nan is not None:
+        assert set(with_nan) == {
+            name for name, values in wide.items() if values.dtype.kind == "f" and np.isnan(values[within]).any()
+        }
     for name, values in wide.items():
         assert (values[:_MARGIN] == 77).all(), name
         assert (values[within.stop :] == 77).all(), name

@@ -52,7 +52,7 @@ def situation_of(rng, slack):
 def rows_of(at, whole):
     """Every column of the states, by whatever code is chosen."""
     count = int(np.prod(whole))
-    columns = {name: np.empty(count) for name in State.of(at).columns()} | {"status": np.empty(count, np.int32)}
+    columns = {name: np.empty(count) for name in State.of(at).columns()} | {"status": np.empty(count, np.int8)}
     kernel.row_writer(at, whole, {})(columns, range(count))
     return {name: column.reshape(*whole[:-2], -1) for name, column in columns.items()}
 

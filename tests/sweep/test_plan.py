@@ -119,8 +119,13 @@ def test_parts_tile_the_designs_and_follow_from_the_study_alone(shape, part_stat
         assert {len(part) for part in parts[:-1]} <= {plan.part_designs}
         assert parts == [other.part(index) for index in range(other.parts)]
         assert sum(plan.rows("states", part) for part in parts) == plan.states
-        most = plan.designs if plan.states <= part_states else max(1, part_states // plan.states_per_design)
-        assert plan.part_designs == most
+        if plan.states <= part_states:
+            assert plan.part_designs == plan.designs
+            return
+        most = max(1, part_states // plan.states_per_design)
+        assert most / 2 < plan.part_designs <= most
+        of_whole_axes = [math.prod(shape[at:]) for at in range(len(shape) + 1)]
+        assert plan.part_designs % max(count for count in of_whole_axes if count <= most) == 0
 
 
 def test_parts_are_longer_where_no_states_are_written(monkeypatch):

@@ -16,6 +16,7 @@ import pytest
 from tendon_cli.errors import InputError, OutputError
 from tendon_cli.files import write_whole
 from tendon_cli.sweep.part import PartMaker
+from tendon_cli.tables import write as write_module
 from tendon_cli.tables.digest import StampedSink
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.write import TableFile
@@ -221,6 +222,53 @@ def test_a_part_of_another_table_is_refused(parted):
 # --- Writing that fails ----------------------------------------------------------------------------------------------
 
 
+def cut(file, _size):
+    file.truncate(file.seek(0, os.SEEK_END) - 1)
+
+
+def lengthen(file, _size):
+    file.seek(0, os.SEEK_END)
+    file.write(b"x")
+
+
+def turn_a_bit_of_the_footer(file, size):
+    file.seek(size - 100)
+    byte = file.read(1)[0]
+    file.seek(size - 100)
+    file.write(bytes([byte ^ 1]))
+
+
+@pytest.mark.parametrize("damage", [cut, lengthen, turn_a_bit_of_the_footer])
+def test_a_file_that_the_disk_holds_otherwise_than_it_was_written_is_not_put_in_place(
+    tmp_path, one_table, monkeypatch, damage
+):
+    fsync = os.fsync
+
+    def flushed(handle):
+        fsync(handle)
+        for path in tmp_path.glob(".*"):
+            with path.open("r+b") as file:
+                damage(file, path.stat().st_size)
+
+    monkeypatch.setattr(os, "fsync", flushed)
+    with pytest.raises(OutputError, match="not what was written"):
+        one_table(tmp_path / "states.parquet")
+    assert not list(tmp_path.iterdir())
+
+
+def test_rows_that_the_writer_loses_are_missed(tmp_path, one_table, monkeypatch):
+    write_table, calls = pq.ParquetWriter.write_table, []
+
+    def lossy(self, table, **options):
+        calls.append(1)
+        write_table(self, table.slice(0, 3) if len(calls) == 1 else table, **options)
+
+    monkeypatch.setattr(pq.ParquetWriter, "write_table", lossy)
+    with pytest.raises(OutputError, match="does not have the rows"):
+        one_table(tmp_path / "states.parquet")
+    assert not list(tmp_path.iterdir())
+
+
 def full_disk(*_args, **_options):
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -247,8 +295,9 @@ FAILURES = {
 
 
 @pytest.fixture
-def one_table(small):
-    """What it takes to write a table: its columns, its schema and one block of rows."""
+def one_table(small, monkeypatch):
+    """What it takes to write a table: its columns, its schema and one block of rows, and a buffer for hardly a page."""
+    monkeypatch.setattr(write_module, "_BYTES_AT_ONCE", 64)
 
     def write(file):
         maker = PartMaker(small.plan, file.parent)
