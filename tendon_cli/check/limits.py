@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.check.states import worst_state
-from tendon_cli.model.statics import SLACK_TOLERANCE
+from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.tables.read import TableFiles

@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.statics import pretension_shortfall
+from tendon_cli.model.response import pretension_shortfall
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 

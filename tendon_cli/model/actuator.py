@@ -11,30 +11,15 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.model import sheath, statics
-from tendon_cli.model.design import Design, Limb, Side
-from tendon_cli.model.kinematics import Array, Kinematics, Real, kinematics
-from tendon_cli.model.statics import Balance, Coupling, Flag, Flags, Response, Status
+from tendon_cli.model import statics
+from tendon_cli.model.design import Design, Limb
+from tendon_cli.model.kinematics import Array, Flag, Flags, Kinematics, Real, kinematics
+from tendon_cli.model.response import Coupling, Response, coupling, respond
+from tendon_cli.model.statics import Balance, Status
+from tendon_cli.model.transmission import Transmission, motor_arms, transmissions
 
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
-
-
-@dataclass(frozen=True, eq=False)
-class Transmission:
-    """What a sheathed tendon and its spring do to distal tension, per side and direction."""
-
-    capstan: Array
-    """Distal over proximal tension."""
-    tendon: Array
-    """Elongation of the tendon per distal newton, m/N."""
-    spring: Array
-    """1 / K_SE, m/N."""
-
-    @property
-    def compliance(self) -> Array:
-        """c, elongation of tendon and spring per distal newton, m/N."""
-        return np.asarray(self.tendon + self.spring)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +57,7 @@ class Situation:
     @cached_property
     def coupling(self) -> Coupling:
         """What ties the two tensions together."""
-        return statics.coupling(
+        return coupling(
             moment_arm=self.motion.pulling_arm,
             elbow_radius=self.design.arm.anchors.elbow_radius,
             ratio=self.design.ratio,
@@ -86,13 +71,26 @@ class Situation:
     @cached_property
     def response(self) -> Response:
         """How the tensions follow pretension."""
-        return statics.respond(self.coupling, unilateral=self.design.unilateral)
+        return respond(self.coupling, unilateral=self.design.unilateral)
 
     @cached_property
     def held_stiffness(self) -> tuple[Array, Array]:
         """Elbow stiffness, taut and slack, but for what the flexor's tension takes of it, N m/rad."""
         slope = self.gravity_moment * self.cosine
         return statics.held_stiffness(self.coupling, self.response, slope, unilateral=self.design.unilateral)
+
+    @cached_property
+    def slack_lengths(self) -> tuple[Array, Array]:
+        """Slack length per loose path of the side that is slack, and that of a taut one, m."""
+        unilateral, (flexor, extensor) = np.asarray(self.design.unilateral), self.slack_per_path
+        per_path = np.where(self.coupling.elbow_torque < 0.0, flexor, extensor)
+        is_known = unilateral & ~np.isnan(self.coupling.moment_arm)
+        return np.where(unilateral & ~self.response.idle, per_path, np.nan), np.where(is_known, 0.0, np.nan)
+
+    @property
+    def slack_per_path(self) -> tuple[Array, Array]:
+        """Slack length of flexor and extensor per loose path, at the spool's ratio."""
+        return 1.0 / np.asarray(self.design.ratio), np.ones(())
 
     @cached_property
     def motor_arms(self) -> tuple[Array, Array]:
@@ -135,21 +133,22 @@ class State:
 
     @property
     def flexor_slack(self) -> Array:
-        """Length, m: the loose path belongs to the slack side, at the spool's ratio."""
-        return self._slack_length(self.balance.flexor_slack, 1.0 / np.asarray(self.situation.design.ratio))
+        """Length, m: the loose path belongs to the slack side."""
+        return self._slack_length(self.balance.flexor_slack)
 
     @property
     def extensor_slack(self) -> Array:
         """Length, m."""
-        return self._slack_length(self.balance.extensor_slack, None)
+        return self._slack_length(self.balance.extensor_slack)
 
-    def _slack_length(self, slack: Flags, per_path: Array | None) -> Array:
-        balance, unilateral = self.balance, np.asarray(self.situation.design.unilateral)
-        alone = unilateral & ~(balance.flexor_slack & balance.extensor_slack)
-        taut = np.where(alone & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
-        if not slack.any():
-            return taut
-        return np.where(slack & alone, balance.path if per_path is None else balance.path * per_path, taut)
+    @property
+    def longest_slack(self) -> Array:
+        """Length of the side that is slack, 0 where none is, m."""
+        return self._slack_length(self.balance.is_slack)
+
+    def _slack_length(self, slack: Flags) -> Array:
+        per_path, taut = self.situation.slack_lengths
+        return np.where(slack, self.balance.path * per_path, taut) if slack.any() else taut
 
     @property
     def elbow_torque(self) -> Array:
@@ -160,7 +159,9 @@ class State:
     def motor_torque(self) -> Array:
         """τ_m (Eq. 17), N m."""
         flexor_arm, extensor_arm = self.situation.motor_arms
-        return np.asarray(self.balance.flexor * flexor_arm - self.balance.extensor * extensor_arm)
+        torque = self.balance.flexor * flexor_arm
+        torque -= self.balance.extensor * extensor_arm
+        return np.asarray(torque)
 
     @property
     def elbow_stiffness(self) -> Array:
@@ -240,29 +241,6 @@ def gravity_torque(arm: Limb, load_mass: Real, elbow_angle: Real) -> tuple[Array
     moment = gravity_moment(arm, load_mass)
     inclination = np.add(elbow_angle, arm.upper_arm_angle)
     return np.asarray(moment * np.sin(inclination)), np.asarray(moment * np.cos(inclination))
-
-
-def transmission(side: Side, toward: Real) -> Transmission:
-    """Capstan ratio and distal compliances of one side (Eqs. 6 and 13); `toward` is σ of `sheath`."""
-    return Transmission(
-        capstan=sheath.capstan_ratio(side.friction, side.bend_angle, toward),
-        tendon=sheath.tendon_compliance(
-            side.length, side.diameter, side.youngs_modulus, side.friction, side.bend_angle, toward
-        ),
-        spring=np.asarray(1.0 / np.asarray(side.spring_stiffness)),
-    )
-
-
-def transmissions(design: Design, flexion: Flag) -> tuple[Transmission, Transmission]:
-    """Flexor and extensor. In flexion the flexor is pulled toward the motor, the extensor dragged toward the elbow."""
-    pulled = np.where(flexion, sheath.TOWARD_MOTOR, sheath.TOWARD_ELBOW)
-    return transmission(design.flexor, pulled), transmission(design.extensor, -pulled)
-
-
-def motor_arms(design: Design, flexor: Transmission, extensor: Transmission) -> tuple[Array, Array]:
-    """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
-    radius = design.flexor_radius
-    return np.asarray(radius / flexor.capstan), np.asarray(design.ratio * radius / extensor.capstan)
 
 
 def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:

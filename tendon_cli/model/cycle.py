@@ -7,19 +7,16 @@ out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, is_dataclass
-from typing import Any, TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import State, evaluate
-from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.design import Design, changed
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.motor import motor_rates
-from tendon_cli.model.statics import Flags
 
-Part = TypeVar("Part")
 _LONGEST_STEP = float(np.radians(1.0))
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
 _HALVINGS = 30
@@ -149,16 +146,9 @@ def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Arr
     return np.where(alike, stop, high)
 
 
-def taken(part: Part, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Part:
+def taken(design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Design:
     """Some states' designs of all, one after the other."""
-    chosen: dict[str, Any] = {}
-    for field in fields(part):  # type: ignore[arg-type]
-        value = getattr(part, field.name)
-        if is_dataclass(value):
-            chosen[field.name] = taken(value, shape, at)
-        else:
-            chosen[field.name] = np.broadcast_to(value, shape)[at] if np.ndim(value) else value
-    return type(part)(**chosen)
+    return changed(design, lambda values: np.broadcast_to(values, shape)[at])
 
 
 def _over(extreme: np.ufunc, values: Array) -> Array:

@@ -5,12 +5,14 @@ All fields are scalars or arrays that broadcast against each other. SI units, an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Anchors, Real
-from tendon_cli.model.statics import Flag
+from tendon_cli.model.kinematics import Anchors, Flag, Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,3 +69,18 @@ class Design:
     """Measure the flexor's travel from L_c(0) instead of b1 + b2."""
     unilateral: Flag = True
     """A tendon cannot push; otherwise the paper's bilateral model."""
+
+
+Made = TypeVar("Made")
+
+
+def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Made:
+    """A design, or what is made of one, with each of its arrays changed; numbers are left as they are."""
+    values: dict[str, Any] = {}
+    for field in fields(made):  # type: ignore[arg-type]
+        value = getattr(made, field.name)
+        if is_dataclass(value):
+            values[field.name] = changed(value, change)
+        elif np.ndim(value):
+            values[field.name] = change(value)
+    return replace(made, **values)  # type: ignore[type-var]

@@ -7,17 +7,20 @@ are the extremes of the rows to the last bit.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import statics
 from tendon_cli.model.actuator import Situation, State
-from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.design import Design, changed
+from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure, spool_to_tendon
+from tendon_cli.model.portions import Kind, Place, StateAxes, cut
+from tendon_cli.model.response import SLACK_TOLERANCE
 
 Found = dict[str, Array]
 """Over designs, by name."""
@@ -31,8 +34,11 @@ _LARGEST = (
     "highest_elbow_torque", "highest_motor_torque",
 )  # fmt: skip
 COUNTS = ("slack", "no_equilibrium", "unstable")
-STATES_AT_ONCE = 2**16
-"""More than a few passes over them would have the processor fetch from memory."""
+_TENSIONS = ("low_flexor", "high_flexor", "low_extensor", "high_extensor")
+_OVER_ANGLES = dict.fromkeys(
+    (*_TENSIONS, "lowest_motor_torque", "highest_motor_torque", "min_elbow_stiffness"), np.nan
+) | {"slack": 0.0, "first_slack_angle": np.inf, "unstable": 0.0}  # fmt: skip
+"""What states at a pretension come to over elbow angles, tensions at the distal end, and where none is so."""
 
 
 def begin(shape: tuple[int, ...]) -> Found:
@@ -42,72 +48,127 @@ def begin(shape: tuple[int, ...]) -> Found:
 
 
 def fold(found: Found, at: Situation, elbow_angle: Array) -> None:
-    """Take in states, whose last two axes are directions and elbow angles (rad); the others are those of `found`."""
-    states = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
-    required = np.fmax.reduce(at.response.shortfall, axis=-1)
-    _take(found, _before_pretension(at, states) | {"required_pretension": np.fmax.reduce(required, axis=-1)})
-    for place, pretensions in _stretches(at, (*found["slack"].shape, *states)):
-        here = {name: values[place] if place else values for name, values in found.items()}  # () gives no view
-        _take(here, _at_pretension(State(at, *pretensions), required, elbow_angle))
+    """Take in states, whose last two axes are directions and elbow angles (rad); the others are those of `found`.
+
+    What does not depend on pretension is worked out once for all pretensions, in portions of states.
+    """
+    shape = (*found["slack"].shape, *np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:])
+    axes, ascending = StateAxes(shape, _axis_of_pretension(at, shape)), np.argsort(elbow_angle)
+
+    def laid(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
+        return axes.laid(values if values.shape[-1] == 1 else values[..., ascending])
+
+    at, angles, into = changed(at, laid), laid(elbow_angle), begin(axes.designs)
+    for place in axes.portions():
+        _take(into, _of_portion(changed(at, partial(cut, place=place)), cut(angles, place).ravel(), axes))
+    _take(found, {name: axes.back(values) for name, values in into.items()})
 
 
-def _before_pretension(at: Situation, states: tuple[int, ...]) -> Found:
-    """What states come to whatever their pretension."""
+def _axis_of_pretension(at: Situation, shape: tuple[int, ...]) -> int | None:
+    """The longest axis of designs that nothing but pretension depends on; None where there is none."""
+    others = *vars(at.coupling).values(), *at.motor_arms, at.design.unilateral
+    known = np.broadcast_shapes((1,) * len(shape), *map(np.shape, others))
+    free = (axis for axis, length in enumerate(shape[:-2]) if known[axis] == 1 < length)
+    return max(free, key=shape.__getitem__, default=None)
+
+
+def _of_portion(at: Situation, elbow_angle: Array, axes: StateAxes) -> Found:
+    """What some ascending elbow angles of a direction come to, over designs as they are laid out."""
+    along = axes.angles
+    met = {name: np.full(axes.designs, start) for name, start in _OVER_ANGLES.items()}
+    for run, state in _states(at, axes):
+        for name, values in _over_angles(state, elbow_angle, along).items():
+            met[name][run] = values
+    before, sides = _before_pretension(at, along), (at.design.flexor.pretension, at.design.extensor.pretension)
+    surplus = (
+        at.coupling.common_pretension(*sides) - before["required_pretension"]
+    )  # rounding keeps the order of states
+    taut = len(elbow_angle) > met["slack"] + before["no_equilibrium"]
+    return before | _of_tensions(at, met) | {
+        "margin": np.fmin(surplus, np.minimum(*sides)),
+        "max_slack": np.fmax(_longest_slack(at, axes), np.where(taut & at.design.unilateral, 0.0, np.nan)),
+    }  # fmt: skip
+
+
+def _states(at: Situation, axes: StateAxes) -> Iterator[tuple[Place, State]]:
+    """The states at some pretensions after the other, and the places of these."""
+    sides = at.design.flexor.pretension, at.design.extensor.pretension
+    for run in axes.runs():
+        yield (
+            run,
+            State(at, *(cut(side, run) if isinstance(side, np.ndarray) and side.ndim else side for side in sides)),
+        )
+
+
+def _longest_slack(at: Situation, axes: StateAxes) -> Array:
+    """The longest slack length over elbow angles, m; NaN where no side is slack.
+
+    Rounding keeps the order of states, so that on either side it is that of the state with the largest shortfall, if
+    this is slack. Where another may be and this not, which takes two as near as the tolerance of slack, all are seen.
+    """
+    response, along, unilateral = at.response, axes.angles, np.asarray(at.design.unilateral)
+    pretension = at.coupling.common_pretension(at.design.flexor.pretension, at.design.extensor.pretension)
+    longest, backward = np.full(axes.designs, np.nan), at.coupling.elbow_torque < 0.0
+    for is_side, per_path in zip((backward, ~backward), at.slack_per_path, strict=True):
+        shortfall, limit = (
+            np.where(is_side & unilateral & ~response.idle, values, -np.inf)
+            for values in (response.shortfall, response.limit)
+        )
+        largest = np.fmax.reduce(shortfall, axis=along, keepdims=True)
+        its = np.fmax.reduce(np.where(shortfall == largest, limit, -np.inf), axis=along, keepdims=True)
+        if np.any((pretension >= its) & (pretension < np.fmax.reduce(limit, axis=along, keepdims=True))):
+            for run, state in _states(at, axes):
+                longest[run] = np.fmax.reduce(state.longest_slack, axis=along, keepdims=True)
+            return longest
+        length = statics.loose_path(at.coupling, pretension - largest) * per_path
+        longest = np.fmax(longest, np.where(pretension < its, length, np.nan))
+    return longest
+
+
+def _before_pretension(at: Situation, along: int) -> Found:
+    """What states come to whatever their pretension, over elbow angles along an axis."""
     unanswerable = np.isnan(at.coupling.moment_arm)
     torque = np.where(unanswerable, np.nan, at.coupling.elbow_torque)
-    whole = np.broadcast_to(unanswerable, (*unanswerable.shape[:-2], *states))
     return {
-        "lowest_elbow_torque": _over(np.fmin, torque),
-        "highest_elbow_torque": _over(np.fmax, torque),
-        "no_equilibrium": _over(np.add, whole),
+        "lowest_elbow_torque": np.fmin.reduce(torque, axis=along, keepdims=True),
+        "highest_elbow_torque": np.fmax.reduce(torque, axis=along, keepdims=True),
+        "no_equilibrium": np.add.reduce(unanswerable, axis=along, keepdims=True),
+        "required_pretension": np.fmax.reduce(at.response.shortfall, axis=along, keepdims=True),
     }
 
 
-def _at_pretension(state: State, required: Array, elbow_angle: Array) -> Found:
-    """What states come to at their pretensions; `required` is the smallest that keeps all of a direction taut, N."""
-    motor, stiffness, slack = state.motor_torque, state.elbow_stiffness, state.balance.is_slack
-    smaller = np.minimum(state.flexor_pretension, state.extensor_pretension)
-    surplus = _of_designs(state.balance.pretension) - required
-    values = _tensions(state) | {
-        "max_slack": np.fmax(_over(np.fmax, state.flexor_slack), _over(np.fmax, state.extensor_slack)),
-        "lowest_motor_torque": _over(np.fmin, motor),
-        "highest_motor_torque": _over(np.fmax, motor),
-        "min_elbow_stiffness": _over(np.fmin, stiffness),
-        "margin": np.fmin(np.fmin.reduce(surplus, axis=-1), _of_designs(_of_designs(smaller))),
+def _over_angles(state: State, elbow_angle: Array, along: int) -> dict[str, npt.NDArray[Any]]:
+    """What states come to at their pretensions over ascending elbow angles, by the names of `_OVER_ANGLES`."""
+    x, y, motor, stiffness = state.balance.flexor, state.balance.extensor, state.motor_torque, state.elbow_stiffness
+    values = {
+        "low_flexor": np.fmin.reduce(x, axis=along, keepdims=True),
+        "high_flexor": np.fmax.reduce(x, axis=along, keepdims=True),
+        "low_extensor": np.fmin.reduce(y, axis=along, keepdims=True),
+        "high_extensor": np.fmax.reduce(y, axis=along, keepdims=True),
+        "lowest_motor_torque": np.fmin.reduce(motor, axis=along, keepdims=True),
+        "highest_motor_torque": np.fmax.reduce(motor, axis=along, keepdims=True),
+        "min_elbow_stiffness": np.fmin.reduce(stiffness, axis=along, keepdims=True),
     }
-    if slack.any():
-        values["slack"] = _over(np.add, slack)
-        values["first_slack_angle"] = _over(np.fmin, np.where(slack, elbow_angle, np.nan))
+    if (slack := state.balance.is_slack).any():
+        values["slack"] = count = np.add.reduce(slack, axis=along, keepdims=True, dtype=np.int16)
+        first = elbow_angle[slack.argmax(axis=along, keepdims=True)]
+        values["first_slack_angle"] = np.where(count > 0, first, np.inf)
     if (unstable := stiffness < 0.0).any():
-        values["unstable"] = _over(np.add, unstable)
+        values["unstable"] = np.add.reduce(unstable, axis=along, keepdims=True, dtype=np.int16)
     return values
 
 
-def _tensions(state: State) -> Found:
-    """Tension only scales along a sheath, and the spring's extension with it, so those of each direction suffice."""
-    at, x, y = state.situation, state.balance.flexor, state.balance.extensor
-    low_x, high_x, low_y, high_y = (ufunc.reduce(each, axis=-1) for each in (x, y) for ufunc in (np.fmin, np.fmax))
-    capstan_x, capstan_y = _of_designs(at.flexor.capstan), _of_designs(at.extensor.capstan)
-    spring_x, spring_y = _of_designs(at.flexor.spring), _of_designs(at.extensor.spring)
-    highest = np.fmax(np.fmax(high_x, high_x / capstan_x), np.fmax(high_y, high_y / capstan_y))
-    return {
-        "min_flexor_tension": np.fmin.reduce(np.fmin(low_x, low_x / capstan_x), axis=-1),
-        "min_extensor_tension": np.fmin.reduce(np.fmin(low_y, low_y / capstan_y), axis=-1),
-        "max_tension": np.fmax.reduce(highest, axis=-1),
-        "max_extensor_distal": np.fmax.reduce(high_y, axis=-1),
-        "max_spring_extension": np.fmax.reduce(np.fmax(high_x * spring_x, high_y * spring_y), axis=-1),
+def _of_tensions(at: Situation, met: Found) -> Found:
+    """Tension only scales along a sheath, and the spring's extension with it, so distal ones suffice."""
+    low_x, high_x, low_y, high_y = (met.pop(name) for name in _TENSIONS)
+    capstan_x, capstan_y = at.flexor.capstan, at.extensor.capstan
+    return met | {
+        "min_flexor_tension": np.fmin(low_x, low_x / capstan_x),
+        "min_extensor_tension": np.fmin(low_y, low_y / capstan_y),
+        "max_tension": np.fmax(np.fmax(high_x, high_x / capstan_x), np.fmax(high_y, high_y / capstan_y)),
+        "max_extensor_distal": high_y,
+        "max_spring_extension": np.fmax(high_x * at.flexor.spring, high_y * at.extensor.spring),
     }
-
-
-def _of_designs(values: Real) -> Real:
-    """Values that are the same along the last axis, where they have any, without it."""
-    return values[..., 0] if isinstance(values, np.ndarray) and values.ndim else values
-
-
-def _over(ufunc: np.ufunc, values: npt.NDArray[np.generic]) -> Array:
-    """Values of states over directions and elbow angles."""
-    reduced: Array = ufunc.reduce(values, axis=(-2, -1), dtype=np.float64)
-    return reduced
 
 
 def _take(found: Found, values: Found) -> None:
@@ -115,28 +176,6 @@ def _take(found: Found, values: Found) -> None:
     for name, value in values.items():
         ufunc = np.add if name in COUNTS else np.fmin if name in _SMALLEST else np.fmax
         ufunc(found[name], value, out=found[name])
-
-
-def _stretches(at: Situation, shape: tuple[int, ...]) -> Iterator[tuple[tuple[slice, ...], tuple[Real, Real]]]:
-    """States of a shape in stretches along an axis that nothing but pretension depends on, and their pretensions.
-
-    So what does not depend on it is worked out once, and what does stays within the processor's cache.
-    """
-    sides = at.design.flexor.pretension, at.design.extensor.pretension
-    known = np.broadcast_shapes((1,) * len(shape), at.response.flexor_limit.shape, at.motor_arms[0].shape)
-    free = [axis for axis, length in enumerate(known[:-2]) if length == 1 < shape[axis]]
-    if not free:
-        yield (), sides
-        return
-    axis = max(free, key=shape.__getitem__)
-    most = max(1, STATES_AT_ONCE * shape[axis] // math.prod(shape))
-    for start in range(0, shape[axis], most):
-        place = (*[slice(None)] * axis, slice(start, start + most))
-        flexor, extensor = (
-            side if np.ndim(side) < len(shape) or np.shape(side)[axis] == 1 else np.asarray(side)[place]
-            for side in sides
-        )
-        yield place, (flexor, extensor)
 
 
 def finished(found: Found, states: int) -> Found:
@@ -166,7 +205,7 @@ def judged(columns: Found, limits: Mapping[str, float]) -> dict[str, npt.NDArray
     for name, limit in limits.items():
         if name in columns and name != "min_elbow_stiffness":
             beyond = limit - columns[name] if name.startswith("min_") else np.abs(columns[name]) - limit
-            feasible = feasible & ~(beyond > statics.SLACK_TOLERANCE * abs(limit))
+            feasible = feasible & ~(beyond > SLACK_TOLERANCE * abs(limit))
     return {"taut": taut, "stable": stable, "feasible": feasible}
 
 

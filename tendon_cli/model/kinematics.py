@@ -14,6 +14,8 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Real = float | Array
+Flags = npt.NDArray[np.bool_]
+Flag = bool | Flags
 
 DEAD_CENTRE = 1e-9
 """A moment arm below this share of all anchor offsets together is none."""
@@ -59,9 +61,7 @@ def flexor_path(anchors: Anchors, elbow_angle: Real) -> Array:
     return np.sqrt(forward * forward + up * up)
 
 
-def kinematics(
-    anchors: Anchors, elbow_angle: Real, *, from_initial: bool | npt.NDArray[np.bool_] = False
-) -> Kinematics:
+def kinematics(anchors: Anchors, elbow_angle: Real, *, from_initial: Flag = False) -> Kinematics:
     """Path, travels and moment arm with its derivative, analytically (Eqs. 1-3).
 
     Travel is measured from b1 + b2, as published, or from L_c(0) where `from_initial`: the published reference is off

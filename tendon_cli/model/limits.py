@@ -1,6 +1,6 @@
 """Limits of a taut state, each a straight line in its pretension with the most that it may be.
 
-In a taut state the tensions are straight lines in the common pretension F (`statics.Response`), and so are both
+In a taut state the tensions are straight lines in the common pretension F (`response.Response`), and so are both
 proximal tensions, spring extension, motor torque, contact pressure and elbow stiffness. Arguments broadcast as in
 `actuator`; SI units, angles in radians.
 """
@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Situation, motor_arms
+from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Real
-from tendon_cli.model.statics import Flag, Response, respond
+from tendon_cli.model.kinematics import Array, Flag, Real
+from tendon_cli.model.response import Response, respond
 
 (
     FLEXOR_SLACK, EXTENSOR_SLACK, FLEXOR_LEAST, EXTENSOR_LEAST, FLEXOR_MOST, EXTENSOR_MOST, FLEXOR_SPRING,
@@ -147,7 +147,7 @@ def _of_tensions(at: Situation, response: Response, bounds: Bounds) -> Iterator[
 
 def _of_torque(at: Situation, response: Response, bounds: Bounds) -> Iterator[Line]:
     if _asked(bounds.peak_motor_torque):
-        flexor_arm, extensor_arm = motor_arms(at.design, at.flexor, at.extensor)
+        flexor_arm, extensor_arm = at.motor_arms
         base = response.flexor_floor * flexor_arm - response.extensor_floor * extensor_arm
         gain = response.flexor_gain * flexor_arm - response.extensor_gain * extensor_arm
         yield Line(TORQUE_FORWARD, base, gain, bounds.peak_motor_torque)

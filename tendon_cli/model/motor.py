@@ -15,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.model import sheath
-from tendon_cli.model.actuator import State, Transmission
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
+from tendon_cli.model.transmission import Transmission
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,10 +19,10 @@ from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.cycle import gauss, taken
 from tendon_cli.model.design import Design
 from tendon_cli.model.intervals import Measure, cut_to_widest, shut
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import MotorRates, motor_rates
-from tendon_cli.model.statics import SLACK_TOLERANCE, Flags
+from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.model.window import Window
 
 _UNIT = 100.0

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.model.actuator import State, Transmission, transmissions
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.motor import strain_compliance
-from tendon_cli.model.statics import Flags
+from tendon_cli.model.transmission import Transmission, transmissions
 
 
 @dataclass(frozen=True, eq=False)

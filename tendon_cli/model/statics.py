@@ -17,74 +17,12 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array, Flag, Flags, Real
+from tendon_cli.model.response import Coupling, Response, respond
 
 TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
 Status = npt.NDArray[np.int8]
-Flags = npt.NDArray[np.bool_]
-Flag = bool | Flags
-
-SLACK_TOLERANCE = 1e-9
-"""A tension counts as negative below this share of the largest force of its state. At exactly the required pretension a
-third of random designs would otherwise be slack by rounding."""
-
-
-@dataclass(frozen=True, eq=False)
-class Coupling:
-    """What ties the two tensions together in a state; arrays that broadcast against each other."""
-
-    moment_arm: Array
-    """J where the flexor can flex the elbow, not a number where J <= 0, m."""
-    elbow_radius: Real
-    """R_elb, m."""
-    ratio: Real
-    """η, extensor over flexor radius of the spool."""
-    flexor_compliance: Array
-    """c_f, elongation of tendon and spring per distal newton, m/N."""
-    extensor_compliance: Array
-    """c_e, m/N."""
-    mismatch: Array
-    """h = H_e - η H_f, what the springs must give, m."""
-    elbow_torque: Array
-    """τ_a, N m."""
-
-    @property
-    def common_compliance(self) -> Array:
-        """η c_f + c_e, by how much h grows per newton of pretension on both sides, m/N."""
-        return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
-
-
-@dataclass(frozen=True, eq=False)
-class Response:
-    """How the tensions of a state follow its pretension F: straight lines with one kink.
-
-    With v = max(F - shortfall, lowest)
-
-        x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
-
-    Above the shortfall both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of
-    the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
-    """
-
-    shortfall: Array
-    """Smallest pretension of both sides that keeps the state taut, N; not a number where J <= 0."""
-    lowest: Array
-    """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
-    flexor_limit: Array
-    """Pretension below which the flexor counts as slack, N: the shortfall but for rounding, or minus infinity."""
-    extensor_limit: Array
-    """And the extensor."""
-    flexor_floor: Array
-    """x at the shortfall, N."""
-    flexor_gain: Array
-    """dx/dF where taut."""
-    extensor_floor: Array
-    """y at the shortfall, N."""
-    extensor_gain: Array
-    """dy/dF where taut."""
-    idle: Flags
-    """Whether there is next to no load, so that unilateral tendons are slack both at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,19 +30,25 @@ class Balance:
     """The solution of a state."""
 
     coupling: Coupling
-    unilateral: Flag
+    response: Response
     flexor: Array
     """x, distal flexor tension, N."""
     extensor: Array
     """y, distal extensor tension, N."""
-    flexor_slack: Flags
-    """Whether the flexor is; where none is, one flag for all."""
-    extensor_slack: Flags
-    """Likewise the extensor."""
     pretension: Array
     """Of both sides, or what does the same, N."""
     surplus: Array
     """By how much that is above the smallest that keeps the state taut, N."""
+
+    @cached_property
+    def flexor_slack(self) -> Flags:
+        """Whether the flexor is; where none is, one flag for all."""
+        return _if_any(self.pretension < self.response.flexor_limit)
+
+    @cached_property
+    def extensor_slack(self) -> Flags:
+        """Likewise the extensor."""
+        return _if_any(self.pretension < self.response.extensor_limit)
 
     @cached_property
     def status(self) -> Status:
@@ -114,102 +58,24 @@ class Balance:
 
     @cached_property
     def is_slack(self) -> Flags:
-        """Whether either side is."""
-        return np.asarray(self.flexor_slack | self.extensor_slack)
+        """Whether either side is; where none is, one flag for all."""
+        return _if_any(self.pretension < self.response.limit)
 
     @property
     def path(self) -> Array:
         """η c_f x + c_e y - D of a slack state, m."""
-        return np.asarray(-self.coupling.common_compliance * self.surplus)
+        return loose_path(self.coupling, self.surplus)
 
     @property
     def loose(self) -> Array:
         """σ >= 0, path length that no tendon takes up; 0 where taut, m."""
         taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.surplus))
-        return np.where(self.is_slack & np.asarray(self.unilateral), self.path, taut)
+        return np.where(self.is_slack & np.asarray(self.response.unilateral), self.path, taut)
 
 
-def coupling(
-    *, moment_arm: Array, elbow_radius: Real, ratio: Real, flexor_compliance: Array, extensor_compliance: Array,
-    flexor_travel: Array, extensor_travel: Array, elbow_torque: Array,
-) -> Coupling:  # fmt: skip
-    """Gather a state's coefficients; where the flexor cannot balance anything its moment arm is not a number."""
-    return Coupling(
-        moment_arm=moment_arm,
-        elbow_radius=elbow_radius,
-        ratio=ratio,
-        flexor_compliance=flexor_compliance,
-        extensor_compliance=extensor_compliance,
-        mismatch=extensor_travel - ratio * flexor_travel,
-        elbow_torque=elbow_torque,
-    )
-
-
-def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
-    """The tensions of a state as functions of its pretension.
-
-    The two equations give x_b and y_b, both rising with F; each side's own shortfall is where its tension vanishes.
-    With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what
-    balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
-    solution for J > 0. Bilateral ones go on along the same lines.
-    """
-    radius, arm = np.asarray(state.elbow_radius), state.moment_arm
-    per_common, per_radius, per_arm = 1.0 / state.common_compliance, 1.0 / radius, 1.0 / arm
-    flexor_share = state.ratio * state.flexor_compliance * per_common
-    extensor_share = state.extensor_compliance * per_common
-    floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
-    floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
-    spread = flexor_share * radius + extensor_share * arm
-    flexor_gain = radius / spread
-    extensor_gain = flexor_gain * (arm * per_radius)
-    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_common
-    # With no torque to balance unilateral tendons are slack both at once, else the one that the torque does not load.
-    load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
-    idle = load <= SLACK_TOLERANCE * np.abs(shortfall)
-    limit = shortfall - _tolerance(load, shortfall) * spread * np.where(backward, per_radius, per_arm)
-    flexor_limit, extensor_limit = (np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward))
-    if not np.all(unilateral):
-        on_flexor, on_extensor = _side_limits(state, flexor_gain, extensor_gain)
-        flexor_limit = np.where(unilateral, flexor_limit, on_flexor)
-        extensor_limit = np.where(unilateral, extensor_limit, on_extensor)
-    return Response(
-        shortfall=shortfall,
-        lowest=np.where(unilateral, 0.0, -np.inf),
-        flexor_limit=flexor_limit,
-        extensor_limit=extensor_limit,
-        flexor_floor=floor_x,
-        flexor_gain=flexor_gain,
-        extensor_floor=floor_y,
-        extensor_gain=extensor_gain,
-        idle=idle,
-    )
-
-
-def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
-    """Pretensions below which flexor and extensor are each in negative tension, N, in the bilateral model."""
-    common = state.common_compliance
-    at_flexor, at_extensor = state.elbow_torque / state.moment_arm, -state.elbow_torque / state.elbow_radius
-    for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
-    for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
-    return (
-        for_flexor - _tolerance(at_extensor, for_flexor) / flexor_gain,
-        for_extensor - _tolerance(at_flexor, for_extensor) / extensor_gain,
-    )
-
-
-def _tolerance(tension: Array, pretension: Array) -> Array:
-    """How far below zero a tension may be by rounding: a share of the largest force of the state at its shortfall."""
-    return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
-
-
-def common_pretension(
-    ratio: Real, flexor_compliance: Array, extensor_compliance: Array,
-    flexor_pretension: Real, extensor_pretension: Real,
-) -> Array:  # fmt: skip
-    """The pretension of both sides that does what two different ones do, N: each counts by its side's compliance."""
-    turned = np.asarray(ratio * flexor_compliance)
-    share = turned * (1.0 / (turned + extensor_compliance))
-    return np.asarray(extensor_pretension + share * np.subtract(flexor_pretension, extensor_pretension))
+def loose_path(state: Coupling, surplus: Array) -> Array:
+    """Path that no tendon takes up in a slack state, by how much pretension is above its shortfall (N), m."""
+    return np.asarray(-state.common_compliance * surplus)
 
 
 def solve(
@@ -221,17 +87,18 @@ def solve(
     Where J <= 0 the tensions are not numbers. `response` is what `respond` gives, for whoever has it already.
     """
     response = respond(state, unilateral=unilateral) if response is None else response
-    compliances = state.flexor_compliance, state.extensor_compliance
-    pretension = common_pretension(state.ratio, *compliances, flexor_pretension, extensor_pretension)
+    pretension = state.common_pretension(flexor_pretension, extensor_pretension)
     surplus = np.asarray(pretension - response.shortfall)
     taking = np.maximum(surplus, response.lowest)
+    # In place, for this is where the time of many states goes; the floors vary along no axis that `taking` has not.
+    flexor, extensor = response.flexor_gain * taking, response.extensor_gain * taking
+    flexor += response.flexor_floor
+    extensor += response.extensor_floor
     return Balance(
         coupling=state,
-        unilateral=unilateral,
-        flexor=response.flexor_floor + response.flexor_gain * taking,
-        extensor=response.extensor_floor + response.extensor_gain * taking,
-        flexor_slack=_if_any(pretension < response.flexor_limit),
-        extensor_slack=_if_any(pretension < response.extensor_limit),
+        response=response,
+        flexor=np.asarray(flexor),
+        extensor=np.asarray(extensor),
         pretension=pretension,
         surplus=surplus,
     )
@@ -262,12 +129,3 @@ def elbow_stiffness(held: tuple[Array, Array], balance: Balance, moment_arm_slop
     taut, slack = held
     springs = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
     return np.asarray(springs - balance.flexor * moment_arm_slope)
-
-
-def pretension_shortfall(state: Coupling) -> Array:
-    """Smallest pretension of both sides that keeps a state taut, N; negative where any would do, NaN where J <= 0.
-
-    Exact: max(η c_f τ_a / J, -c_e τ_a / R_elb) - h over η c_f + c_e. The largest over a design's states, and 0, is the
-    required pretension F0*.
-    """
-    return respond(state).shortfall

@@ -15,9 +15,9 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.kinematics import Array, Flag, Flags, Real
 from tendon_cli.model.limits import NO_EQUILIBRIUM, NOTHING, PRETENSION, SPOOL, Bounds, Codes, lines_of, spool_to_tendon
-from tendon_cli.model.statics import SLACK_TOLERANCE, Flag, Flags
+from tendon_cli.model.response import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
 Kind = TypeVar("Kind", bound=np.generic)

@@ -1,5 +1,7 @@
 """Designs are the fold of their states, to the same bits, by whatever code."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -156,3 +158,35 @@ def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(preten
             expected = expected or found
             for name, values in found.items():
                 assert same_bits(values + 0.0, expected[name] + 0.0), (kind, name)
+
+
+def test_the_longest_slack_where_another_state_is_slack_than_that_of_the_largest_shortfall():
+    """Of two elbow angles of nearly the same shortfall the smaller one's tolerance is the narrower."""
+    limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 1.54, 0.174, 0.32, 0.0)
+    side, flexion = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, 100.0), np.array([[True]])
+
+    def situation(angles, pretension=0.0, unilateral=True):
+        ends = replace(side, pretension=pretension)
+        design = Design(limb, ends, ends, 0.03, 0.5, 10.0, unilateral=unilateral)
+        return Situation.of(design, np.reshape(angles, (1, -1)), flexion)
+
+    low, high, rising = 2.38, 2.55, 2.25
+    wanted = situation(rising).response.shortfall.item()
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if situation(middle).response.shortfall.item() > wanted else (low, middle)
+    crossed = 0
+    for nudge in np.linspace(-1e-7, 1e-7, 21):
+        angles = np.array([rising, low + nudge])
+        shortfall, limit = (getattr(situation(angles).response, name).ravel() for name in ("shortfall", "limit"))
+        crossed += np.argmax(shortfall) != np.argmax(limit)
+        pretension = np.array([10.0, *limit, limit.mean(), *shortfall]).reshape(-1, 1, 1, 1)
+        at, whole = situation(angles, pretension, np.reshape([True, False], (1, -1, 1, 1))), (6, 2, 1, 2)
+        with each_kind() as (kinds, take):
+            for kind in (None, *kinds):
+                take(kind)
+                found = extremes.begin(whole[:-2])
+                kernel.fold_extremes(found, at, angles, whole)
+                lengths = by_hand(rows_of(at, whole), at, angles, whole)["max_slack"]
+                assert same_bits(lengths + 0.0, extremes.finished(found, 2)["max_slack"]), kind
+    assert crossed

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tendon_cli.model import statics
-from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, SLACK_TOLERANCE, TAUT
+from tendon_cli.model.response import SLACK_TOLERANCE, respond
+from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
 
 from .filling import COUNTS, DIRECTIONS, all_states, assert_same_rows, inputs_of, model, needs_code, same_bits
 
@@ -143,7 +143,7 @@ def _response(state, slack="unilateral"):
     """How the tensions of a study in one block follow their pretension."""
     inputs = inputs_of(state)
     (block,) = inputs.plan.blocks(range(inputs.plan.designs))
-    return statics.respond(inputs.situation(block).coupling, unilateral=slack == "unilateral")
+    return respond(inputs.situation(block).coupling, unilateral=slack == "unilateral")
 
 
 @pytest.mark.parametrize(

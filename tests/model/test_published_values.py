@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tendon_cli.model import actuator, statics
+from tendon_cli.model import actuator, response, statics
 from tendon_cli.model.kinematics import kinematics, no_slack_radius_ratio
 
 from .designs import baseline, design
@@ -28,7 +28,7 @@ def least(changes, flexion, values):
 def required_pretension(**changes):
     both_ways = np.array([[True], [False]])
     *_, tied = actuator.couple(design(baseline(**changes)), FULL_RANGE, both_ways)
-    return max(0.0, statics.pretension_shortfall(tied).max())
+    return max(0.0, response.pretension_shortfall(tied).max())
 
 
 # --- Kinematics (Eqs. 1-3, Fig. 4) -----------------------------------------------------------------------------------

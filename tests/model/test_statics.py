@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from tendon_cli.model import actuator, statics
+from tendon_cli.model import actuator, response, statics
 from tendon_cli.model.statics import (
     BOTH_SLACK,
     EXTENSOR_SLACK,
@@ -16,7 +16,6 @@ from tendon_cli.model.statics import (
     NO_EQUILIBRIUM,
     STATUS_NAMES,
     TAUT,
-    Coupling,
 )
 
 from . import rig
@@ -218,7 +217,7 @@ def with_pretension(p, value):
 
 def required(p):
     *_, tied = actuator.couple(design(p), SWEEP, BOTH_WAYS)
-    return np.maximum(0.0, statics.pretension_shortfall(tied).max(axis=(1, 2), keepdims=True))
+    return np.maximum(0.0, response.pretension_shortfall(tied).max(axis=(1, 2), keepdims=True))
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
@@ -251,7 +250,7 @@ def test_a_state_is_taut_just_where_its_pretension_exceeds_its_shortfall():
     p, angle, flexion = drawn(22, unilateral=True)
     p = with_pretension(p, p["flexor_pretension"])
     state = evaluate(p, angle, flexion)
-    shortfall = statics.pretension_shortfall(state.coupling)
+    shortfall = response.pretension_shortfall(state.coupling)
     here = state.status != NO_EQUILIBRIUM
     clear = here & (np.abs(shortfall - p["flexor_pretension"]) > 1e-6 * p["flexor_pretension"])
     np.testing.assert_array_equal((state.status == TAUT)[clear], (p["flexor_pretension"] > shortfall)[clear])
@@ -262,7 +261,7 @@ def test_a_state_is_taut_just_where_its_pretension_exceeds_its_shortfall():
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
     p, angle, flexion = drawn(23, unilateral=False)
     *_, tied = actuator.couple(design(p), angle, flexion)
-    shortfall = statics.pretension_shortfall(tied)
+    shortfall = response.pretension_shortfall(tied)
     sheaths = rig.compliances(p, flexion)
     stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
     for i in np.flatnonzero(np.abs(shortfall) < 2e3)[:150]:
@@ -280,14 +279,14 @@ def test_the_required_pretension_does_not_depend_on_the_pretension():
     p, angle, flexion = drawn(24, unilateral=True)
     *_, slack = actuator.couple(design(p), angle, flexion)
     *_, tight = actuator.couple(design(with_pretension(p, 1e3)), angle, flexion)
-    np.testing.assert_array_equal(statics.pretension_shortfall(slack), statics.pretension_shortfall(tight))
+    np.testing.assert_array_equal(response.pretension_shortfall(slack), response.pretension_shortfall(tight))
 
 
 def in_hand(p, angle, flexion):
     *_, tied = actuator.couple(design(p), angle, flexion)
     sides = p["flexor_pretension"], p["extensor_pretension"]
-    common = statics.common_pretension(tied.ratio, tied.flexor_compliance, tied.extensor_compliance, *sides)
-    return np.minimum(common - statics.pretension_shortfall(tied), np.minimum(*sides))
+    common = tied.common_pretension(*sides)
+    return np.minimum(common - response.pretension_shortfall(tied), np.minimum(*sides))
 
 
 def lowered(p, by):
@@ -442,12 +441,12 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     arm, radius, ratio, c_f, c_e, h_f, h_e, torque, f_f, f_e, unilateral
 ):
     """What flexes in one arm extends in its mirror image, with the ratio 1/η and both travels exchanged."""
-    one = statics.coupling(
+    one = response.coupling(
         moment_arm=np.asarray(arm), elbow_radius=radius, ratio=ratio, flexor_compliance=np.asarray(c_f),
         extensor_compliance=np.asarray(c_e), flexor_travel=np.asarray(h_f), extensor_travel=np.asarray(h_e),
         elbow_torque=np.asarray(torque),
     )  # fmt: skip
-    other = statics.coupling(
+    other = response.coupling(
         moment_arm=np.asarray(radius), elbow_radius=arm, ratio=1 / ratio, flexor_compliance=np.asarray(c_e),
         extensor_compliance=np.asarray(c_f), flexor_travel=np.asarray(-h_e), extensor_travel=np.asarray(-h_f),
         elbow_torque=np.asarray(-torque),
@@ -459,7 +458,7 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     assert a.flexor == pytest.approx(float(b.extensor), abs=near)
     assert a.extensor == pytest.approx(float(b.flexor), abs=near)
     assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * (ratio * c_f + c_e))
-    assert statics.pretension_shortfall(one) == pytest.approx(float(statics.pretension_shortfall(other)), abs=near)
+    assert response.pretension_shortfall(one) == pytest.approx(float(response.pretension_shortfall(other)), abs=near)
     least = min(abs(a.flexor), abs(a.extensor)) if not unilateral else abs(float(a.loose)) / (ratio * c_f + c_e)
     if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
         exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
@@ -504,16 +503,16 @@ def test_a_slack_tendon_adds_no_stiffness():
 
 
 def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
-    edge = Coupling(
+    edge = response.Coupling(
         moment_arm=np.asarray(0.1), elbow_radius=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
         extensor_compliance=np.asarray(3e-4), mismatch=np.asarray(-0.01), elbow_torque=np.asarray(7.0),
     )  # fmt: skip
-    least = float(statics.pretension_shortfall(edge))
+    least = float(response.pretension_shortfall(edge))
     for share, status in ((1 + 1e-11, TAUT), (1 - 1e-11, TAUT), (1 - 1e-7, EXTENSOR_SLACK)):
         for unilateral in (True, False):
             balance = statics.solve(edge, share * least, share * least, unilateral=unilateral)
             assert balance.status == status
     mirrored = replace(edge, elbow_torque=np.asarray(-7.0))
-    least = float(statics.pretension_shortfall(mirrored))
+    least = float(response.pretension_shortfall(mirrored))
     assert statics.solve(mirrored, least, least).status == TAUT
     assert statics.solve(mirrored, least * (1 - 1e-7), least * (1 - 1e-7)).status == FLEXOR_SLACK

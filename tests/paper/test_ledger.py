@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_cli.model import sheath, statics
+from tendon_cli.model import actuator, sheath
 from tendon_cli.model.actuator import couple
 from tendon_cli.paper import letter
 from tendon_cli.paper.entry import Entry
@@ -164,9 +164,9 @@ def forget_friction(monkeypatch):
 
 def add_the_travels(monkeypatch):
     """Eq. 12 as it is printed."""
-    right = statics.coupling
+    right = actuator.coupling
     monkeypatch.setattr(
-        statics, "coupling", lambda **given: right(**given | {"flexor_travel": -given["flexor_travel"]})
+        actuator, "coupling", lambda **given: right(**given | {"flexor_travel": -given["flexor_travel"]})
     )
 
 

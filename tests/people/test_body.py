@@ -6,7 +6,7 @@ import pytest
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.body import Body, anchors_on, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.kinematics import Anchors
-from tendon_cli.model.statics import respond
+from tendon_cli.model.response import respond
 from tendon_cli.model.window import Bounds, window
 from tendon_cli.study.people.population import draw
 from tendon_cli.study.people.survey import ansur2
