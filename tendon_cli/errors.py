@@ -10,7 +10,6 @@ import errno
 import signal
 from dataclasses import dataclass
 
-EXIT_OK = 0
 EXIT_BUG = 1
 EXIT_NOT_AS_HOPED = 4
 """Finished, but some states have no equilibrium, or the paper's ledger is not as recorded."""

@@ -5,20 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from tendon_cli.design.factors import REFERENCE, Numbers, scale_of
-from tendon_cli.model.design import Design, Limb, Side
-from tendon_cli.model.kinematics import Anchors, Real
-from tendon_cli.study.study import SIDES, Study
-
-ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
-WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
-SIDE = {
-    "friction": "sheath.friction",
-    "bend_angle": "sheath.bend_angle",
-    "length": "tendon.length",
-    "diameter": "tendon.diameter",
-    "youngs_modulus": "tendon.youngs_modulus",
-    "spring_stiffness": "spring.stiffness",
-}
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Real
+from tendon_cli.model.statics import Flag
+from tendon_cli.study.checks import PRETENSION
+from tendon_cli.study.study import Study
+from tendon_cli.sweep.inputs import design_of
 
 
 def model_design(
@@ -32,24 +24,15 @@ def model_design(
     said of both; what conditions scale is multiplied last. `pretension` has the shape (choices,).
     """
 
-    def number(key: str, side: str | None = None) -> Real:
-        return _number(study, ((choices, True), (conditions, paired)), key, side)
+    def number(key: str, side: str | None) -> Real | Flag:
+        if key == PRETENSION:
+            return _spread(pretension, choice=True)
+        if key == "model.slack":
+            return True
+        found = _number(study, ((choices, True), (conditions, paired)), key, side)
+        return np.asarray(found) > 0.5 if key == REFERENCE else found
 
-    def one_side(side: str) -> Side:
-        given = {argument: number(key, side) for argument, key in SIDE.items()}
-        return Side(**given, pretension=_spread(pretension, choice=True))
-
-    flexor, extensor = (one_side(side) for side in SIDES)
-    anchors = Anchors(**{name: number(f"arm.{name}") for name in ANCHORS})
-    return Design(
-        arm=Limb(anchors, **{name: number(f"arm.{name}") for name in WEIGHTS}),
-        flexor=flexor,
-        extensor=extensor,
-        flexor_radius=number("spool.flexor_radius"),
-        ratio=number("spool.ratio"),
-        load_mass=number("load.mass"),
-        from_initial=np.asarray(number(REFERENCE)) > 0.5,
-    )
+    return design_of(number)
 
 
 def _number(study: Study, layers: tuple[tuple[Numbers, bool], ...], key: str, side: str | None) -> Real:

@@ -19,14 +19,11 @@ from tendon_cli.design.tables import ROW_GROUP, choice_columns, choice_rows, tab
 from tendon_cli.errors import Stopped
 from tendon_cli.kernel import copied
 from tendon_cli.sweep.part import file_name
+from tendon_cli.sweep.run import Progress
 from tendon_cli.tables.write import TableFile, WrittenFile
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
-
-Progress = Callable[[int, int], None]
-"""Called with the number of finished parts and of all parts."""
-
 
 Solve = Callable[["Choices", threading.Event], Iterator[Candidates]]
 """Solves all parts of choices elsewhere, in their order."""

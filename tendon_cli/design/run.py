@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 import threading
 import time
@@ -16,7 +15,7 @@ from tendon_cli.design.answer import findings
 from tendon_cli.design.crowd import crowd
 from tendon_cli.design.crowd_text import record_of_crowd
 from tendon_cli.design.folder import made_whole, standing, write_record
-from tendon_cli.design.parts import Choices, Progress, Solve
+from tendon_cli.design.parts import Choices, Solve
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.question import question
 from tendon_cli.design.record import record_of
@@ -26,7 +25,8 @@ from tendon_cli.errors import InputError, SizeError
 from tendon_cli.kernel import copied
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.cluster import cluster_at
-from tendon_cli.sweep.run import available_cores
+from tendon_cli.sweep.results import framed
+from tendon_cli.sweep.run import Progress, available_cores
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
 from tendon_cli.tables.write import TableFile, WrittenFile
@@ -96,12 +96,9 @@ class Answer:
         return self._frame("conditions")
 
     def _frame(self, name: str) -> pd.DataFrame:
-        table = (
-            self.tables[name] if name in self.tables else open_table(Path(self.folder or "") / f"{name}.parquet").read()
-        )
-        frame: pd.DataFrame = table.to_pandas()
-        frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
-        return frame
+        if name in self.tables:
+            return framed(self.tables[name])
+        return framed(open_table(Path(self.folder or "") / f"{name}.parquet").read())
 
 
 def design(

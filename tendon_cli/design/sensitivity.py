@@ -8,7 +8,6 @@ from typing import Any, Literal
 import numpy as np
 
 from tendon_cli.design.candidates import Candidates, numbers_of
-from tendon_cli.design.numbers import SIDE
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.solve import solve
 from tendon_cli.model import limits
@@ -17,6 +16,7 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Bounds
 from tendon_cli.model.motor_window import MotorBounds, excess
 from tendon_cli.study.study import SIDES
+from tendon_cli.sweep.inputs import OF_SHEATHS
 
 End = Literal["from", "to"]
 
@@ -134,7 +134,7 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
         "spool.ratio": _single(design.ratio),
         "load.mass": _single(design.load_mass),
     }
-    for argument, key in SIDE.items():
+    for argument, key in OF_SHEATHS.items():
         table, _, name = key.rpartition(".")
         of_sides = [_single(getattr(getattr(design, side), argument)) for side in SIDES]
         given = (*alone.study.numbers, *alone.condition_numbers, *numbers)

@@ -75,11 +75,6 @@ def broken(limit: str, bounds: Mapping[str, float]) -> str:
     return _BELOW[limit].format(bound)
 
 
-def limit_named(limit: str, bounds: Mapping[str, float]) -> str:
-    """A limit with its value."""
-    return f"{limit} {shown(QUANTITIES[limit], bounds[limit])}" if limit in bounds else limit
-
-
 def counted(count: int, noun: str) -> str:
     """A count with its noun."""
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"

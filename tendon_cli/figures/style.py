@@ -36,7 +36,6 @@ Colour = tuple[float, float, float, float] | str
 
 INK = "#1a1a1a"
 FAINT = "#8a8a8a"
-PALE = "#e4e4e4"
 
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#5a5a5a", "#000000")
 """Colours that everybody tells apart, for values without an order."""

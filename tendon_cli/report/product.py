@@ -69,10 +69,10 @@ def said_of_thinning(axes: Sequence[PageAxis], left_out: Sequence[str]) -> str:
 
 
 def quantities(
-    columns: Mapping[str, npt.NDArray[Any]], shown: Mapping[str, Shown], budget: int = MOST_BYTES
+    columns: Mapping[str, npt.NDArray[Any]], shown: Mapping[str, Shown]
 ) -> tuple[list[dict[str, Any]], list[str]]:
-    """Columns in the order of their worth, as many as the budget holds; and the names of the others."""
-    found, left_out = [], []
+    """Columns in the order of their worth, as many as MOST_BYTES hold; and the names of the others."""
+    found, left_out, budget = [], [], MOST_BYTES
     for name, values in columns.items():
         record = outcomes_record(values) if name == OUTCOME else number_record(shown[name], values)
         size = len(record["array"]["data"])

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors, Real, kinematics
 from tendon_cli.model.limits import Bounds
-from tendon_cli.study.checks import case_numbers
+from tendon_cli.study.checks import PRETENSION, case_numbers
 from tendon_cli.study.design import MOTION_LIMITS
 from tendon_cli.study.study import SIDES, Study, split_side
 from tendon_cli.sweep.plan import Block, Plan
@@ -25,13 +25,15 @@ if TYPE_CHECKING:
 
 Flags = npt.NDArray[np.bool_]
 Values = npt.NDArray[np.float64]
+Place = tuple[str, str | None]
+"""The common key of a number, and the side of the arm if it is that of one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Input:
     """A number of the design: its values along the design axes that it depends on, in ascending order of `axes`."""
 
-    values: Values
+    values: npt.NDArray[Any]
     axes: tuple[int, ...] = ()
 
     def combined(self, other: Input, how: Callable[[Values, Values], Values]) -> Input:
@@ -46,7 +48,8 @@ class Input:
     def within(self, block: Block) -> Real:
         """The values in a block, shaped to broadcast over its designs, directions and angles."""
         if not self.axes:
-            return float(self.values)
+            value: float | bool = self.values.item()
+            return value
         shape = [1] * len(block.shape)
         for axis in self.axes:
             shape[axis] = block.shape[axis]
@@ -103,36 +106,18 @@ class Inputs:
     def _along(self, axis: str, values: Values) -> Input:
         return Input(values, (self.plan.study.axes.index(axis),))
 
-    def flag(self, read: Callable[[str, str], bool]) -> Input | bool:
-        """A choice of the model, which cases may differ in."""
-        model = self.plan.study.model
-        base = read(model.slack, model.reference)
-        chosen = []
-        for case in self.plan.study.cases:
-            own = getattr(case, "model", None)
-            slack = getattr(own, "slack", None) or model.slack
-            reference = getattr(own, "reference", None) or model.reference
-            chosen.append(read(slack, reference))
-        if all(choice == base for choice in chosen):
-            return base
-        return Input(np.array(chosen), (0,))
+    def _chosen(self, key: str, word: str) -> Input:
+        """Whether a choice of the model, which cases may differ in, is this word."""
+        study, name = self.plan.study, key.rpartition(".")[2]
+        models = [getattr(case, "model", None) for case in study.cases] or [None]
+        said = np.array([(getattr(each, name, None) or getattr(study.model, name)) == word for each in models])
+        return Input(said[0]) if (said == said[0]).all() else Input(said, (0,))
 
     @cached_property
-    def _all(self) -> dict[str, Input]:
-        """Every number the model takes, once."""
-        arm = {f"arm.{name}": self.source(f"arm.{name}") for name in _ARM}
-        sides = {f"{side} {key}": self.source(key, side) for side in SIDES for key in _SIDE.values()}
-        rest = {key: self.source(key) for key in ("spool.flexor_radius", "spool.ratio", "load.mass")}
-        return arm | sides | rest
-
-    @cached_property
-    def _unilateral(self) -> Input | bool:
-        """Whether tendons cannot push."""
-        return self.flag(lambda slack, _: slack == "unilateral")
-
-    @cached_property
-    def _from_initial(self) -> Input | bool:
-        return self.flag(lambda _, reference: reference == "initial")
+    def _all(self) -> dict[Place, Input]:
+        """Every number the model takes, once, and its choices."""
+        choices = {(key, None): self._chosen(key, word) for key, word in _CHOICES.items()}
+        return choices | {place: self.source(*place) for place in _PLACES}
 
     def motion(self, block: Block) -> tuple[Values, Flags]:
         """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
@@ -146,25 +131,24 @@ class Inputs:
     @cached_property
     def only_pretension(self) -> tuple[int, ...]:
         """The design axes that nothing but pretension depends on."""
-        sources = [source for key, source in self._all.items() if not key.endswith("tendon.pretension")]
-        taken = {axis for source in (*sources, *self._flags) for axis in source.axes}
+        taken = {axis for (key, _), source in self._all.items() if key != PRETENSION for axis in source.axes}
         return tuple(axis for axis in range(len(self.plan.shape)) if axis not in taken)
 
     @cached_property
     def of_the_arm(self) -> tuple[int, ...]:
         """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
-        sources = [source for key, source in self._all.items() if key.startswith("arm.")]
-        return tuple({axis for source in (*sources, *self._flags) for axis in source.axes})
+        sources = [source for (key, _), source in self._all.items() if key.startswith(("arm.", "model."))]
+        return tuple({axis for source in sources for axis in source.axes})
 
     @property
     def may_be_unilateral(self) -> bool:
         """Whether any design has tendons that cannot push."""
-        return self._unilateral is not False
+        return bool(np.any(self._all["model.slack", None].values))
 
     @cached_property
     def always_balanced(self) -> bool:
         """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
-        anchors = {name: self._all[f"arm.{name}"] for name in _ANCHORS}
+        anchors = {name: self._all[f"arm.{name}", None] for name in _ANCHORS}
         axes = {axis for source in anchors.values() for axis in source.axes}
         lengths = [length if axis in axes else 1 for axis, length in enumerate(self.plan.shape)]
         angles = self.plan.elbow_angles
@@ -174,32 +158,29 @@ class Inputs:
         motion = kinematics(Anchors(**{name: source.within(arms) for name, source in anchors.items()}), angles)
         return not np.isnan(motion.pulling_arm).any()
 
-    @property
-    def _flags(self) -> list[Input]:
-        return [flag for flag in (self._from_initial, self._unilateral) if not isinstance(flag, bool)]
-
     def design(self, block: Block) -> Design:
         """The designs of a block, as the model takes them."""
-        number = {key: source.within(block) for key, source in self._all.items()}
+        given = {place: source.within(block) for place, source in self._all.items()}
+        return design_of(lambda key, side: given[key, side])
 
-        def side(name: str) -> Side:
-            return Side(**{argument: number[f"{name} {key}"] for argument, key in _SIDE.items()})
 
-        def flag(choice: Input | bool) -> bool | Flags:
-            return choice if isinstance(choice, bool) else np.asarray(choice.within(block), dtype=bool)
+def design_of(number: Callable[[str, str | None], Any]) -> Design:
+    """A design, from what gives each number by its common key, on a side of the arm or (None) for the whole of it."""
 
-        anchors = Anchors(**{name: number[f"arm.{name}"] for name in _ANCHORS})
-        weight = {name: number[f"arm.{name}"] for name in _ARM if name not in _ANCHORS}
-        return Design(
-            arm=Limb(anchors, **weight),
-            flexor=side("flexor"),
-            extensor=side("extensor"),
-            flexor_radius=number["spool.flexor_radius"],
-            ratio=number["spool.ratio"],
-            load_mass=number["load.mass"],
-            from_initial=flag(self._from_initial),
-            unilateral=flag(self._unilateral),
-        )
+    def arm(names: tuple[str, ...]) -> dict[str, Any]:
+        return {name: number(f"arm.{name}", None) for name in names}
+
+    flexor, extensor = (Side(**{name: number(key, side) for name, key in _OF_A_SIDE.items()}) for side in SIDES)
+    return Design(
+        arm=Limb(Anchors(**arm(_ANCHORS)), **arm(_WEIGHTS)),
+        flexor=flexor,
+        extensor=extensor,
+        flexor_radius=number("spool.flexor_radius", None),
+        ratio=number("spool.ratio", None),
+        load_mass=number("load.mass", None),
+        from_initial=number("model.reference", None),
+        unilateral=number("model.slack", None),
+    )
 
 
 def bounds_of(study: Study) -> Bounds:
@@ -220,13 +201,20 @@ def motor_bounds_of(study: Study) -> MotorBounds | None:
 
 _MOST_LOOKED_INTO = 2**18
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
-_ARM = (*_ANCHORS, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
-_SIDE = {
+_WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
+OF_SHEATHS = {
     "friction": "sheath.friction",
     "bend_angle": "sheath.bend_angle",
     "length": "tendon.length",
     "diameter": "tendon.diameter",
     "youngs_modulus": "tendon.youngs_modulus",
     "spring_stiffness": "spring.stiffness",
-    "pretension": "tendon.pretension",
 }
+"""What a side of the arm has besides its pretension: the names in the model and the common keys."""
+_OF_A_SIDE = {**OF_SHEATHS, "pretension": PRETENSION}
+_CHOICES = {"model.reference": "initial", "model.slack": "unilateral"}
+_PLACES: tuple[Place, ...] = (
+    *((f"arm.{name}", None) for name in (*_ANCHORS, *_WEIGHTS)),
+    *((key, side) for side in SIDES for key in _OF_A_SIDE.values()),
+    *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass")),
+)

@@ -52,12 +52,12 @@ class Run:
     @cached_property
     def designs(self) -> pd.DataFrame:
         """One row per design; raises UsageError where the study leaves the table out, InputError for a damaged one."""
-        return self._frame("designs")
+        return framed(self.table("designs"))
 
     @cached_property
     def states(self) -> pd.DataFrame:
         """One row per design, direction and elbow angle; raises as `designs` does."""
-        return self._frame("states")
+        return framed(self.table("states"))
 
     def to_xarray(self) -> xr.Dataset:
         """The tables as one dataset: the study's axes are its dimensions, every variable has its unit.
@@ -77,11 +77,12 @@ class Run:
 
         return open_table(Path(self.folder or "") / f"{name}.parquet").read()
 
-    def _frame(self, name: str) -> pd.DataFrame:
-        table = self.table(name)
-        frame: pd.DataFrame = table.to_pandas()
-        frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
-        return frame
+
+def framed(table: pa.Table) -> pd.DataFrame:
+    """A table as pandas has it, with its units in `attrs`."""
+    frame: pd.DataFrame = table.to_pandas()
+    frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
+    return frame
 
 
 def open_run(path: Path) -> Run:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from tendon_cli.figures.arm.draw import arm_page, draw_arm
+from tendon_cli.figures.arm.draw import arm_page
 from tendon_cli.figures.arm.shape import ArmShape, arm_sizes
 from tendon_cli.model.kinematics import kinematics
 from tendon_cli.study.load import study_from
@@ -64,7 +64,7 @@ def test_what_the_drawing_says() -> None:
 
 
 def test_angles_of_the_study_and_files(tmp_path: Path) -> None:
-    path = draw_arm(STUDY, (), tmp_path / "arm.svg")
+    path = arm_page(STUDY).save(tmp_path / "arm.svg")
     assert b"<svg" in path.read_bytes()[:1000]
     titles = [axes.get_title() for axes in arm_page(STUDY).figure.axes]
     assert titles[2:] == ["θ = 0 deg", "θ = 30 deg", "θ = 60 deg", "θ = 90 deg"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,16 +23,11 @@ _NO_BALANCE = "#b00020"
 _MEANING = "To scale. J is the moment arm of the flexor, $L_c$ the distance of its anchors q and r (Eq. 1)."
 
 
-def draw_arm(study: Study, elbow_angles: Sequence[float], out: Path, case: str | None = None) -> Path:
-    """Write the drawing of a study's arm at some elbow angles, in rad; with none given at some of the study's.
-
-    The format follows from the ending of `out`. Raises UsageError for an unknown one or an unknown case, OutputError.
-    """
-    return arm_page(study, elbow_angles, case).save(out, must_fit=False)
-
-
 def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None = None) -> Page:
-    """The arm with its dimensions at the middle one of the angles, the spools, and the arm at each angle."""
+    """The arm with its dimensions at the middle one of the angles (rad), the spools, and the arm at each angle.
+
+    Without angles at some of the study's. Raises UsageError for an unknown case.
+    """
     sizes = arm_sizes(study, case)
     own = study.motion.elbow_angle.array
     angles = list(elbow_angles) or [float(own[at]) for at in evenly(len(own), 4)]
