@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.sweep.results import share
-from tendon_cli.units import UNITS
+from tendon_cli.units import UNITS, counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -19,7 +19,7 @@ def run_text(run: Run) -> str:
     """The summary of a finished run."""
     record = run.record
     designs, states = record["designs"], record["states"]
-    head = f"{record['name']}: {_counted(designs, 'design')}, {_counted(states, 'state')}"
+    head = f"{record['name']}: {counted(designs, 'design')}, {counted(states, 'state')}"
     took = f" in {record['seconds']:.3g} s"
     took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
     lines = [head + (", up to date" if run.up_to_date else took)]
@@ -47,9 +47,7 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(f"  states       {estimate.states:,}")
     lines += [f"  rows         {rows:,} in {table}" for table, rows in estimate.rows.items()]
     lines += [f"  kept         {', '.join(estimate.kept)} of the states' results"] if estimate.kept else []
-    lines.append(
-        f"  disk         {_size(estimate.bytes)} in {_counted(estimate.parts, 'part')}, {_size(free)} are free"
-    )
+    lines.append(f"  disk         {_size(estimate.bytes)} in {counted(estimate.parts, 'part')}, {_size(free)} are free")
     drawn = f", of it {_duration(estimate.figure_seconds)} for figures" if estimate.figure_seconds else ""
     lines.append(f"  time         about {_duration(estimate.seconds)}{drawn}")
     lines.append(f"  peak memory  about {_size(estimate.peak_memory)}")
@@ -67,7 +65,7 @@ def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
             taken += 1
         lines += [*([""] if lines else []), *("  ".join(row).rstrip() for row in zip(*cells[:taken], strict=True))]
         cells = cells[taken:]
-    return "\n".join([*lines, "", f"{shown.num_rows:,} of {_counted(total, 'row')}"])
+    return "\n".join([*lines, "", f"{shown.num_rows:,} of {counted(total, 'row')}"])
 
 
 def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
@@ -83,10 +81,6 @@ def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
             texts.append("-" if value is None else str(value).lower() if isinstance(value, bool) else str(value))
     width = max(map(len, texts))
     return [text.ljust(width) if quantity is None else text.rjust(width) for text in texts]
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
 def _size(count: float) -> str:

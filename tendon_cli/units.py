@@ -232,6 +232,11 @@ def described(value: object) -> str:
     return shorten(str(value))
 
 
+def counted(count: int, noun: str) -> str:
+    """A count with its noun."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
 def shorten(text: str, width: int = 60) -> str:
     """Hostile or long text made fit for one line of an error message."""
     clean = "".join(sign if sign.isprintable() else "?" for sign in text)

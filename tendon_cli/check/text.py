@@ -12,6 +12,7 @@ from tendon_cli.check.limits import NO_EQUILIBRIUM, SLACK, Breach, LimitCheck, c
 from tendon_cli.figures.labels import Shown, number
 from tendon_cli.figures.product import Product
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.units import counted
 
 
 def record_of(found: LimitCheck | Comparison) -> dict[str, Any]:
@@ -38,7 +39,7 @@ def verdict_text(found: LimitCheck, product: Product, name: str) -> str:
         )
         return f"{name}: {all_of_them} limits"
     lines = [f"{name}: {found.designs - found.feasible:,} of {found.designs:,} designs are not within their limits"]
-    lines += [f"  {limit:<22} broken by {_counted(count, 'design')}" for limit, count in found.broken.items()]
+    lines += [f"  {limit:<22} broken by {counted(count, 'design')}" for limit, count in found.broken.items()]
     lines += ["worst first", *(f"  {_breach(each, product)}" for each in found.breaches)]
     return "\n".join(lines)
 
@@ -79,19 +80,19 @@ def _shown(column: str, value: float) -> str:
 
 def comparison_text(found: Comparison, product: Product, names: tuple[str, str]) -> str:
     """One line where nothing changed, else columns and designs that did, the worst first."""
-    what = f"{_counted(found.designs, 'design')}, {_counted(found.states, 'state')} in common"
+    what = f"{counted(found.designs, 'design')}, {counted(found.states, 'state')} in common"
     if found.holds:
         return f"{names[0]}: nothing changed since {names[1]} ({what})"
     lines = [f"{names[0]}: changed since {names[1]} ({what})"]
     lines += [f"  {_change(each, product)}" for each in found.changes]
     if found.flipped:
-        lines.append(f"feasible in one run only: {_counted(found.flipped, 'design')}, worst first")
+        lines.append(f"feasible in one run only: {counted(found.flipped, 'design')}, worst first")
         lines += [f"  {_flip(each, product)}" for each in found.flips]
     return "\n".join(lines)
 
 
 def _change(change: Change, product: Product) -> str:
-    head = f"{change.table}.{change.column}: {_counted(change.rows, 'row')}"
+    head = f"{change.table}.{change.column}: {counted(change.rows, 'row')}"
     if change.difference is None:
         return f"{head}, first at {_where(change.where, product)}"
     by = "null in one only" if math.isinf(change.difference) else f"by {_shown(change.column, change.difference)}"
@@ -115,10 +116,6 @@ def _where(where: Mapping[str, float | str], product: Product) -> str:
         else:
             said.append(f"{column} {(shown or product.shown(column)).text(value)}")
     return ", ".join(said) or "the only row"
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
 def as_markdown(text: str, *, holds: bool) -> str:

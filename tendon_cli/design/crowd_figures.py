@@ -9,12 +9,12 @@ import numpy as np
 from tendon_cli.design.crowd import Crowd
 from tendon_cli.design.crowd_text import name_of, why
 from tendon_cli.design.parts import Choices
-from tendon_cli.design.words import counted, of_key, of_row, rounded
+from tendon_cli.design.words import of_key, of_row, rounded
 from tendon_cli.figures.crowd import Bars, Group, draw_for_whom, draw_how_sure, draw_served_map
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.study import keys
-from tendon_cli.units import UNITS
+from tendon_cli.units import UNITS, counted
 
 FOR_WHOM, HOW_SURE, SERVED_MAP = "for_whom.png", "how_sure.png", "served_map.png"
 _USUAL = ("weight", "forearm_circumference")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,9 +12,11 @@ from tendon_cli.design.crowd import AxisSizes, Crowd
 from tendon_cli.design.doubt import BODY, Indices
 from tendon_cli.design.factors import Factor
 from tendon_cli.design.left_out import LESS, MORE, NEITHER, Difference, Reason
-from tendon_cli.design.words import broken, counted, of_key, of_row, rounded, shown
+from tendon_cli.design.record import finite
+from tendon_cli.design.words import broken, of_key, of_row, rounded, shown
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.study import keys
+from tendon_cli.units import counted
 
 _MOST_NAMED = 3
 _DIFFERENT = 0.5
@@ -153,7 +154,7 @@ def record_of_crowd(crowd: Crowd) -> dict[str, Any]:
         "kind": crowd.kind,
         "count": len(crowd.windows.low),
         "effective_count": shares.effective_count(crowd.problem.weighting),
-        "pretension": _finite(crowd.pretension),
+        "pretension": finite(crowd.pretension),
         "served": crowd.share,
         "standard_error": crowd.error,
         "interval_95": [float(end) for end in shares.interval(crowd.share, crowd.problem.weighting)],
@@ -199,7 +200,3 @@ def _sobol(each: Indices) -> dict[str, Any]:
     names = ("first", "first_standard_error", "total", "total_standard_error")
     inputs = {key: dict(zip(names, numbers, strict=True)) for key, *numbers in rows}
     return {"end": each.end, "standard_deviation": each.deviation, "inputs": inputs}
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

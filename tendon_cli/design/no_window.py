@@ -10,10 +10,11 @@ from tendon_cli.design.answer import Findings
 from tendon_cli.design.conflicts import Conflict
 from tendon_cli.design.fixes import Fix
 from tendon_cli.design.sentences import conflict_named, end_said, filled, of_quantity, row_of, where_said
-from tendon_cli.design.words import broken, counted, of_key, of_row, rounded, shown
+from tendon_cli.design.words import broken, of_key, of_row, rounded, shown
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.study.study import keys
+from tendon_cli.units import counted
 
 
 def no_window(found: Findings) -> Iterator[str]:

@@ -72,13 +72,13 @@ def _row(found: Findings, one: Candidates) -> dict[str, Any]:
 
 
 def _fix(fix: Fix) -> dict[str, Any]:
-    costs = {name: _finite(value) for name, value in (fix.costs or {}).items()}
+    costs = {name: finite(value) for name, value in (fix.costs or {}).items()}
     return {
         "knobs": list(fix.knobs),
         "before": list(fix.before),
         "after": None if fix.after is None else list(fix.after),
         "plausible": [list(span) for span in fix.plausible],
-        "pretension": _finite(fix.pretension),
+        "pretension": finite(fix.pretension),
         **costs,
     }
 
@@ -87,7 +87,7 @@ def _conflict(found: Findings, each: Conflict) -> dict[str, Any]:
     return {
         "limits": list(each.limits),
         "choices": each.choices,
-        "gap": _finite(each.gap),
+        "gap": finite(each.gap),
         "nearest": _row(found, each.nearest),
         "relaxed": each.relaxed,
     }
@@ -97,7 +97,8 @@ def _sensitivity(each: Sensitivity) -> dict[str, Any]:
     return {**asdict(each), "per_percent": each.per_percent}
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """A number, or null where it is none."""
     return value if math.isfinite(value) else None
 
 

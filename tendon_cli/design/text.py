@@ -15,8 +15,9 @@ from tendon_cli.design.no_window import no_window
 from tendon_cli.design.rank import Goal, losses
 from tendon_cli.design.sensitivity import Sensitivity
 from tendon_cli.design.sentences import WIDTH, conflict_named, end_said, filled, of_quantity, percent, row_of
-from tendon_cli.design.words import counted, of_key, of_row, rounded
+from tendon_cli.design.words import of_key, of_row, rounded
 from tendon_cli.study.study import keys, split_side
+from tendon_cli.units import counted
 
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5

@@ -73,8 +73,3 @@ def broken(limit: str, bounds: Mapping[str, float]) -> str:
     if limit == "min_elbow_stiffness" and bounds.get(limit) == 0.0:
         return "the elbow is unstable"
     return _BELOW[limit].format(bound)
-
-
-def counted(count: int, noun: str) -> str:
-    """A count with its noun."""
-    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"

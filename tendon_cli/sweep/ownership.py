@@ -15,7 +15,7 @@ _ELSEWHERE = "choose another folder with --out"
 
 def check_folder(folder: RunFolder, *, resume: bool, overwrite: bool) -> None:
     """Refuse, without a trace in the folder, what may not be written here; raises FolderError."""
-    check_place(folder.path)
+    _check_place(folder.path)
     if not folder.path.exists():
         return
     if not folder.path.is_dir():
@@ -90,7 +90,7 @@ def _check_replaceable(folder: RunFolder, found: dict[str, Any]) -> None:
             )
 
 
-def check_place(folder: Path) -> None:
+def _check_place(folder: Path) -> None:
     """Raises UsageError for a folder that no table could be written to, whatever it holds."""
     try:
         str(folder.absolute()).encode()
