@@ -6,8 +6,7 @@ import numpy as np
 
 from tendon_cli.design.factors import REFERENCE, Numbers, scale_of
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Real
-from tendon_cli.model.statics import Flag
+from tendon_cli.model.kinematics import Flag, Real
 from tendon_cli.study.checks import PRETENSION
 from tendon_cli.study.study import Study
 from tendon_cli.sweep.inputs import design_of
