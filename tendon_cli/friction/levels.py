@@ -24,13 +24,13 @@ def noise_of(log_ratio: Floats) -> float:
     return float(min(1.4826 * float(np.median(about)), 3.0 * successive))
 
 
-def smoothed(log_ratio: Floats, noise: float) -> tuple[Floats, float, int]:
+def smoothed(log_ratio: Floats, noise: float, widest: int) -> tuple[Floats, float, int]:
     """A running median wide enough for the noise, the noise that is left in it, and its width."""
     from scipy.ndimage import median_filter
 
     low, high = np.quantile(log_ratio, (0.02, 0.98))
     wanted = (noise / max(0.03 * (high - low), 1e-12)) ** 2
-    width = int(np.clip(2 * round(wanted / 2.0) + 1, 1, min(max(5, len(log_ratio) // 60 * 2 + 1), _WIDEST)))
+    width = int(np.clip(2 * round(wanted / 2.0) + 1, 1, min(max(5, len(log_ratio) // 60 * 2 + 1), _WIDEST, widest)))
     if width == 1:
         return log_ratio, noise, width
     return median_filter(log_ratio, size=width, mode="nearest"), 1.25 * noise / np.sqrt(width), width

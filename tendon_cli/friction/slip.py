@@ -8,6 +8,7 @@ where they stand in the stroke: choosing rows by their own value would choose th
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ _OUTER = 0.5
 """A stroke's rows lie beyond this share of the way from the middle to the limit."""
 _WITHIN = 0.35
 """A run that falls back no further than to this share goes on."""
+_SETTLED = 3
+"""Rows of a stroke in which no rise can be told from a level: they are readings of what has settled."""
 _STRAY = 0.3
 """Where runs have several rows, one with less than this share of the usual number is what is left of another."""
 
@@ -62,23 +65,43 @@ def separate(
     """
     size = len(log_ratio)
     noise = max(noise_of(log_ratio), step / np.sqrt(12.0))
-    smooth, left, width = smoothed(log_ratio, noise)
+    usual = _usual_rows(log_ratio, named, noise)
+    smooth, left, width = smoothed(log_ratio, noise, 2 * usual - 1)
     middle, half = levels_of(smooth)
     one_name = named is not None and len(set(named) - {0}) < 2
     way_of = np.zeros(size, dtype=np.int64) if one_name else _sides(smooth, middle, half, left)
     if not np.any(way_of):  # the noise hides the limits: all rows are of one direction, or as the file says
         side = np.full(size, 1 if middle > 0.0 else -1) if named is None else named
     else:
-        side = way_of if named is None else np.where(way_of == named, way_of, 0)
+        settled = usual <= _SETTLED and named is not None
+        side = way_of if named is None else np.where((way_of == named) | (settled & (way_of == 0)), named, 0)
     runs = _runs(side, border, 2 * width + 1 if width > 1 else 0)
-    kept = [trimmed(log_ratio, smooth, run, half, noise, left) for run in runs]
-    number, reasons = _numbered(log_ratio, runs, kept, border, max(0.2 * half, 4.0 * noise))
+    if usual <= _SETTLED:
+        kept, far = [(first, last) for first, last, _ in runs], np.inf
+    else:
+        kept, far = [trimmed(log_ratio, smooth, run, half, noise, left) for run in runs], max(0.2 * half, 4.0 * noise)
+    number, reasons = _numbered(log_ratio, runs, kept, border, far)
     side = np.where(number >= 0, side, 0)
     sides = np.array([way for (_, _, way), (begin, end) in zip(runs, kept, strict=True) if end > begin])
     turns = int(np.count_nonzero(np.diff(sides)))
     one_sided = turns < 2 and (half == 0.0 or abs(middle) > 0.5 * half or turns == 0)
     against = np.zeros(size, dtype=bool) if named is None else way_of * named < 0
-    return Slip(number, side, reasons, one_sided, _still_moving(log_ratio, forces, runs, kept, half), against)
+    moving = math.nan if usual <= _SETTLED else _still_moving(log_ratio, forces, runs, kept, half)
+    return Slip(number, side, reasons, one_sided, moving, against)
+
+
+def _usual_rows(log_ratio: Floats, named: Integers | None, noise: float) -> int:
+    """Rows of the stroke that a row belongs to, at the median: by its name, or by the side of the middle it lies on.
+
+    Where the noise hides the sides, as many as there are rows.
+    """
+    middle, half = levels_of(log_ratio)
+    if named is None and half <= 3.0 * noise:
+        return len(log_ratio)
+    side = log_ratio > middle if named is None else named
+    edges = np.flatnonzero(side[1:] != side[:-1]) + 1
+    rows = np.diff(np.concatenate([[0], edges, [len(side)]]))
+    return int(np.median(np.repeat(rows, rows)))
 
 
 def _numbered(
@@ -156,8 +179,11 @@ def _still_moving(
     kept: list[tuple[int, int]],
     half: float,
 ) -> float:
-    """Mean of what the ratio still climbs in the kept rows, stretched to a whole stroke, less what both cells do."""
-    climbs, weights, before = [], [], 0
+    """Mean of what the ratio surely climbs in the kept rows, stretched to a whole stroke, less what both cells do."""
+    from scipy.special import stdtrit
+
+    climbs, weights, errors, before = [], [], [], 0
+    left, free = 0.0, 0
     steps = np.zeros(2)
     for (first, last, way), (start, end) in zip(runs, kept, strict=True):
         # A short run was trimmed by the value of its rows, which says nothing about how they move.
@@ -168,10 +194,15 @@ def _still_moving(
             climb = way * float(np.mean(log_ratio[end - quarter : end]) - np.mean(log_ratio[begin : begin + quarter]))
             steps += [abs(np.log(np.mean(cell[end - quarter : end]) / np.mean(cell[begin : begin + quarter])))
                       for cell in forces]  # fmt: skip
-            climbs.append(climb * (rise + end - begin) / (end - begin - quarter) / (2.0 * half))
+            stretch = (rise + end - begin) / (end - begin - quarter) / (2.0 * half)
+            climbs.append(climb * stretch)
             weights.append(end - begin)
+            errors.append((end - begin) * math.sqrt(2.0 / quarter) * stretch)
+            left += float(np.polyfit(np.arange(end - begin), log_ratio[begin:end], 1, full=True)[1][0])
+            free += end - begin - 2
         before = last
     if not climbs:
         return float("nan")
     alone = 1.0 - float(steps.min() / steps.max()) if steps.max() > 0.0 else 0.0
-    return float(np.average(climbs, weights=weights)) * max(0.0, 2.0 * alone - 1.0)
+    by_chance = float(stdtrit(free, 0.975)) * math.sqrt(left / free) * math.hypot(*errors) / sum(weights)
+    return max(0.0, float(np.average(climbs, weights=weights)) - by_chance) * max(0.0, 2.0 * alone - 1.0)

@@ -170,6 +170,12 @@ def _cases() -> Iterator[tuple[str, Case]]:
             rig = replace(CLEAN, strokes=2 * strokes, rows_per_stroke=60, rows_at_rest=0)
             refused = strokes == 1 and rows == 1
             yield f"settled, {strokes} x {rows} rows", Case(rig, refused=refused, make=settled(rows))
+    for rows, named in ((1, True), (2, True), (5, True), (1, False)):
+        rig = replace(CLEAN, rows_per_stroke=60, rows_at_rest=0, relative_noise=0.02)
+        yield (
+            f"settled, 5 x {rows} rows, noise 2 %{'' if named else ', no names'}",
+            Case(rig, make=settled(rows, directions=named)),
+        )
     yield (
         "settled, 5 x 10 rows, no names",
         Case(replace(CLEAN, rows_per_stroke=60, rows_at_rest=0), make=settled(10, directions=False)),

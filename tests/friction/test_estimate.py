@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import ttest_ind
 
 from tendon_cli.errors import InputError
 from tendon_cli.friction import fit_file
@@ -87,6 +88,42 @@ def test_readings_of_one_stroke_count_once(csv_file) -> None:
     assert fit.strokes == once.strokes == 6
     assert fit.friction == pytest.approx(once.friction, rel=1e-12)
     assert fit.uncertainty.scatter == pytest.approx(once.uncertainty.scatter, rel=1e-6)
+
+
+@pytest.mark.parametrize("strokes", [2, 3, 8])
+def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions(csv_file, strokes) -> None:
+    way = np.tile([1.0, -1.0], strokes)
+    ratio = np.exp(0.2 * way + 0.01 * np.random.default_rng(1).standard_normal(way.size))
+    lines = [f"{1 if sign > 0 else 2},{value:.15g},1.000001" for sign, value in zip(way, ratio, strict=True)]
+    fit = fit_file(csv_file("case,cell 1,cell 2\n" + "\n".join(lines) + "\n"), bend_angle="144 deg")
+    test = ttest_ind(np.log(ratio[way > 0]), np.log(ratio[way < 0]))
+    low, high = (float(end) / (2.0 * math.radians(144.0)) for end in test.confidence_interval(0.95))
+    assert fit.uncertainty.degrees_of_freedom == pytest.approx(2 * strokes - 2, rel=1e-6)
+    assert fit.uncertainty.interval_95 == pytest.approx((low, high), rel=1e-5)
+
+
+@pytest.mark.parametrize("named", [True, False], ids=["named", "by the forces"])
+@pytest.mark.parametrize("rows", [1, 2, 3], ids="{} a stroke".format)
+@pytest.mark.parametrize("noise", [0.003, 0.02, 0.04])
+def test_settled_readings_are_all_used_whatever_they_scatter(csv_file, noise, rows, named) -> None:
+    held = 0
+    for seed, strokes in enumerate((2, 3, 4, 6, 10, 40)):
+        rng, way = np.random.default_rng(seed), np.repeat(np.tile([1.0, -1.0], strokes), rows)
+        load = 1.0 + 0.05 * rng.random(way.size)
+        motor = load * np.exp(0.2 * way + noise * rng.standard_normal(way.size))
+        head, *lines = (
+            "case,cell 1,cell 2",
+            *(
+                f"{'up' if sign > 0 else 'down'},{one:.6f},{two:.6f}"
+                for sign, one, two in zip(way, motor, load, strict=True)
+            ),
+        )
+        text = "\n".join(line if named else line.partition(",")[2] for line in (head, *lines))
+        fit = fit_file(csv_file(text + "\n"), bend_angle="144 deg")
+        assert np.count_nonzero(fit.rows.used) == way.size
+        low, high = fit.uncertainty.interval_95
+        held += low <= 0.2 / math.radians(144.0) <= high
+    assert held >= 5
 
 
 def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:

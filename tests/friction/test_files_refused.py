@@ -107,6 +107,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
     "JSON": ('{"cell 1": [1, 2],\n "cell 2": [3, 4]}\n', "line 2", "not a row of CSV"),
     "HTML": ("<html>\n<body>, <p>\ncell\n</html>\n", "cells.csv", ""),
     "angle without a unit": ("bend_angle,cell 1,cell 2\n90,1.2,1\n90,1.2,1\n", "line 1, column 1", "unit of angle"),
+    "one unit": ("cell 1 (N),cell 2\n1.2,1\n0.8,1\n", "line 1, column 2", 'unit of "cell 2" is missing'),
     "negative angle": ("bend_angle_deg,cell 1,cell 2\n90,1.2,1\n-90,1,1.2\n", "line 3, column 1", "negative"),
     "degrees called radians": ("bend_angle_rad,cell 1,cell 2\n144,1.2,1\n144,1,1.2\n", "line 1", "reach 144 rad"),
     "only straight": ("bend_angle_deg,cell 1,cell 2\n0,1.2,1\n0,1,1.2\n", "line 1", "expected above 0"),
