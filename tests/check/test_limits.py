@@ -36,6 +36,10 @@ COLUMNS = {
     "max_tension": lambda states: states.filter(like="tension_").max(axis=1),
     "peak_motor_torque": lambda states: states["motor_torque"].abs(),
     "min_elbow_stiffness": lambda states: -states["elbow_stiffness"],
+    "min_flexor_tension": lambda states: -states.filter(like="flexor_tension_").min(axis=1),
+    "min_extensor_tension": lambda states: -states.filter(like="extensor_tension_").min(axis=1),
+    "max_spring_extension": lambda states: states.filter(regex="tension_distal").max(axis=1),  # springs are equal
+    "max_contact_pressure": lambda states: states["extensor_tension_distal"],
 }
 
 
