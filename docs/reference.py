@@ -16,6 +16,7 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli, errors
+from tendon_cli.design.fixes import KNOBS
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.study.study import keys, split_side
 from tendon_cli.units import UNITS
@@ -48,6 +49,16 @@ def key_table() -> str:
             possible = f"{number.low:g} to {number.high:g}{unit}"
             rows.append((f"`{path}`", quantity.symbol, quantity.long_name, possible, f"`{key.column}`"))
     return table(("key", "symbol", "meaning", "possible", "column"), rows)
+
+
+def plausible_table() -> str:
+    """Between which values a number may be changed to give a design a window."""
+    rows = []
+    for path, (low, high) in KNOBS.items():
+        quantity = keys()[path].number.quantity
+        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+        rows.append((f"`{path}`", quantity.symbol, f"{low:g} to {high:g}{unit}"))
+    return table(("key", "symbol", "plausible"), rows)
 
 
 def unit_table() -> str:
@@ -138,6 +149,7 @@ TABLES: dict[str, Callable[..., str]] = {
     "face": face_table,
     "keys": key_table,
     "units": unit_table,
+    "plausible": plausible_table,
     "states": lambda: column_table(OF_STATES),
     "designs": lambda: column_table(OF_DESIGNS),
     "cycles": lambda: column_table(OF_CYCLES),

@@ -47,8 +47,7 @@ def lines_of(crowd: Crowd) -> Iterator[tuple[str, str]]:
 def _best(crowd: Crowd) -> str:
     if crowd.best_share - crowd.share < 1e-9:
         return ""
-    at = float(crowd.curve.pretension[np.argmax(crowd.curve.share)])
-    return f"; at {rounded(at, 4)} N it would be {_percent(crowd.best_share)}"
+    return f"; at {rounded(crowd.curve.best, 4)} N it would be {_percent(crowd.best_share)}"
 
 
 def _left_out(crowd: Crowd, reason: Reason) -> str:

@@ -24,6 +24,13 @@ class Curve:
     """The 95 % interval of each share."""
     high: Array
 
+    @property
+    def best(self) -> float:
+        """The middle of the first stretch of pretension that serves most, N."""
+        most = np.flatnonzero(self.share >= self.share.max() - 1e-12)
+        last = most[0] + np.count_nonzero(np.cumsum(np.diff(most) > 1) == 0)
+        return float(self.pretension[most[0]] + self.pretension[min(last + 1, len(self.pretension) - 1)]) / 2.0
+
 
 def effective_count(weighting: Array) -> float:
     """How many persons of equal weighting say as much: (Σw)² / Σw² (Kish)."""

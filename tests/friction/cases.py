@@ -165,6 +165,13 @@ def _cases() -> Iterator[tuple[str, Case]]:
             replace(CLEAN, sticking=(1.3, 2.0), rows_per_stroke=10, rows_at_rest=0), refused=True, make=with_directions
         ),
     )
+    yield from _settled_cases()
+    yield "gain drifts 3 %", Case(replace(CLEAN, gain_drift=0.03), names="drift")
+    yield "friction drifts 10 %", Case(replace(CLEAN, friction_drift=0.1), names="drift")
+    yield "friction drifts 10 %, varying", Case(replace(VARYING, friction_drift=0.1), names="drift")
+
+
+def _settled_cases() -> Iterator[tuple[str, Case]]:
     for strokes in (1, 5):
         for rows in (1, 3, 10, 25):
             rig = replace(CLEAN, strokes=2 * strokes, rows_per_stroke=60, rows_at_rest=0)
@@ -180,9 +187,6 @@ def _cases() -> Iterator[tuple[str, Case]]:
         "settled, 5 x 10 rows, no names",
         Case(replace(CLEAN, rows_per_stroke=60, rows_at_rest=0), make=settled(10, directions=False)),
     )
-    yield "gain drifts 3 %", Case(replace(CLEAN, gain_drift=0.03), names="drift")
-    yield "friction drifts 10 %", Case(replace(CLEAN, friction_drift=0.1), names="drift")
-    yield "friction drifts 10 %, varying", Case(replace(VARYING, friction_drift=0.1), names="drift")
 
 
 CASES = dict(_cases())

@@ -1,5 +1,7 @@
 """`tendon design` over people and draws: for whom, sizes, and how sure, in text, record and figures."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -158,3 +160,18 @@ def test_sizes_of_many_persons_are_found_by_the_first(monkeypatch):
     found = tendon.design(tendon.study(PEOPLE)).record["crowd"]["sizes"]["spool_ratio"]
     assert [each["persons"] for each in found] == [50, 50, 50]
     assert np.all(np.diff([each["served"] for each in found]) >= 0.0)
+
+
+def test_the_pretension_that_would_serve_more_serves_as_many_in_a_sweep():
+    asked = {
+        "people": {"count": 40}, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6},
+        "load": {"mass": ["0 kg", "5 kg"]}, "limits": {"max_tension": "260 N"},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 10}},
+    }  # fmt: skip
+    answer = tendon.design(tendon.study(asked | {"design": {"serve": "50 %", "pretension": "least"}}))
+    told = re.search(r"at ([0-9.]+) N it\s+would\s+be ([0-9.]+) %", answer.text)
+    assert told is not None
+    swept = tendon.sweep(tendon.study(asked | {"tendon": {"pretension": f"{told[1]} N"}})).designs
+    served = swept.groupby("person", observed=True)["feasible"].all()
+    assert f"{100.0 * served.mean():.1f}" == told[2]
+    assert served.mean() > answer.record["crowd"]["served"]
