@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from heapq import heappush, heappushpop
 from typing import Any
@@ -12,9 +12,11 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from tendon_cli.check.states import worst_state
-from tendon_cli.model.response import SLACK_TOLERANCE
+from tendon_cli.model.actuator import State
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.response import SLACK_TOLERANCE, pretension_shortfall
 from tendon_cli.study.study import Study
+from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan
 from tendon_cli.tables.read import TableFiles
 
@@ -86,7 +88,7 @@ def check_designs(table: TableFiles, study: Study, worst: int) -> LimitCheck:
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:
-    state = worst_state(breach.limit, breach.design, plan)
+    state = _worst_state(breach.limit, breach.design, plan)
     return breach if state is None else replace(breach, direction=state[0], elbow_angle=state[1])
 
 
@@ -120,3 +122,40 @@ def _beyond(numbers: npt.NDArray[Any], limit: str, bound: float, values: npt.NDA
     scale = abs(bound) or 1.0
     for row in np.flatnonzero(short > SLACK_TOLERANCE * scale):
         yield Breach(int(numbers[row]), limit, float(values[row]), bound, float(short[row] / scale))
+
+
+_BADNESS: dict[str, Callable[[State], Array]] = {
+    NO_EQUILIBRIUM: lambda state: np.where(np.isnan(state.elbow_torque), 1.0, 0.0),
+    SLACK: lambda state: pretension_shortfall(state.coupling),
+    "min_flexor_tension": lambda state: -np.minimum(state.balance.flexor, state.flexor_tension_proximal),
+    "min_extensor_tension": lambda state: -np.minimum(state.balance.extensor, state.extensor_tension_proximal),
+    "max_tension": lambda state: np.maximum(
+        np.maximum(state.balance.flexor, state.flexor_tension_proximal),
+        np.maximum(state.balance.extensor, state.extensor_tension_proximal),
+    ),
+    "max_spring_extension": lambda state: np.maximum(
+        state.balance.flexor * state.flexor.spring, state.balance.extensor * state.extensor.spring
+    ),
+    "peak_motor_torque": lambda state: np.abs(state.motor_torque),
+    "max_contact_pressure": lambda state: state.balance.extensor,
+    "min_elbow_stiffness": lambda state: -state.elbow_stiffness,
+}
+"""What is largest in the state that breaks a limit worst; limits of a whole motion, or of no state, are not here."""
+
+
+def _worst_state(limit: str, design: int, plan: Plan) -> tuple[str, float] | None:
+    """Direction and elbow angle (rad) of the state that breaks a limit worst; None where no single state does."""
+    badness = _BADNESS.get(limit)
+    if badness is None:
+        return None
+    inputs = Inputs(plan)
+    worst, found = -np.inf, None
+    for block in plan.blocks(range(design, design + 1)):
+        directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
+        values = np.broadcast_to(badness(State.of(inputs.situation(block))), block.shape).reshape(len(directions), -1)
+        if np.isnan(values).all() or np.nanmax(values) <= worst:
+            continue
+        worst = float(np.nanmax(values))
+        direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
+        found = directions[direction], float(angles[angle])
+    return found

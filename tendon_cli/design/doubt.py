@@ -14,7 +14,7 @@ from tendon_cli.design.factors import Factor, Numbers
 from tendon_cli.design.problem import Problem
 from tendon_cli.design.question import conditions_of
 from tendon_cli.model.kinematics import Array
-from tendon_cli.study.draws import quantile
+from tendon_cli.study.linked import quantile
 from tendon_cli.study.people.population import Population
 from tendon_cli.study.study import DRAW_AXIS, PERSON_AXIS
 

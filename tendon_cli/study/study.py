@@ -13,11 +13,10 @@ from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 from tendon_cli.study.cases import DESIGN_PARTS, case_tables, printable
 from tendon_cli.study.contents import document, mark_of, marked, numbers_in, part_of
 from tendon_cli.study.design import Goals, Limits, Uncertainty
-from tendon_cli.study.draws import draw_axis, drawn
 from tendon_cli.study.fields import Later, Single, fault
 from tendon_cli.study.figure_checks import check_figures
 from tendon_cli.study.figures import FigureSpec
-from tendon_cli.study.linked import Linked
+from tendon_cli.study.linked import Linked, draw_axis, drawn
 from tendon_cli.study.number import Number
 from tendon_cli.study.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.study.people.asked import People
@@ -102,7 +101,7 @@ class Study(Part):
         """Numbers that come from the body of each person, as the study has people and does not state them."""
         if self.people is None:
             return ()
-        from tendon_cli.study.people.arms import OF_THE_BODY  # a study without people does without it
+        from tendon_cli.study.people.population import OF_THE_BODY  # a study without people does without it
 
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
         return tuple(key for key in OF_THE_BODY if key not in stated)
@@ -112,7 +111,7 @@ class Study(Part):
         """The linked axes but cases: persons and draws; where each person gets a draw of its own, persons alone."""
         asked, axes = self.uncertainty if self.uncertain else None, []
         if self.people is not None:
-            from tendon_cli.study.people.arms import person_axis
+            from tendon_cli.study.people.population import person_axis
 
             people = self.people.population
             own = drawn(self.uncertain, len(people), asked.seed) if asked is not None and not asked.cross else {}

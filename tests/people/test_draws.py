@@ -7,7 +7,7 @@ from scipy import stats
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator
 from tendon_cli.model.actuator import State
-from tendon_cli.study.draws import drawn, quantile
+from tendon_cli.study.linked import drawn, quantile
 from tendon_cli.study.load import study_from
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.plan import Plan

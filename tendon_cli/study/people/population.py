@@ -1,17 +1,26 @@
-"""People: as many bodies as asked for, drawn from a survey, each with a name and a weighting."""
+"""People: as many bodies as asked for, drawn from a survey, each with a name and a weighting, and their arms."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_cli.model.body import DIMENSIONS, Body
+from tendon_cli.model.body import DIMENSIONS, Body, anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.kinematics import Array
+from tendon_cli.study.linked import Linked
 from tendon_cli.study.people.survey import SEXES, Statistics, Survey
 
 NAMED = ("mean-man", "mean-woman")
 """Persons that every survey has."""
+
+OF_THE_BODY = {
+    "arm.forearm_mass": forearm_mass,
+    "arm.forearm_com": forearm_com,
+    "arm.load_distance": load_distance,
+}
+"""Numbers that come from the body, unless a study states them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +48,7 @@ class Population:
 
     def only(self, chosen: slice) -> Population:
         """Some of them."""
-        return Population(
-            self.names[chosen], self.values[chosen], self.weighting[chosen], self.reference, self.notes
-        )  # fmt: skip
+        return replace(self, names=self.names[chosen], values=self.values[chosen], weighting=self.weighting[chosen])
 
 
 def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = None) -> Population:
@@ -68,6 +75,17 @@ def named(survey: Survey, name: str) -> Population:
     """One of the persons that every survey has, by one of `NAMED`."""
     body = (survey.male, survey.female)[NAMED.index(name)].mean
     return Population((name,), body[np.newaxis], np.ones(1), survey.male.mean_body)
+
+
+def person_axis(key: str, people: Population, of_the_body: Iterable[str], drawn: Mapping[str, Array]) -> Linked:
+    """The axis of persons; `of_the_body` are those of `OF_THE_BODY` that the study does not state itself.
+
+    `drawn` are uncertain numbers of which each person has one value.
+    """
+    body = people.body
+    numbers = {**drawn, **{name: OF_THE_BODY[name](body) for name in of_the_body}}
+    scales = {f"arm.{name}": scale for name, scale in anchor_scales(body, people.reference).items()}
+    return Linked(key, people.names, numbers, scales)
 
 
 def _bodies(statistics: Statistics, count: int, random: np.random.Generator) -> Array:
