@@ -35,7 +35,7 @@ from tendon_cli.model.limits import Bounds
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 10
+VERSION = 11
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]

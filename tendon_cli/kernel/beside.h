@@ -61,4 +61,25 @@ INLINE Angle angle_across(const Beside *b, long angle) {
 #undef ONE
 }
 
+/* What is done with designs in one direction, of which `in` are the inputs. */
+typedef void Visit(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction);
+
+/* To all designs, in each direction; always with the visit itself, so that it is written out here. */
+INLINE void over_designs(Walk *walk, Array *arrays, int inputs, int results, Visit *visit, void *what) {
+    Beside of;
+    int more;
+    long directions = walk->length[walk->axes - 2];
+    walk->length[walk->axes - 2] = 1;
+    do {
+        more = gather(&of, walk, arrays, inputs, results);
+        for (long direction = 0; direction < directions; direction++, turn(&of, walk, arrays, inputs)) {
+            Lanes in[LIMITED];
+            for (int i = 0; i < inputs; i++) in[i] = across(&of, i, 0);
+            Drive d = drive_at(in);
+            visit(what, &of, in, &d, direction);
+        }
+    } while (more);
+    walk->length[walk->axes - 2] = directions;
+}
+
 #endif

@@ -128,26 +128,25 @@ static void fold_some(const Extremes *e, const Beside *of, const long *step, con
         note(e, of, step, first + p, found + p, &before, d, in, pretension[p], smaller_side[p]);
 }
 
-/* All designs, an axis of which has `length` values after each of which come `pretensions`, `step` from one another. */
+/* Designs after each of which come `pretensions` less one, `step` from one another. */
+typedef struct {
+    const Extremes *e;
+    const long *step;
+    long pretensions;
+} Run;
+
+INLINE void fold_run(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction) {
+    const Run *run = what;
+    (void)direction;
+    for (long first = 0; first < run->pretensions; first += PRETENSIONS) {
+        long count = run->pretensions - first < PRETENSIONS ? run->pretensions - first : PRETENSIONS;
+        fold_some(run->e, of, run->step, in, d, first, count);
+    }
+}
+
 static void fold_all(Extremes *e, const long *step, long pretensions) {
-    Walk *walk = &e->walk;
-    Beside of;
-    int more;
-    long directions = walk->length[walk->axes - 2];
-    walk->length[walk->axes - 2] = 1;
-    do {
-        more = gather(&of, walk, e->arrays, INPUTS, ACCUMULATORS);
-        for (long direction = 0; direction < directions; direction++, turn(&of, walk, e->arrays, INPUTS)) {
-            Lanes in[INPUTS];
-            for (int i = 0; i < INPUTS; i++) in[i] = across(&of, i, 0);
-            Drive d = drive_at(in);
-            for (long first = 0; first < pretensions; first += PRETENSIONS) {
-                long count = pretensions - first < PRETENSIONS ? pretensions - first : PRETENSIONS;
-                fold_some(e, &of, step, in, &d, first, count);
-            }
-        }
-    } while (more);
-    walk->length[walk->axes - 2] = directions;
+    Run run = {e, step, pretensions};
+    over_designs(&e->walk, e->arrays, INPUTS, ACCUMULATORS, fold_run, &run);
 }
 
 /* The longest axis of designs that nothing but pretension depends on; -1 where there is none. */

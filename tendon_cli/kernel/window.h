@@ -20,7 +20,7 @@ INLINE void limit(Lanes *low, Lanes *high, Mask *hopeless, Lanes base, Lanes gai
     *hopeless |= (gain == 0.0) & (base - most > TOLERANCE * magnitude(most));
 }
 
-/* Which bounds any of some designs has. */
+/* Which bounds are asked for. */
 typedef struct {
     int flexor_least, extensor_least, flexor_most, extensor_most, torque, stiffness;
 } Asked;
@@ -58,18 +58,24 @@ INLINE void settle(char *const *end, char *const *at, long count, Lanes ends, La
     }
 }
 
-/* Designs in one direction, whose first state has a number. */
-static void window_beside(const Window *w, const Beside *of, double first) {
-    Lanes in[LIMITED], none = same(INFINITY), nowhere = same(-1.0);
-    for (int i = 0; i < LIMITED; i++) in[i] = across(of, i, 0);
-    Drive d = drive_at(in);
-    Asked asked = {any(in[IN_flexor_least] > -none), any(in[IN_extensor_least] > -none), any(in[IN_flexor_most] < none),
-                   any(in[IN_extensor_most] < none), any(in[IN_torque_most] < none), any(in[IN_stiffness_least] > -none)};
+/* Which bounds any of some designs has. */
+INLINE Asked asked_of(const Lanes *in) {
+    Lanes none = same(INFINITY);
+    return (Asked){any(in[IN_flexor_least] > -none), any(in[IN_extensor_least] > -none),
+                   any(in[IN_flexor_most] < none),   any(in[IN_extensor_most] < none),
+                   any(in[IN_torque_most] < none),   any(in[IN_stiffness_least] > -none)};
+}
+
+INLINE void fold_states(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction) {
+    const Window *w = what;
+    double first = (double)(direction * w->total + w->first);
+    Lanes none = same(INFINITY), nowhere = same(-1.0);
+    Asked asked = asked_of(in);
     Tightest t = {-none, none, nowhere, nowhere, none};
     for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
         Angle here = angle_across(of, at);
-        Lines l = lines_at(&d, &here);
-        tighten(&t, &l, in, &asked, &d, same(first + (double)at));
+        Lines l = lines_at(d, &here);
+        tighten(&t, &l, in, &asked, d, same(first + (double)at));
     }
     char *const(*found)[LANES] = of->at + LIMITED;
     settle(found[END_low], found[END_low_state], of->count, t.low, t.low_at, 1.0);
@@ -78,15 +84,4 @@ static void window_beside(const Window *w, const Beside *of, double first) {
         if (t.blocked[lane] < *(double *)found[END_blocked][lane]) *(double *)found[END_blocked][lane] = t.blocked[lane];
 }
 
-static void window(Window *w) {
-    Walk *walk = &w->walk;
-    Beside of;
-    int more;
-    long directions = walk->length[walk->axes - 2];
-    walk->length[walk->axes - 2] = 1;
-    do {
-        more = gather(&of, walk, w->arrays, LIMITED, ENDS);
-        for (long direction = 0; direction < directions; direction++, turn(&of, walk, w->arrays, LIMITED))
-            window_beside(w, &of, (double)(direction * w->total + w->first));
-    } while (more);
-}
+static void window(Window *w) { over_designs(&w->walk, w->arrays, LIMITED, ENDS, fold_states, w); }
