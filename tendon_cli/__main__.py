@@ -9,9 +9,10 @@ import sys
 
 def main() -> None:
     """`tendon`, which Ctrl-C ends quietly from here on."""
-    from tendon_cli.startup import quit_on_interrupts
+    from tendon_cli.startup import quit_on_interrupts, spare_time
 
     quit_on_interrupts()
+    spare_time()
     from tendon_cli.cli import main as run
 
     run()

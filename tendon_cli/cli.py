@@ -23,7 +23,7 @@ from tendon_cli.commands.show import show
 from tendon_cli.commands.state import state
 from tendon_cli.commands.sweep import sweep
 from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
-from tendon_cli.startup import hear_interrupts, spare_time
+from tendon_cli.startup import hear_interrupts
 from tendon_cli.terminal import (
     as_output_error,
     flush_results,
@@ -76,7 +76,6 @@ app.command("fit-friction", cls=_Command)(fit_friction)
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run a command and leave with its exit code."""
-    spare_time()
     prepare_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     debug = "--debug" in given

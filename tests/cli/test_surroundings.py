@@ -4,12 +4,16 @@ import json
 import os
 import shutil
 import sys
+import threading
+import time
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 
 import tendon_cli
+from tendon_cli.commands import sweep as sweep_command
+from tendon_cli.startup import import_ahead
 
 HEAVY = ("numpy", "pandas", "pyarrow", "scipy", "matplotlib", "joblib", "distributed")
 LOADED = """
@@ -47,6 +51,23 @@ def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workp
     assert [name for name in HEAVY if name in loaded] == ["numpy", "pyarrow"]
     assert [name for name in ("tendon_cli.sweep.estimate", "tendon_cli.figures", "rich") if name in loaded] == []
     assert (workplace / "results/study/run.json").exists()
+
+
+def test_matplotlib_is_read_ahead_once_for_a_run_that_is_computed_and_drawn(tendon, workplace, monkeypatch):
+    asked = []
+    monkeypatch.setattr(sweep_command, "import_ahead", asked.append)
+    (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
+    for words, count in [(("--no-figures",), 0), (("--no-figures", "--overwrite"), 0), (("--overwrite",), 1), ((), 1)]:
+        assert tendon("sweep", "study.toml", *words).exit == 0
+        assert len(asked) == count
+
+
+def test_what_cannot_be_read_ahead_is_told_where_it_is_needed(capfd):
+    before = threading.active_count()
+    import_ahead("tendon_cli.no_such_room")
+    while threading.active_count() > before:
+        time.sleep(0.01)
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("given", [{}, dict.fromkeys(VARIABLES, "0")])

@@ -165,7 +165,8 @@ class _OwnMaker(PartMaker):
             for name in names:
                 with output_errors(self.folder / name):
                     self._own(name).replace(self.folder / name)
-            sync_folder((self.folder / names[0]).parent)
+            for folder in {(self.folder / name).parent for name in names}:
+                sync_folder(folder)
         finally:
             for name in names:
                 with contextlib.suppress(OSError):
