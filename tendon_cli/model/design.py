@@ -6,7 +6,7 @@ All fields are scalars or arrays that broadcast against each other. SI units, an
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -76,11 +76,10 @@ Made = TypeVar("Made")
 
 def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Made:
     """A design, or what is made of one, with each of its arrays changed; numbers are left as they are."""
-    values: dict[str, Any] = {}
-    for field in fields(made):  # type: ignore[arg-type]
-        value = getattr(made, field.name)
-        if is_dataclass(value):
-            values[field.name] = changed(value, change)
-        elif np.ndim(value):
-            values[field.name] = change(value)
-    return replace(made, **values)  # type: ignore[type-var]
+
+    def anew(value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return change(value) if value.ndim else value
+        return changed(value, change) if is_dataclass(value) else value
+
+    return type(made)(**{field.name: anew(getattr(made, field.name)) for field in fields(made)})  # type: ignore[arg-type]

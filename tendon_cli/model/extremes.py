@@ -53,14 +53,18 @@ def fold(found: Found, at: Situation, elbow_angle: Array) -> None:
     What does not depend on pretension is worked out once for all pretensions, in portions of states.
     """
     shape = (*found["slack"].shape, *np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:])
-    axes, ascending = StateAxes(shape, _axis_of_pretension(at, shape)), np.argsort(elbow_angle)
+    axes, ascending = StateAxes(shape, _axis_of_pretension(at, shape)), np.argsort(elbow_angle, kind="stable")
+    angles = elbow_angle[ascending]
 
     def laid(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
         return axes.laid(values if values.shape[-1] == 1 else values[..., ascending])
 
-    at, angles, into = changed(at, laid), laid(elbow_angle), begin(axes.designs)
-    for place in axes.portions():
-        _take(into, _of_portion(changed(at, partial(cut, place=place)), cut(angles, place).ravel(), axes))
+    if axes.free is not None or not np.array_equal(angles, elbow_angle):
+        at = changed(at, laid)
+    into, places = begin(axes.designs), list(axes.portions())
+    for place in places:
+        here = at if len(places) == 1 else changed(at, partial(cut, place=place))
+        _take(into, _of_portion(here, angles[place[axes.angles]], axes), axes.directions)
     _take(found, {name: axes.back(values) for name, values in into.items()})
 
 
@@ -73,31 +77,32 @@ def _axis_of_pretension(at: Situation, shape: tuple[int, ...]) -> int | None:
 
 
 def _of_portion(at: Situation, elbow_angle: Array, axes: StateAxes) -> Found:
-    """What some ascending elbow angles of a direction come to, over designs as they are laid out."""
-    along = axes.angles
-    met = {name: np.full(axes.designs, start) for name, start in _OVER_ANGLES.items()}
+    """What some ascending elbow angles of each direction come to, over designs along their axes."""
+    along, sides = axes.angles, (at.design.flexor.pretension, at.design.extensor.pretension)
+    shape = np.broadcast_shapes(axes.designs, at.flexor.capstan.shape)
+    met = {name: np.full(shape, start) for name, start in _OVER_ANGLES.items()}
     for run, state in _states(at, axes):
         for name, values in _over_angles(state, elbow_angle, along).items():
             met[name][run] = values
-    before, sides = _before_pretension(at, along), (at.design.flexor.pretension, at.design.extensor.pretension)
-    surplus = (
-        at.coupling.common_pretension(*sides) - before["required_pretension"]
-    )  # rounding keeps the order of states
-    taut = len(elbow_angle) > met["slack"] + before["no_equilibrium"]
-    return before | _of_tensions(at, met) | {
-        "margin": np.fmin(surplus, np.minimum(*sides)),
-        "max_slack": np.fmax(_longest_slack(at, axes), np.where(taut & at.design.unilateral, 0.0, np.nan)),
-    }  # fmt: skip
+        if axes.free is None:
+            met["max_slack"] = np.fmax.reduce(state.longest_slack, axis=along, keepdims=True)
+    before = _before_pretension(at, along)
+    surplus = at.coupling.common_pretension(*sides) - before["required_pretension"]  # the least: rounding keeps order
+    met["margin"] = np.fmin(surplus, np.minimum(*sides))
+    if axes.free is not None:
+        taut = len(elbow_angle) > met["slack"] + before["no_equilibrium"]
+        met["max_slack"] = np.fmax(_longest_slack(at, axes), np.where(taut & at.design.unilateral, 0.0, np.nan))
+    return before | _of_tensions(at, met)
 
 
 def _states(at: Situation, axes: StateAxes) -> Iterator[tuple[Place, State]]:
     """The states at some pretensions after the other, and the places of these."""
-    sides = at.design.flexor.pretension, at.design.extensor.pretension
+    if axes.free is None:
+        yield (), State.of(at)
+        return
+    flexor, extensor = np.asarray(at.design.flexor.pretension), np.asarray(at.design.extensor.pretension)
     for run in axes.runs():
-        yield (
-            run,
-            State(at, *(cut(side, run) if isinstance(side, np.ndarray) and side.ndim else side for side in sides)),
-        )
+        yield run, State(at, cut(flexor, run), cut(extensor, run))
 
 
 def _longest_slack(at: Situation, axes: StateAxes) -> Array:
@@ -108,12 +113,12 @@ def _longest_slack(at: Situation, axes: StateAxes) -> Array:
     """
     response, along, unilateral = at.response, axes.angles, np.asarray(at.design.unilateral)
     pretension = at.coupling.common_pretension(at.design.flexor.pretension, at.design.extensor.pretension)
-    longest, backward = np.full(axes.designs, np.nan), at.coupling.elbow_torque < 0.0
+    longest = np.full(np.broadcast_shapes(axes.designs, pretension.shape), np.nan)
+    backward = at.coupling.elbow_torque < 0.0
     for is_side, per_path in zip((backward, ~backward), at.slack_per_path, strict=True):
-        shortfall, limit = (
-            np.where(is_side & unilateral & ~response.idle, values, -np.inf)
-            for values in (response.shortfall, response.limit)
-        )
+        if not (its_states := is_side & unilateral & ~response.idle).any():
+            continue
+        shortfall, limit = (np.where(its_states, values, -np.inf) for values in (response.shortfall, response.limit))
         largest = np.fmax.reduce(shortfall, axis=along, keepdims=True)
         its = np.fmax.reduce(np.where(shortfall == largest, limit, -np.inf), axis=along, keepdims=True)
         if np.any((pretension >= its) & (pretension < np.fmax.reduce(limit, axis=along, keepdims=True))):
@@ -129,32 +134,37 @@ def _before_pretension(at: Situation, along: int) -> Found:
     """What states come to whatever their pretension, over elbow angles along an axis."""
     unanswerable = np.isnan(at.coupling.moment_arm)
     torque = np.where(unanswerable, np.nan, at.coupling.elbow_torque)
+    each = np.broadcast_to(unanswerable, np.broadcast_shapes(unanswerable.shape, at.flexor.capstan.shape))
     return {
         "lowest_elbow_torque": np.fmin.reduce(torque, axis=along, keepdims=True),
         "highest_elbow_torque": np.fmax.reduce(torque, axis=along, keepdims=True),
-        "no_equilibrium": np.add.reduce(unanswerable, axis=along, keepdims=True),
+        "no_equilibrium": np.add.reduce(each, axis=along, keepdims=True),
         "required_pretension": np.fmax.reduce(at.response.shortfall, axis=along, keepdims=True),
     }
 
 
 def _over_angles(state: State, elbow_angle: Array, along: int) -> dict[str, npt.NDArray[Any]]:
-    """What states come to at their pretensions over ascending elbow angles, by the names of `_OVER_ANGLES`."""
-    x, y, motor, stiffness = state.balance.flexor, state.balance.extensor, state.motor_torque, state.elbow_stiffness
-    values = {
-        "low_flexor": np.fmin.reduce(x, axis=along, keepdims=True),
-        "high_flexor": np.fmax.reduce(x, axis=along, keepdims=True),
-        "low_extensor": np.fmin.reduce(y, axis=along, keepdims=True),
-        "high_extensor": np.fmax.reduce(y, axis=along, keepdims=True),
-        "lowest_motor_torque": np.fmin.reduce(motor, axis=along, keepdims=True),
-        "highest_motor_torque": np.fmax.reduce(motor, axis=along, keepdims=True),
-        "min_elbow_stiffness": np.fmin.reduce(stiffness, axis=along, keepdims=True),
-    }
+    """What states come to at their pretensions over ascending elbow angles, by the names of `_OVER_ANGLES`.
+
+    Each quantity is gone over as soon as it is there, while it is in the processor's cache.
+    """
+    values: dict[str, npt.NDArray[Any]] = {}
+
+    def ends(names: tuple[str, str], quantity: Array) -> None:
+        for name, ufunc in zip(names, (np.fmin, np.fmax), strict=True):
+            values[name] = ufunc.reduce(quantity, axis=along, keepdims=True)
+
+    ends(("low_flexor", "high_flexor"), state.balance.flexor)
+    ends(("low_extensor", "high_extensor"), state.balance.extensor)
+    ends(("lowest_motor_torque", "highest_motor_torque"), state.motor_torque)
+    stiffness = state.elbow_stiffness
+    values["min_elbow_stiffness"] = least = np.fmin.reduce(stiffness, axis=along, keepdims=True)
+    if (least < 0.0).any():
+        values["unstable"] = np.add.reduce(stiffness < 0.0, axis=along, keepdims=True, dtype=np.int32)
     if (slack := state.balance.is_slack).any():
-        values["slack"] = count = np.add.reduce(slack, axis=along, keepdims=True, dtype=np.int16)
+        values["slack"] = count = np.add.reduce(slack, axis=along, keepdims=True, dtype=np.int32)
         first = elbow_angle[slack.argmax(axis=along, keepdims=True)]
         values["first_slack_angle"] = np.where(count > 0, first, np.inf)
-    if (unstable := stiffness < 0.0).any():
-        values["unstable"] = np.add.reduce(unstable, axis=along, keepdims=True, dtype=np.int16)
     return values
 
 
@@ -171,11 +181,13 @@ def _of_tensions(at: Situation, met: Found) -> Found:
     }
 
 
-def _take(found: Found, values: Found) -> None:
-    """Fold what some states come to into what was found."""
+def _take(found: Found, values: Found, directions: int | None = None) -> None:
+    """Fold what some states come to into what was found, over directions where these have an axis."""
     for name, value in values.items():
         ufunc = np.add if name in COUNTS else np.fmin if name in _SMALLEST else np.fmax
-        ufunc(found[name], value, out=found[name])
+        several = directions is not None and value.shape[directions] > 1
+        whole = ufunc.reduce(value, axis=directions, keepdims=True) if several else value
+        ufunc(found[name], whole, out=found[name])
 
 
 def finished(found: Found, states: int) -> Found:

@@ -1,4 +1,4 @@
-"""States of many designs laid out anew, and in portions that stay within the processor's cache."""
+"""States of many designs with their axes in another order, and in portions that stay within the processor's cache."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ STATES_AT_ONCE = 2**15
 """A few arrays of them stay within the processor's cache."""
 _FEWEST = 128
 """Values along the last axis below which each call of NumPy takes longer than its arithmetic."""
-DIRECTIONS, ANGLES, PRETENSIONS, OTHERS = range(4)
 
 
 @dataclass(frozen=True)
 class StateAxes:
-    """States along four axes: directions, elbow angles, pretensions, and as one all other axes of designs.
+    """Axes of states: directions, then elbow angles, pretensions, and as one all others of designs, the longest last.
 
-    The longest of them but the first is the last; what does not vary along an axis has one value there.
+    Without an axis of pretensions they stay as they are, for then each factor of the model is worked out only where it
+    varies. What does not vary along an axis has one value there.
     """
 
     shape: tuple[int, ...]
@@ -34,76 +34,92 @@ class StateAxes:
     free: int | None
     """The axis of designs that nothing but pretension depends on, if any."""
 
-    @property
-    def others(self) -> list[int]:
-        """All other axes of designs."""
-        return [axis for axis in range(len(self.shape) - 2) if axis != self.free]
+    @cached_property
+    def groups(self) -> list[tuple[int, ...]]:
+        """The axes, each by those of `shape` that it is made of."""
+        if self.free is None:
+            return [(axis,) for axis in range(len(self.shape))]
+        direction, angle = (len(self.shape) - 2,), (len(self.shape) - 1,)
+        others = tuple(axis for axis in range(len(self.shape) - 2) if axis != self.free)
+        rest = [others, (self.free,), angle]
+        last = max(rest, key=lambda group: math.prod(self.shape[axis] for axis in group))
+        return [direction, *(group for group in reversed(rest) if group is not last), last]
 
     @cached_property
-    def lengths(self) -> tuple[int, ...]:
-        """Directions, elbow angles, pretensions, other designs."""
-        pretensions = 1 if self.free is None else self.shape[self.free]
-        return *self.shape[-2:], pretensions, math.prod(self.shape[:-2]) // pretensions
-
-    @cached_property
-    def order(self) -> tuple[int, ...]:
-        """Which of the four comes where."""
-        last = max((OTHERS, PRETENSIONS, ANGLES), key=self.lengths.__getitem__)
-        return *(axis for axis in range(4) if axis != last), last
+    def lengths(self) -> list[int]:
+        """Values along each axis."""
+        return [math.prod(self.shape[axis] for axis in group) for group in self.groups]
 
     @property
-    def designs(self) -> tuple[int, ...]:
-        """The shape of designs along these axes."""
-        return tuple(self.lengths[axis] if axis in (PRETENSIONS, OTHERS) else 1 for axis in self.order)
+    def directions(self) -> int:
+        """Which axis that of directions is, counted from the last."""
+        return self._of(len(self.shape) - 2)
 
     @property
     def angles(self) -> int:
-        """Which of these axes that of elbow angles is."""
-        return self.order.index(ANGLES)
+        """Which axis that of elbow angles is, counted from the last."""
+        return self._of(len(self.shape) - 1)
+
+    def _of(self, axis: int) -> int:
+        return self.groups.index((axis,)) - len(self.groups)
+
+    @cached_property
+    def designs(self) -> tuple[int, ...]:
+        """The shape of designs along these axes."""
+        return tuple(
+            math.prod(self.shape[axis] for axis in group if axis < len(self.shape) - 2) for group in self.groups
+        )
 
     def laid(self, values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
         """What broadcasts to the shape of states, along these axes."""
-        full, count = values.reshape((1,) * (len(self.shape) - values.ndim) + values.shape), len(self.shape)
-        free = () if self.free is None else (self.free,)
-        moved = full.transpose(count - 2, count - 1, *free, *self.others)
-        ahead = moved.shape[: 2 + len(free)]
-        if math.prod(moved.shape[2 + len(free) :]) > 1:
-            moved = np.broadcast_to(moved, (*ahead, *(self.shape[axis] for axis in self.others)))
-        one = moved.reshape(*ahead, *(() if free else (1,)), -1)
-        return np.ascontiguousarray(one.transpose(self.order))
+        full = values.reshape((1,) * (len(self.shape) - values.ndim) + values.shape)
+        lengths = list(full.shape)
+        for group in self.groups:
+            if any(lengths[axis] > 1 for axis in group):
+                for axis in group:
+                    lengths[axis] = self.shape[axis]
+        moved = np.broadcast_to(full, lengths).transpose([axis for group in self.groups for axis in group])
+        return np.ascontiguousarray(
+            moved.reshape([math.prod(lengths[axis] for axis in group) for group in self.groups])
+        )
 
     def back(self, values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
-        """What designs come to, as they came."""
-        apart = values.transpose(np.argsort(self.order)).reshape(-1, *(self.shape[axis] for axis in self.others))
-        return apart[0] if self.free is None else np.moveaxis(apart, 0, self.free)
+        """What designs come to, in the shape of `shape` without its last two axes."""
+        order = [axis for group in self.groups for axis in group]
+        apart = values.reshape([1 if axis >= len(order) - 2 else self.shape[axis] for axis in order])
+        return apart.transpose(np.argsort(order))[..., 0, 0]
+
+    def portions(self) -> Iterator[Place]:
+        """Some elbow angles of a direction after the other, or all states, where these are few."""
+        if self.free is None or math.prod(self.shape) <= STATES_AT_ONCE:
+            return self._cuts({})
+        return self._cuts({self.directions: 1, self.angles: self._at_once[0]})
+
+    def runs(self) -> Iterator[Place]:
+        """Some pretensions after the other, of all else."""
+        return self._cuts({} if self.free is None else {self._of(self.free): self._at_once[1]})
 
     @cached_property
     def _at_once(self) -> tuple[int, int]:
         """How many elbow angles, and pretensions, are best taken at once."""
-        _, angles, pretensions, others = self.lengths
-        fewest = _FEWEST if self.order[-1] == PRETENSIONS else 1
+        angles, pretensions = self.shape[-1], 1 if self.free is None else self.shape[self.free]
+        others = math.prod(self.shape[:-2]) // pretensions
+        fewest = _FEWEST if self.groups[-1] == (self.free,) else 1
         run = min(pretensions, max(fewest, STATES_AT_ONCE // (angles * others)))
         most = max(1, STATES_AT_ONCE // (run * others))
         return -(-angles // -(-angles // most)), run
 
-    def portions(self) -> Iterator[Place]:
-        """Some elbow angles of a direction after the other, of all designs."""
-        return self._cuts({DIRECTIONS: 1, ANGLES: self._at_once[0]})
-
-    def runs(self) -> Iterator[Place]:
-        """Some pretensions after the other, of all else."""
-        return self._cuts({PRETENSIONS: self._at_once[1]})
-
     def _cuts(self, most: dict[int, int]) -> Iterator[Place]:
-        def along(axis: int) -> list[slice]:
-            if axis not in most:
-                return [slice(None)]
-            return [slice(start, start + most[axis]) for start in range(0, self.lengths[axis], most[axis])]
+        def along(axis: int, length: int) -> list[slice]:
+            step = most.get(axis - len(self.lengths), length)
+            return [slice(start, start + step) for start in range(0, length, step)] if step < length else [slice(None)]
 
-        return itertools.product(*map(along, self.order))
+        return itertools.product(*itertools.starmap(along, enumerate(self.lengths)))
 
 
 def cut(values: npt.NDArray[Kind], place: Place) -> npt.NDArray[Kind]:
     """Values in a place, where they vary along its axes."""
+    if not values.ndim:
+        return values
     lengths = zip(values.shape, place, strict=True)
     return values[tuple(slice(None) if length == 1 else part for length, part in lengths)]

@@ -84,7 +84,9 @@ class Response:
     @cached_property
     def lowest(self) -> Array:
         """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
-        return np.where(self.unilateral, np.zeros_like(self.shortfall), -np.inf)
+        if np.ndim(self.unilateral):
+            return np.where(self.unilateral, np.zeros_like(self.shortfall), -np.inf)
+        return np.full_like(self.shortfall, 0.0 if self.unilateral else -np.inf)
 
     @cached_property
     def limit(self) -> Array:
