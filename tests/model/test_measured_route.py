@@ -104,6 +104,16 @@ def test_the_noise_is_found_from_the_points(name, noise):
     assert noise_of(points + rng.normal(0.0, noise, points.shape)) == pytest.approx(noise, rel=0.25)
 
 
+@pytest.mark.parametrize("name", ["helix", "arc", "arcs"])
+def test_a_route_bends_as_much_from_its_other_end(name):
+    rng = np.random.default_rng(1)
+    points = resampled(ROUTES[name]()[0], 0.02, rng)
+    points += rng.normal(0.0, 0.5e-3, points.shape)
+    there, back = measured_route(points), measured_route(points[::-1])
+    assert there.bend_angle == pytest.approx(back.bend_angle, rel=1e-9)
+    assert there.standard_error == pytest.approx(back.standard_error, rel=1e-9)
+
+
 @given(st.integers(0, 1000), st.floats(1e-3, 1e3))
 def test_neither_the_unit_nor_the_frame_counts(seed, unit):
     rng = np.random.default_rng(seed)
