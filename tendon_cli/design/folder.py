@@ -15,7 +15,7 @@ from typing import Any
 from tendon_cli.design.problem import Problem
 from tendon_cli.errors import FolderError, InputError
 from tendon_cli.files import open_file, output_errors, sync_folder, write_whole
-from tendon_cli.sweep.record import checksum, difference, read_sealed, stands
+from tendon_cli.sweep.record import checksum, difference, lost, read_sealed
 
 RECORD = "design.json"
 _MARK = ".tendon-making"
@@ -40,8 +40,8 @@ def standing(folder: Path, problem: Problem, *, overwrite: bool) -> dict[str, An
     hint = "--overwrite replaces it, --out writes elsewhere"
     if (differs := difference(record, problem.study)) is not None:
         raise FolderError(f"holds the answer to another study: {differs}", where=str(folder), hint=hint)
-    if (lost := _lost(folder, record)) is not None:
-        raise FolderError(f"{lost} is missing or damaged", where=str(folder), hint=hint)
+    for name in lost(folder, record):
+        raise FolderError(f"{name} is missing or damaged", where=str(folder), hint=hint)
     return record
 
 
@@ -51,15 +51,10 @@ def open_answer(folder: Path) -> dict[str, Any] | None:
     Raises FolderError for a record that tendon did not write, InputError for a file that is missing or changed.
     """
     record = read_sealed(folder / RECORD)
-    if record is not None and (lost := _lost(folder, record)) is not None:
+    for name in lost(folder, record) if record is not None else ():
         hint = "`tendon design --overwrite` writes it anew"
-        raise InputError("is missing, or not as it was written", where=str(folder / lost), hint=hint)
+        raise InputError("is missing, or not as it was written", where=str(folder / name), hint=hint)
     return record
-
-
-def _lost(folder: Path, record: dict[str, Any]) -> str | None:
-    """The first file of an answer that does not stand as it was written."""
-    return next((entry["path"] for entry in record["files"] if not stands(folder, entry)), None)
 
 
 @contextlib.contextmanager

@@ -13,7 +13,7 @@ import math
 import os
 import re
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -83,6 +83,11 @@ def stands(folder: Path, entry: Mapping[str, Any]) -> bool:
         return not path.is_symlink() and path.stat().st_size == entry["size"] and file_sha256(path) == entry["sha256"]
     except OSError:
         return False
+
+
+def lost(folder: Path, record: Mapping[str, Any]) -> Iterator[str]:
+    """Files of a record that do not stand as they were written."""
+    return (entry["path"] for entry in record["files"] if not stands(folder, entry))
 
 
 def _is_sound(record: dict[str, Any]) -> bool:

@@ -22,7 +22,7 @@ from tendon_cli.sweep.design_rows import Totals
 from tendon_cli.sweep.inputs import Inputs
 from tendon_cli.sweep.part import PartResult
 from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.record import RECORD, Journal, read_record, stands
+from tendon_cli.sweep.record import RECORD, Journal, lost, read_record
 from tendon_cli.sweep.run_folder import RunFolder
 from tendon_cli.sweep.suits import feasible_suits, suits
 
@@ -100,10 +100,9 @@ def open_run(path: Path) -> Run:
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
         hint = "`tendon sweep` writes one"
         raise InputError(f"is no run folder, it holds no {RECORD}", where=str(path), hint=hint)
-    for entry in record["files"]:
-        if not stands(path, entry):
-            hint = "`tendon sweep --resume` computes just this anew"
-            raise InputError("is missing, or not as it was written", where=str(path / entry["path"]), hint=hint)
+    for name in lost(path, record):
+        hint = "`tendon sweep --resume` computes just this anew"
+        raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
     return Run(record, path, up_to_date=True)
 
 

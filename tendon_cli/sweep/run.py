@@ -26,7 +26,7 @@ from tendon_cli.errors import (
 )
 from tendon_cli.sweep.ownership import check_folder
 from tendon_cli.sweep.part import PartFailure, PartMaker, PartResult, Results, Runner, part_index
-from tendon_cli.sweep.record import JOURNAL, Journal, read_record, stands
+from tendon_cli.sweep.record import JOURNAL, Journal, lost, read_record
 from tendon_cli.sweep.results import Run, record_of
 from tendon_cli.sweep.run_folder import RunFolder
 
@@ -93,7 +93,7 @@ def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
 def _repaired(folder: RunFolder, record: dict[str, Any], runner: Runner | None, stop: threading.Event) -> Run:
     """A finished run whose damaged parts are computed again, if they may be; the same parts give the same bytes."""
     entries = {entry["path"]: entry for entry in record["files"]}
-    damaged = [path for path, entry in entries.items() if not stands(folder.path, entry)]
+    damaged = list(lost(folder.path, record))
     if not damaged:
         return Run(record, folder.path, up_to_date=True)
     if runner is None:
