@@ -178,6 +178,11 @@ def test_importing_the_study_or_the_model_loads_no_heavy_library(module):
     assert loaded_by(f"import tendon_cli{module}") == []
 
 
+@pytest.mark.parametrize("module", ["figures.draw", "check.check", "report.report", "rows"])
+def test_what_draws_nothing_loads_no_matplotlib(module):
+    assert not {"matplotlib", "scipy", "pandas"}.intersection(loaded_by(f"import tendon_cli.{module}"))
+
+
 def test_no_two_classes_of_the_package_share_a_name():
     found = {}
     for path in FILES:

@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from tendon_cli.figures.axes import Ints, RowAxis
+from tendon_cli.figures.labels import plain
 from tendon_cli.figures.product import Columns, Product
-from tendon_cli.figures.style import plain
 from tendon_cli.study.figures import FigureSpec
 
 _LONGEST_NAME = 40

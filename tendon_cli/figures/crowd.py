@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.figures.engine import Axes
+from tendon_cli.figures.labels import plain
 from tendon_cli.figures.style import (
     FAINT,
     INK,
@@ -19,7 +20,6 @@ from tendon_cli.figures.style import (
     SEQUENTIAL,
     house_style,
     new_figure,
-    plain,
     save,
 )
 

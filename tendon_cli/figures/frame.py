@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.figures.engine import Figure
-from tendon_cli.figures.labels import without_formulas
-from tendon_cli.figures.style import new_figure, plain, save
+from tendon_cli.figures.labels import plain, without_formulas
+from tendon_cli.figures.style import new_figure, save
 
 _TITLE_LINE, _NOTE_LINE, _KEY_LINE, _PAD = 4.0, 3.3, 4.4, 1.5
 _TITLE_SIGN, _NOTE_SIGN = 1.75, 1.25

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.figures.style import plain
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.units import UNITS
 
@@ -141,3 +141,11 @@ def _set(word: str) -> str:
 
 
 INPUT = r"\mathit{I}"
+
+
+def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
+    """Text of a user as it stands: no formula is made of a dollar sign, no line is broken by a control character."""
+    clean = " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
+    if width is not None:
+        clean = "\n".join(textwrap.wrap(clean, width, max_lines=lines, placeholder=" …", break_long_words=True))
+    return clean.replace("$", r"\$")

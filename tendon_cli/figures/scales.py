@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.figures.engine import Axes, ticker
-from tendon_cli.figures.labels import Shown, number
-from tendon_cli.figures.style import plain
+from tendon_cli.figures.labels import Shown, number, plain
 
 _FEW = 6
 """Up to so many values each one has its tick."""

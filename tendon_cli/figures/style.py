@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import struct
-import textwrap
 import warnings
 import zlib
 from collections.abc import Iterator, Mapping
@@ -205,14 +204,6 @@ def unknown_hatch() -> dict[str, Any]:
 def hatch_key(label: str) -> Patch:
     """The sign of what has no value, for the key."""
     return Patch(**unknown_hatch(), label=label)
-
-
-def plain(text: str, *, width: int | None = None, lines: int = 3) -> str:
-    """Text of a user as it stands: no formula is made of a dollar sign, no line is broken by a control character."""
-    clean = " ".join("".join(sign if sign.isprintable() else " " for sign in text).split())
-    if width is not None:
-        clean = "\n".join(textwrap.wrap(clean, width, max_lines=lines, placeholder=" …", break_long_words=True))
-    return clean.replace("$", r"\$")
 
 
 def sequence(count: int) -> list[Colour]:

@@ -202,7 +202,7 @@ def _line(entry: dict[str, Any]) -> bytes:
 def _content(path: Path) -> bytes:
     try:
         return read_file(path, _MOST_BYTES)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return b""
     except OSError as error:  # what it lists is not known, so nothing in the folder may be trusted or deleted
         hint = "make it a file that can be read, or choose another folder with --out"
