@@ -189,13 +189,15 @@ class TableFile:
 
 
 def _encoding(columns: Sequence[Column]) -> dict[str, object]:
-    """How pages are encoded: words as a dictionary, results split into byte streams.
+    """How pages are encoded: words as a dictionary, results split into byte streams, counts by their differences.
 
     Measured on states tables: twice to three times as fast as the library's defaults, and a sixth smaller; pages as
     long as a row group take another fifth off. Numbers that repeat are as small by Zstandard as in a dictionary, which
-    looks up each value and takes three times as long.
+    looks up each value and takes three times as long. It has trouble with the numbers of designs, whose differences
+    take half the time and a twentieth of the room.
     """
     results = [column.name for column in columns if column.kind == "number" and not column.is_axis]
+    counts = [column.name for column in columns if column.kind == "count"]
     repeats = [
         column.name for column in columns if column.kind == "count" or (column.kind == "number" and column.is_axis)
     ]
@@ -204,7 +206,7 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
         "compression": {column.name: "zstd" if column.name in repeats else "snappy" for column in columns},
         "compression_level": dict.fromkeys(repeats, 1),
         "use_dictionary": [column.name for column in columns if column.kind == "text"],
-        "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT"),
+        "column_encoding": dict.fromkeys(results, "BYTE_STREAM_SPLIT") | dict.fromkeys(counts, "DELTA_BINARY_PACKED"),
         "write_statistics": [column.name for column in columns if column.is_axis],
         "write_page_checksum": True,
         "max_rows_per_page": _ROWS_AT_ONCE,
