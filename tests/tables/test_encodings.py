@@ -59,3 +59,16 @@ def test_numbers_that_repeat_are_as_small_as_in_a_dictionary(stored, table, tmp_
     ours = groups.close().size
     pq.write_table(pa.table(pattern), tmp_path / "rival.parquet", compression="snappy", use_dictionary=True)
     assert ours < (tmp_path / "rival.parquet").stat().st_size
+
+
+@pytest.mark.parametrize("each", [1, 182])
+def test_numbers_of_designs_take_next_to_nothing(each, tmp_path):
+    kept = [Column("design", "count", "1", "number of the design, from 0")]
+    numbers, file = 10**9 + np.arange(2**17) // each, tmp_path / "numbers.parquet"
+    with file.open("wb") as opened:
+        groups = RowGroups(opened, kept, schema_of(kept, {}), row_group=2**17, rows=2**17)
+        groups.fill(2**17, lambda to, rows: to["design"].__setitem__(slice(None), numbers[rows.start : rows.stop]))
+        groups.close()
+    column = pq.read_metadata(file).row_group(0).column(0)
+    assert column.total_compressed_size < 2**17 / 64
+    assert np.array_equal(pq.read_table(file)["design"].to_numpy(), numbers)
