@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_cli import kernel
-from tendon_cli.model import extremes
+from tendon_cli.model import extremes, portions
 from tendon_cli.model.actuator import Situation, State
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
@@ -180,16 +180,28 @@ def test_the_longest_slack_where_another_state_is_slack_than_that_of_the_largest
         angles = np.array([rising, low + nudge])
         shortfall, limit = (getattr(situation(angles).response, name).ravel() for name in ("shortfall", "limit"))
         crossed += np.argmax(shortfall) != np.argmax(limit)
-        pretension = np.array([10.0, *limit, limit.mean(), *shortfall]).reshape(-1, 1, 1, 1)
-        at, whole = situation(angles, pretension, np.reshape([True, False], (1, -1, 1, 1))), (6, 2, 1, 2)
-        with each_kind() as (kinds, take):
-            for kind in (None, *kinds):
-                take(kind)
-                found = extremes.begin(whole[:-2])
-                kernel.fold_extremes(found, at, angles, whole)
-                lengths = by_hand(rows_of(at, whole), at, angles, whole)["max_slack"]
-                assert same_bits(lengths + 0.0, extremes.finished(found, 2)["max_slack"]), kind
+        for pull in (*limit, limit.mean(), *shortfall):
+            pretension, unilateral = np.reshape([10.0, pull], (-1, 1, 1, 1)), np.reshape([True, False], (1, -1, 1, 1))
+            at, whole = situation(angles, pretension, unilateral), (2, 2, 1, 2)
+            found, rows = extremes.begin(whole[:-2]), rows_of(at, whole)
+            extremes.fold(found, at, angles)
+            lengths = by_hand(rows, at, angles, whole)["max_slack"]
+            assert same_bits(lengths + 0.0, extremes.finished(found, 2)["max_slack"])
     assert crossed
+
+
+@pytest.mark.parametrize("first", [1.2, 2.9], ids=["weightless", "past the dead centre"])
+def test_no_slack_length_of_states_that_have_none(first):
+    limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 0.0, 0.174, 0.32, 0.0)
+    pretension, angles = np.reshape([0.0, 1.0, 500.0], (-1, 1, 1)), first + np.linspace(0.0, 0.2, 5)
+    side, flexion = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, pretension), np.array([[True], [False]])
+    design = Design(limb, side, side, 0.03, 1.0, 0.0)
+    at, whole = Situation.of(design, angles.reshape(1, -1), flexion), (3, 2, 5)
+    found = extremes.begin(whole[:-2])
+    extremes.fold(found, at, angles)
+    lengths = extremes.finished(found, 10)["max_slack"]
+    assert same_bits(by_hand(rows_of(at, whole), at, angles, whole)["max_slack"] + 0.0, lengths)
+    assert np.isnan(lengths[:2]).all()
 
 
 def test_more_slack_states_than_a_short_integer_counts():
@@ -202,3 +214,28 @@ def test_more_slack_states_than_a_short_integer_counts():
         extremes.fold(found, at, angles)
         assert found["slack"].flat[0] == len(angles)
         assert found["first_slack_angle"].flat[0] == 0.5
+
+
+@pytest.mark.parametrize("slack", ["unilateral", "bilateral", "both"])
+@pytest.mark.parametrize("most", [1, 7, 60])
+def test_it_does_not_matter_how_many_states_numpy_takes_at_once(monkeypatch, most, slack):
+    for seed in range(15):
+        at, angles, whole = situation_of(np.random.default_rng([seed, most]), slack)
+        once, in_portions = (extremes.begin(whole[:-2]) for _ in range(2))
+        monkeypatch.setattr(portions, "STATES_AT_ONCE", 2**40)
+        extremes.fold(once, at, angles)
+        monkeypatch.setattr(portions, "STATES_AT_ONCE", most)
+        monkeypatch.setattr(portions, "_FEWEST", 2)
+        extremes.fold(in_portions, at, angles)
+        for name, values in once.items():
+            assert same_bits(values + 0.0, in_portions[name] + 0.0), (seed, name)
+
+
+@pytest.mark.parametrize("free", [0, 1, 2, None])
+def test_axes_of_states_go_there_and_back(free):
+    shape, values = (2, 3, 4, 2, 9), np.arange(24.0).reshape(2, 3, 4, 1, 1)
+    axes = portions.StateAxes(shape, free)
+    for some in (values, values[:1, :, :1]):
+        whole = np.broadcast_to(axes.laid(some), axes.designs)
+        np.testing.assert_array_equal(axes.back(whole), np.broadcast_to(some, values.shape)[..., 0, 0])
+    assert sum(axes.laid(np.ones(shape))[place].size for place in axes.portions()) == np.prod(shape)
