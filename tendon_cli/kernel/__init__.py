@@ -7,10 +7,10 @@ pretensions every limit is kept; the last two take designs `beside.h` each other
 what goes in and out; `arguments.h` checks what Python hands over, `module.c` lets go of Python's lock. Everything is
 compiled for each kind of processor, and the best that runs here is taken.
 
-To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a function that goes over
-designs by `gather` and directions by `turn`, and calls `drive_at` and `lines_at` (and `state_at`, where it wants a
-pretension); let `entry.h` export it and `module.c` call it, like extremes. Say the same in `tendon_cli/model/` with
-NumPy, and here choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
+To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a visit that `over_designs`
+makes to all designs in each direction, and that calls `lines_at` (and `state_at`, where it wants a pretension); let
+`entry.h` export it and `module.c` call it, like extremes. Say the same in `tendon_cli/model/` with NumPy, and here
+choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
 """
 
 from __future__ import annotations
