@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from tendon_cli.figures.product import as_numpy
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.response import SLACK_TOLERANCE, pretension_shortfall
@@ -101,9 +102,9 @@ def _breaches(table: pa.Table, limits: Mapping[str, float]) -> Iterator[Breach]:
     """Every limit that each of some designs breaks."""
     if not table.num_rows:
         return
-    columns = {name: table.column(name).to_numpy(zero_copy_only=False) for name in table.schema.names}
+    columns = {name: as_numpy(table.column(name)) for name in table.schema.names}
     numbers = columns["design"]
-    nowhere = np.isnan(columns["required_pretension"].astype(float))
+    nowhere = np.isnan(columns["required_pretension"])
     for row in np.flatnonzero(nowhere):
         yield Breach(int(numbers[row]), NO_EQUILIBRIUM, None, None, float("inf"))
     for row in np.flatnonzero(~nowhere & ~columns["taut"].astype(bool)):
@@ -112,7 +113,7 @@ def _breaches(table: pa.Table, limits: Mapping[str, float]) -> Iterator[Breach]:
     for limit, bound in limits.items():
         values = columns.get(column_of(limit))
         if values is not None:
-            yield from _beyond(numbers, limit, bound, values.astype(float))
+            yield from _beyond(numbers, limit, bound, values)
 
 
 def _beyond(numbers: npt.NDArray[Any], limit: str, bound: float, values: npt.NDArray[np.float64]) -> Iterator[Breach]:

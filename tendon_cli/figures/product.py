@@ -123,7 +123,7 @@ class Product:
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
             if high > low:
                 for name in names:
-                    found[name][order[low:high]] = _numpy(part.column(name))[wanted[low:high] - start]
+                    found[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
         if any((np.abs(values) > _MOST).any() for values in found.values() if values.dtype == np.float64):
             raise _foreign(self.files)
         return {name: values.reshape(rows.shape) for name, values in found.items()}
@@ -222,7 +222,7 @@ def _empty(kind: pa.DataType, size: int) -> npt.NDArray[Any]:
     return np.full(size, "", dtype=object) if pa.types.is_dictionary(kind) else np.full(size, np.nan)
 
 
-def _numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
+def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
     """A column with NaN or "" for null. Not by pyarrow's own ways, which import pandas or its functions."""
     return np.concatenate(
         [_words(each) if pa.types.is_dictionary(column.type) else _floats(each) for each in column.chunks]

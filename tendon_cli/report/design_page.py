@@ -15,6 +15,7 @@ from tendon_cli.design.problem import Problem
 from tendon_cli.design.question import question
 from tendon_cli.figures.axes import evenly
 from tendon_cli.figures.labels import Shown
+from tendon_cli.figures.product import as_numpy
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.report import html
 from tendon_cli.report.data import NO_DATA
@@ -45,8 +46,9 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     axes = [_axis(factor, kept) for factor, kept in _kept(problem)]
     rows = _rows(problem, table, axes)
     whole = table.read()
-    choices = whole.take(pa.array(rows))
-    columns = {name: _numbers(choices, name) for name in RESULTS if name in choices.schema.names}
+    kept = pa.Array.from_buffers(pa.int64(), len(rows), [None, pa.py_buffer(rows)])  # pa.array() imports pandas
+    choices = whole.take(kept)
+    columns = {name: as_numpy(choices.column(name)) for name in RESULTS if name in choices.schema.names}
     columns = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     labels = {name: Shown.of(name, QUANTITIES[name]) for name in columns}
     cells = int(np.prod([len(axis.kept) for axis in axes]))
@@ -86,14 +88,10 @@ def _rows(problem: Problem, table: TableFiles, axes: Sequence[PageAxis]) -> npt.
     return np.concatenate([grid.ravel(), np.arange(len(problem.choices), table.rows)])
 
 
-def _numbers(table: pa.Table, column: str) -> npt.NDArray[np.float64]:
-    return np.asarray(table.column(column).to_numpy(zero_copy_only=False), dtype=np.float64)
-
-
 def _answers(table: pa.Table, columns: Any, labels: Any, cells: int) -> dict[str, Any]:
     """Windows and front, a number a choice."""
     found = {name: number_record(labels[name], values) for name, values in columns.items()}
-    found["on_front"] = {"label": "on the front", "unit": "", "array": packed(_numbers(table, "on_front"))}
+    found["on_front"] = {"label": "on the front", "unit": "", "array": packed(as_numpy(table.column("on_front")))}
     goals = [name for name in GOALS if name in found]
     shown = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
     return {
@@ -136,7 +134,7 @@ def _table(problem: Problem, axes: Sequence[PageAxis], table: pa.Table, columns:
         if factor.names:
             shown.append({"label": axis.shown.name, "unit": "", "texts": table.column(factor.column).to_pylist()})
         else:
-            shown.append(number_record(axis.shown, _numbers(table, factor.column)))
+            shown.append(number_record(axis.shown, as_numpy(table.column(factor.column))))
     shown += [number_record(labels[name], values) for name, values in columns.items()]
     shown += [
         {"label": label, "unit": "", "texts": [text or "none" for text in table.column(name).to_pylist()]}

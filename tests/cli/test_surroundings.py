@@ -53,6 +53,13 @@ def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workp
     assert (workplace / "results/study/run.json").exists()
 
 
+@pytest.mark.parametrize("command", ["check", "report"])
+def test_what_is_said_of_a_run_needs_no_library_that_draws(outside, tendon, workplace, command):
+    (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
+    assert tendon("sweep", "study.toml", "--no-figures").exit == 0
+    assert heavy_after(outside, command, "results/study") == ["numpy", "pyarrow"]
+
+
 def test_matplotlib_is_read_ahead_once_for_a_run_that_is_computed_and_drawn(tendon, workplace, monkeypatch):
     asked = []
     monkeypatch.setattr(sweep_command, "import_ahead", asked.append)
