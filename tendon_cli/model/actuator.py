@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from tendon_cli.model import statics
-from tendon_cli.model.design import Design, Limb
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Kinematics, Real, kinematics
 from tendon_cli.model.response import Coupling, Response, coupling, respond
 from tendon_cli.model.statics import Balance, Status
-from tendon_cli.model.transmission import Transmission, motor_arms, transmissions
+from tendon_cli.model.transmission import Transmission, transmissions
 
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
@@ -42,14 +42,16 @@ class Situation:
     @classmethod
     def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> Situation:
         """From arrays that broadcast: elbow angle in rad, and whether it is flexion, else extension."""
-        flexor, extensor = transmissions(design, flexion)
-        inclination = np.add(elbow_angle, design.arm.upper_arm_angle)
+        arm, (flexor, extensor) = design.arm, transmissions(design, flexion)
+        inclination = np.add(elbow_angle, arm.upper_arm_angle)
         return cls(
             design=design,
-            motion=kinematics(design.arm.anchors, elbow_angle, from_initial=design.from_initial),
+            motion=kinematics(arm.anchors, elbow_angle, from_initial=design.from_initial),
             flexor=flexor,
             extensor=extensor,
-            gravity_moment=gravity_moment(design.arm, design.load_mass),
+            gravity_moment=np.asarray(
+                STANDARD_GRAVITY * (arm.forearm_mass * arm.forearm_com + design.load_mass * arm.load_distance)
+            ),
             sine=np.sin(inclination),
             cosine=np.cos(inclination),
         )
@@ -68,6 +70,11 @@ class Situation:
             elbow_torque=self.gravity_moment * self.sine,
         )
 
+    @property
+    def torque_slope(self) -> Array:
+        """dτ_a/dθ, N m/rad."""
+        return np.asarray(self.gravity_moment * self.cosine)
+
     @cached_property
     def response(self) -> Response:
         """How the tensions follow pretension."""
@@ -76,8 +83,8 @@ class Situation:
     @cached_property
     def held_stiffness(self) -> tuple[Array, Array]:
         """Elbow stiffness, taut and slack, but for what the flexor's tension takes of it, N m/rad."""
-        slope = self.gravity_moment * self.cosine
-        return statics.held_stiffness(self.coupling, self.response, slope, unilateral=self.design.unilateral)
+        unilateral = self.design.unilateral
+        return statics.held_stiffness(self.coupling, self.response, self.torque_slope, unilateral=unilateral)
 
     @cached_property
     def slack_lengths(self) -> tuple[Array, Array]:
@@ -94,8 +101,9 @@ class Situation:
 
     @cached_property
     def motor_arms(self) -> tuple[Array, Array]:
-        """τ_m per distal newton of either side, m."""
-        return motor_arms(self.design, self.flexor, self.extensor)
+        """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
+        radius = self.design.flexor_radius
+        return np.asarray(radius / self.flexor.capstan), np.asarray(self.design.ratio * radius / self.extensor.capstan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,18 +237,6 @@ class State:
             "flexor_travel": motion.flexor_travel,
             "extensor_travel": motion.extensor_travel,
         }
-
-
-def gravity_moment(arm: Limb, load_mass: Real) -> Array:
-    """Moment of forearm and load about the elbow where the forearm is level, N m."""
-    return np.asarray(STANDARD_GRAVITY * (arm.forearm_mass * arm.forearm_com + load_mass * arm.load_distance))
-
-
-def gravity_torque(arm: Limb, load_mass: Real, elbow_angle: Real) -> tuple[Array, Array]:
-    """τ_a that holds forearm and load against gravity, quasi-static (N m), and its derivative dτ_a/dθ (N m/rad)."""
-    moment = gravity_moment(arm, load_mass)
-    inclination = np.add(elbow_angle, arm.upper_arm_angle)
-    return np.asarray(moment * np.sin(inclination)), np.asarray(moment * np.cos(inclination))
 
 
 def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:

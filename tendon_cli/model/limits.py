@@ -17,6 +17,7 @@ from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Real
 from tendon_cli.model.response import Response, respond
+from tendon_cli.model.statics import springs
 
 (
     FLEXOR_SLACK, EXTENSOR_SLACK, FLEXOR_LEAST, EXTENSOR_LEAST, FLEXOR_MOST, EXTENSOR_MOST, FLEXOR_SPRING,
@@ -157,10 +158,8 @@ def _of_torque(at: Situation, response: Response, bounds: Bounds) -> Iterator[Li
 def _of_stiffness(at: Situation, response: Response, bounds: Bounds) -> Iterator[Line]:
     """k falls with the flexor's tension where the moment arm grows, and rises where it shrinks."""
     if _asked(bounds.min_elbow_stiffness):
-        tied, slope = at.coupling, at.motion.flexor_moment_arm_slope
-        springs = np.square(tied.moment_arm) * (1.0 / tied.flexor_compliance)
-        springs = springs + np.square(tied.elbow_radius) / tied.extensor_compliance
-        base = springs + at.gravity_moment * at.cosine - response.flexor_floor * slope
+        (flexor, extensor), slope = springs(at.coupling), at.motion.flexor_moment_arm_slope
+        base = flexor + extensor + at.torque_slope - response.flexor_floor * slope
         yield Line(STIFFNESS, -base, response.flexor_gain * slope, -np.asarray(bounds.min_elbow_stiffness))
 
 

@@ -109,12 +109,17 @@ def _if_any(flags: Flags) -> Flags:
     return flags if flags.any() else np.zeros((1,) * np.ndim(flags), np.bool_)
 
 
+def springs(state: Coupling) -> tuple[Array, Array]:
+    """J²/c_f and R_elb²/c_e, what either tendon adds to the elbow's stiffness with the motor held, N m/rad."""
+    flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
+    return flexor, np.asarray(np.square(state.elbow_radius) / state.extensor_compliance)
+
+
 def held_stiffness(
     state: Coupling, response: Response, elbow_torque_slope: Array, *, unilateral: Flag = True
 ) -> tuple[Array, Array]:
     """J²/c_f + R_elb²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
-    flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
-    extensor = np.square(state.elbow_radius) / state.extensor_compliance
+    flexor, extensor = springs(state)
     left = np.where(response.idle, 0.0, np.where(state.elbow_torque < 0.0, extensor, flexor))
     taut = flexor + extensor
     return taut + elbow_torque_slope, np.where(unilateral, left, taut) + elbow_torque_slope
@@ -127,5 +132,5 @@ def elbow_stiffness(held: tuple[Array, Array], balance: Balance, moment_arm_slop
     friction that the state assumes is wrong.
     """
     taut, slack = held
-    springs = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
-    return np.asarray(springs - balance.flexor * moment_arm_slope)
+    standing = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
+    return np.asarray(standing - balance.flexor * moment_arm_slope)

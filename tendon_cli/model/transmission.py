@@ -1,4 +1,4 @@
-"""What sheathed tendons, springs and spools do to tension, per side and direction (Eqs. 6, 13 and 17)."""
+"""What sheathed tendons and their springs do to tension, per side and direction (Eqs. 6 and 13)."""
 
 from __future__ import annotations
 
@@ -43,9 +43,3 @@ def transmissions(design: Design, flexion: Flag) -> tuple[Transmission, Transmis
     """Flexor and extensor. In flexion the flexor is pulled toward the motor, the extensor dragged toward the elbow."""
     pulled = np.where(flexion, sheath.TOWARD_MOTOR, sheath.TOWARD_ELBOW)
     return transmission(design.flexor, pulled), transmission(design.extensor, -pulled)
-
-
-def motor_arms(design: Design, flexor: Transmission, extensor: Transmission) -> tuple[Array, Array]:
-    """τ_m per distal newton of the flexor and, against it, of the extensor (Eq. 17), m."""
-    radius = design.flexor_radius
-    return np.asarray(radius / flexor.capstan), np.asarray(design.ratio * radius / extensor.capstan)

@@ -106,16 +106,20 @@ def test_the_radius_ratio_has_no_value_where_neither_path_has_moved():
 
 @given(st.floats(-1.5, 3.0), st.floats(-1.5, 1.5), st.floats(0.0, 20.0))
 def test_the_weight_is_held_against_gravity_along_the_path_of_the_masses(angle, inclination, load):
-    arm = design(baseline(upper_arm_angle=inclination)).arm
+    held = design(baseline(upper_arm_angle=inclination, load_mass=load))
+    arm = held.arm
+
+    def situation(at):
+        return actuator.Situation.of(held, at, flexion=True)
 
     def energy(at):
         lever = arm.forearm_mass * arm.forearm_com + load * arm.load_distance
         return -9.81 * lever * np.cos(at + inclination)
 
-    torque, slope = actuator.gravity_torque(arm, load, angle)
+    torque = situation(angle).coupling.elbow_torque
     assert torque == pytest.approx(derivative(energy, angle, 2e-3), abs=1e-9)
-    rate = derivative(lambda at: float(actuator.gravity_torque(arm, load, at)[0]), angle, 2e-3)
-    assert slope == pytest.approx(rate, abs=1e-9)
+    rate = derivative(lambda at: float(situation(at).coupling.elbow_torque), angle, 2e-3)
+    assert situation(angle).torque_slope == pytest.approx(rate, abs=1e-9)
 
 
 def test_a_moment_arm_of_rounding_noise_is_none():
