@@ -23,6 +23,9 @@ ASSUMED_SCATTER = 0.03
 _LEAST_SCATTER = 1e-3
 """The same, and within a stroke, of readings without noise: no rig keeps to the formula more closely."""
 
+_FEWEST_WITHIN = 6
+"""Degrees of freedom from which the scatter within strokes is told from theirs."""
+
 
 @dataclass(frozen=True, eq=False)
 class Slipping:
@@ -159,6 +162,8 @@ def _whitened(points: Points, design: Floats, weight: Floats) -> Linear:
     inner, inner_free = _scatter(within, len(stroke) - len(count))
     outer, outer_free = _scatter(mean * np.sqrt(weight)[:, None], len(count))
     level = float(np.mean(np.abs(mean[:, -1] - np.mean(mean[:, -1]) if len(count) > 1 else mean[:, -1])))
+    if inner_free < _FEWEST_WITHIN and len(count) < len(stroke):  # too few to tell: rows scatter as strokes do
+        inner = max(inner, outer)
     inner = max(inner * _inflation(within, stroke), _LEAST_SCATTER * level, 1e-13)
     own = outer**2 - inner**2 * float(np.mean(1.0 / count))
     assumed = outer_free < 1

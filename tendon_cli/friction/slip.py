@@ -65,18 +65,18 @@ def separate(
     """
     size = len(log_ratio)
     noise = max(noise_of(log_ratio), step / np.sqrt(12.0))
-    usual = _usual_rows(log_ratio, named, noise)
-    smooth, left, width = smoothed(log_ratio, noise, 2 * usual - 1)
+    fewest = _fewest_rows(log_ratio, named, noise)
+    settled = fewest <= _SETTLED
+    smooth, left, width = smoothed(log_ratio, noise, 2 * fewest - 1)
     middle, half = levels_of(smooth)
     one_name = named is not None and len(set(named) - {0}) < 2
     way_of = np.zeros(size, dtype=np.int64) if one_name else _sides(smooth, middle, half, left)
     if not np.any(way_of):  # the noise hides the limits: all rows are of one direction, or as the file says
         side = np.full(size, 1 if middle > 0.0 else -1) if named is None else named
     else:
-        settled = usual <= _SETTLED and named is not None
         side = way_of if named is None else np.where((way_of == named) | (settled & (way_of == 0)), named, 0)
-    runs = _runs(side, border, 2 * width + 1 if width > 1 else 0)
-    if usual <= _SETTLED:
+    runs = _runs(side, border, 2 * width + 1 if width > 1 else 0, settled=settled)
+    if settled:
         kept, far = [(first, last) for first, last, _ in runs], np.inf
     else:
         kept, far = [trimmed(log_ratio, smooth, run, half, noise, left) for run in runs], max(0.2 * half, 4.0 * noise)
@@ -86,12 +86,12 @@ def separate(
     turns = int(np.count_nonzero(np.diff(sides)))
     one_sided = turns < 2 and (half == 0.0 or abs(middle) > 0.5 * half or turns == 0)
     against = np.zeros(size, dtype=bool) if named is None else way_of * named < 0
-    moving = math.nan if usual <= _SETTLED else _still_moving(log_ratio, forces, runs, kept, half)
+    moving = math.nan if settled else _still_moving(log_ratio, forces, runs, kept, half)
     return Slip(number, side, reasons, one_sided, moving, against)
 
 
-def _usual_rows(log_ratio: Floats, named: Integers | None, noise: float) -> int:
-    """Rows of the stroke that a row belongs to, at the median: by its name, or by the side of the middle it lies on.
+def _fewest_rows(log_ratio: Floats, named: Integers | None, noise: float) -> int:
+    """How many rows a stroke has at least that nine of ten rows belong to, by their names or their side of the middle.
 
     Where the noise hides the sides, as many as there are rows.
     """
@@ -101,7 +101,7 @@ def _usual_rows(log_ratio: Floats, named: Integers | None, noise: float) -> int:
     side = log_ratio > middle if named is None else named
     edges = np.flatnonzero(side[1:] != side[:-1]) + 1
     rows = np.diff(np.concatenate([[0], edges, [len(side)]]))
-    return int(np.median(np.repeat(rows, rows)))
+    return int(np.quantile(np.repeat(rows, rows), 0.1, method="lower"))
 
 
 def _numbered(
@@ -151,7 +151,7 @@ def _sides(smooth: Floats, middle: float, half: float, noise: float) -> Integers
     return side
 
 
-def _runs(side: Integers, border: Integers, gap: int) -> list[tuple[int, int, int]]:
+def _runs(side: Integers, border: Integers, gap: int, *, settled: bool) -> list[tuple[int, int, int]]:
     """First row, row after the last, and side of each run of rows on one side, over gaps that noise makes."""
     edges = np.flatnonzero((np.diff(side) != 0) | (np.diff(border) != 0)) + 1
     starts = np.concatenate([[0], edges])
@@ -164,6 +164,8 @@ def _runs(side: Integers, border: Integers, gap: int) -> list[tuple[int, int, in
         if runs and runs[-1][2] == run[2] and first - runs[-1][1] <= gap and border[first] == border[runs[-1][0]]:
             run = (runs.pop()[0], *run[1:])
         runs.append(run)
+    if settled:
+        return runs
     sides = {(int(border[first]), side) for first, _, side in runs}
     # What a stroke begins with on the other limit, going on from the stroke before, is not yet its own slip.
     return [

@@ -126,6 +126,25 @@ def test_settled_readings_are_all_used_whatever_they_scatter(csv_file, noise, ro
     assert held >= 5
 
 
+@pytest.mark.parametrize("named", [True, False], ids=["named", "by the forces"])
+def test_angles_and_directions_in_random_order(csv_file, named) -> None:
+    held = 0
+    for seed in range(20):
+        rng, rows = np.random.default_rng(seed), []
+        for angle in (90.0, 180.0, 270.0, 360.0) * 3:
+            for name, way in (("up", 1.0), ("down", -1.0)):
+                load = 1.0 + 0.5 * rng.random()
+                motor = load * math.exp(way * 0.08 * math.radians(angle) + 0.01 * rng.standard_normal())
+                rows.append(f"{angle}{',' + name if named else ''},{motor:.5f},{load:.5f}")
+        rng.shuffle(rows)
+        head = f"bend_angle_deg,{'direction,' if named else ''}motor,load"
+        fit = fit_file(csv_file("\n".join([head, *rows])), bend_angle=None)
+        assert np.count_nonzero(fit.rows.used) >= len(rows) - 2
+        low, high = fit.uncertainty.interval_95
+        held += low <= 0.08 <= high
+    assert held >= 17
+
+
 def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
     fit = fit_file(csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg")
     assert f"{fit.friction:.4f}" == "0.0734"
