@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import atexit
-import contextlib
 import gc
-import importlib
 import os
 import signal
-import threading
 from types import FrameType
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # mallopt(3) of the GNU C library
@@ -46,17 +43,6 @@ def spare_time() -> None:
 def is_ours() -> bool:
     """Whether this process is a command's, and nobody else's."""
     return os.getpid() in _OURS
-
-
-def import_ahead(module: str) -> None:
-    """Import a module beside the work that comes first; what is wrong with it shows where it is needed."""
-
-    def read() -> None:
-        with contextlib.suppress(Exception):
-            importlib.import_module(module)
-
-    with contextlib.suppress(RuntimeError):  # no memory for a thread
-        threading.Thread(target=read).start()
 
 
 def keep_freed_memory() -> None:

@@ -1,6 +1,5 @@
 """`tendon sweep`: a study over every combination."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +10,7 @@ from tendon_cli.commands import options
 from tendon_cli.commands.report import tell_of_stale_page
 from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
-from tendon_cli.startup import import_ahead, keep_freed_memory
+from tendon_cli.startup import keep_freed_memory
 from tendon_cli.terminal import as_json_text, print_result, progress
 
 if TYPE_CHECKING:
@@ -60,7 +59,7 @@ def sweep(
         with progress(loaded.name, quiet=quiet or as_json) as show:
             run = tendon.sweep(
                 loaded, folder, jobs, not no_figures, resume=resume, overwrite=overwrite, lock=not no_lock,
-                scheduler=scheduler, progress=show if no_figures else _reading_ahead(show), stop=stop,
+                scheduler=scheduler, progress=show, stop=stop,
             )  # fmt: skip
     from tendon_cli.summary import run_text
 
@@ -69,18 +68,6 @@ def sweep(
         tell_of_stale_page(folder)
     if run.record["no_equilibrium"] and not allow_no_equilibrium:
         raise typer.Exit(EXIT_NOT_AS_HOPED)
-
-
-def _reading_ahead(show: Callable[[int, int], None]) -> Callable[[int, int], None]:
-    """Tells of progress, the first time also has matplotlib read, which takes as long as a small study's parts."""
-    unread = ["tendon_cli.figures.style"]
-
-    def told(done: int, total: int) -> None:
-        while unread:
-            import_ahead(unread.pop())
-        show(done, total)
-
-    return told
 
 
 def _tell_cost(study: "Study", folder: Path, jobs: int | None, *, figures: bool, as_json: bool, quiet: bool) -> None:

@@ -4,16 +4,12 @@ import json
 import os
 import shutil
 import sys
-import threading
-import time
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 
 import tendon_cli
-from tendon_cli.commands import sweep as sweep_command
-from tendon_cli.startup import import_ahead
 
 HEAVY = ("numpy", "pandas", "pyarrow", "scipy", "matplotlib", "joblib", "distributed")
 LOADED = """
@@ -58,23 +54,6 @@ def test_what_is_said_of_a_run_needs_no_library_that_draws(outside, tendon, work
     (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
     assert tendon("sweep", "study.toml", "--no-figures").exit == 0
     assert heavy_after(outside, command, "results/study") == ["numpy", "pyarrow"]
-
-
-def test_matplotlib_is_read_ahead_once_for_a_run_that_is_computed_and_drawn(tendon, workplace, monkeypatch):
-    asked = []
-    monkeypatch.setattr(sweep_command, "import_ahead", asked.append)
-    (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
-    for words, count in [(("--no-figures",), 0), (("--no-figures", "--overwrite"), 0), (("--overwrite",), 1), ((), 1)]:
-        assert tendon("sweep", "study.toml", *words).exit == 0
-        assert len(asked) == count
-
-
-def test_what_cannot_be_read_ahead_is_told_where_it_is_needed(capfd):
-    before = threading.active_count()
-    import_ahead("tendon_cli.no_such_room")
-    while threading.active_count() > before:
-        time.sleep(0.01)
-    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("given", [{}, dict.fromkeys(VARIABLES, "0")])
