@@ -50,6 +50,8 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
         return context["problem"], context["hint"]
     if detail["type"] == "extra_forbidden":
         return _unknown(path)
+    if detail["type"] == "missing":
+        return f"is missing, each entry of {path[0]} needs it", None
     if detail["type"] == "literal_error":
         expected = context["expected"].replace("'", '"')
         return f"{given} is not possible, expected {expected}", _near(given, expected)
@@ -59,7 +61,6 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if detail["type"] == "tuple_type" and _valid_names(path):
         return f"{given} is not a list, expected a list of tables", f"in TOML, each of them starts with [[{path[-1]}]]"
     problems = {
-        "missing": f"is missing, each entry of {''.join(path[:1])} needs it",
         "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ - (64 at most)",
         "string_type": f"{given} is not text, expected text in quotes",
         "string_unicode": "holds a sign that is not Unicode, expected text",
