@@ -138,7 +138,7 @@ def find_motor(
             f'"{shorten(header, 30)}" hardly changes between the directions, the other does: are the headers swapped?',
         )
     if chosen is None:
-        chosen, note = _by_steadiness(readings, sides, used)
+        chosen, note = _by_steadiness(*changes)
         notes.append(note)
     return Directions(sides if chosen == "1" else -sides, chosen, tuple(notes), warnings)
 
@@ -155,9 +155,8 @@ def _changes(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -
     return one, two
 
 
-def _by_steadiness(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -> tuple[str, str]:
+def _by_steadiness(one: float, two: float) -> tuple[str, str]:
     """The load's force changes less between the directions than the motor's."""
-    one, two = _changes(readings, sides, used)
     for number, mine, other in (("1", one, two), ("2", two, one)):
         if mine > 2.0 * other:
             return number, f"cell {number} is taken as the motor's: it changes more between the two directions"

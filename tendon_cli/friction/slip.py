@@ -75,18 +75,19 @@ def separate(
         side = np.full(size, 1 if middle > 0.0 else -1) if named is None else named
     else:
         side = way_of if named is None else np.where((way_of == named) | (settled & (way_of == 0)), named, 0)
-    runs = _runs(side, border, 2 * width + 1 if width > 1 else 0, settled=settled)
+    runs = _runs(side, border, 2 * width + 1 if width > 1 else 0)
     if settled:
-        kept, far = [(first, last) for first, last, _ in runs], np.inf
+        kept, far, moving = [(first, last) for first, last, _ in runs], math.inf, math.nan
     else:
+        runs = _begun_anew(runs, border)
         kept, far = [trimmed(log_ratio, smooth, run, half, noise, left) for run in runs], max(0.2 * half, 4.0 * noise)
+        moving = _still_moving(log_ratio, forces, runs, kept, half)
     number, reasons = _numbered(log_ratio, runs, kept, border, far)
     side = np.where(number >= 0, side, 0)
     sides = np.array([way for (_, _, way), (begin, end) in zip(runs, kept, strict=True) if end > begin])
     turns = int(np.count_nonzero(np.diff(sides)))
     one_sided = turns < 2 and (half == 0.0 or abs(middle) > 0.5 * half or turns == 0)
     against = np.zeros(size, dtype=bool) if named is None else way_of * named < 0
-    moving = math.nan if settled else _still_moving(log_ratio, forces, runs, kept, half)
     return Slip(number, side, reasons, one_sided, moving, against)
 
 
@@ -95,10 +96,12 @@ def _fewest_rows(log_ratio: Floats, named: Integers | None, noise: float) -> int
 
     Where the noise hides the sides, as many as there are rows.
     """
-    middle, half = levels_of(log_ratio)
-    if named is None and half <= 3.0 * noise:
-        return len(log_ratio)
-    side = log_ratio > middle if named is None else named
+    side = named
+    if side is None:
+        middle, half = levels_of(log_ratio)
+        if half <= 3.0 * noise:
+            return len(log_ratio)
+        side = np.where(log_ratio > middle, 1, -1)
     edges = np.flatnonzero(side[1:] != side[:-1]) + 1
     rows = np.diff(np.concatenate([[0], edges, [len(side)]]))
     return int(np.quantile(np.repeat(rows, rows), 0.1, method="lower"))
@@ -151,7 +154,7 @@ def _sides(smooth: Floats, middle: float, half: float, noise: float) -> Integers
     return side
 
 
-def _runs(side: Integers, border: Integers, gap: int, *, settled: bool) -> list[tuple[int, int, int]]:
+def _runs(side: Integers, border: Integers, gap: int) -> list[tuple[int, int, int]]:
     """First row, row after the last, and side of each run of rows on one side, over gaps that noise makes."""
     edges = np.flatnonzero((np.diff(side) != 0) | (np.diff(border) != 0)) + 1
     starts = np.concatenate([[0], edges])
@@ -164,10 +167,12 @@ def _runs(side: Integers, border: Integers, gap: int, *, settled: bool) -> list[
         if runs and runs[-1][2] == run[2] and first - runs[-1][1] <= gap and border[first] == border[runs[-1][0]]:
             run = (runs.pop()[0], *run[1:])
         runs.append(run)
-    if settled:
-        return runs
+    return runs
+
+
+def _begun_anew(runs: list[tuple[int, int, int]], border: Integers) -> list[tuple[int, int, int]]:
+    """Runs but what a stroke begins with on the other limit, going on from the stroke before: not yet its own slip."""
     sides = {(int(border[first]), side) for first, _, side in runs}
-    # What a stroke begins with on the other limit, going on from the stroke before, is not yet its own slip.
     return [
         run for before, run in zip([(0, -1, 0), *runs], runs, strict=False)
         if (before[1:], (int(border[run[0]]), -run[2]) in sides) != ((run[0], run[2]), True)
