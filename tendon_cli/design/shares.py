@@ -27,9 +27,10 @@ class Curve:
     @property
     def best(self) -> float:
         """The middle of the first stretch of pretension that serves most, N."""
-        most = np.flatnonzero(self.share >= self.share.max() - 1e-12)
-        last = most[0] + np.count_nonzero(np.cumsum(np.diff(most) > 1) == 0)
-        return float(self.pretension[most[0]] + self.pretension[min(last + 1, len(self.pretension) - 1)]) / 2.0
+        is_most = self.share >= self.share.max() - 1e-12
+        first = int(np.argmax(is_most))
+        after = first + int(np.argmin(np.append(is_most[first:], False)))
+        return float(self.pretension[first] + self.pretension[min(after, len(self.pretension) - 1)]) / 2.0
 
 
 def effective_count(weighting: Array) -> float:
