@@ -1,4 +1,4 @@
-"""States of many designs with their axes in another order, and in portions that stay within the processor's cache."""
+"""States of many designs with their axes in another order, and in portions that are quick to go over."""
 
 from __future__ import annotations
 

@@ -198,9 +198,7 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     """
     results = [column.name for column in columns if column.kind == "number" and not column.is_axis]
     counts = [column.name for column in columns if column.kind == "count"]
-    repeats = [
-        column.name for column in columns if column.kind == "count" or (column.kind == "number" and column.is_axis)
-    ]
+    repeats = counts + [column.name for column in columns if column.kind == "number" and column.is_axis]
     return {
         "version": "2.6",
         "compression": {column.name: "zstd" if column.name in repeats else "snappy" for column in columns},
