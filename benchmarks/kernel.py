@@ -18,11 +18,11 @@ from pathlib import Path
 
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import Took, in_threads, interleaved
+from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.windows import small_blocks
+from tendon_cli.space.plan import Plan
 from tendon_cli.startup import keep_freed_memory
-from tendon_cli.study.load import load_study
-from tendon_cli.sweep.part import PartMaker
-from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.windows import small_blocks
+from tendon_cli.studies.load import load_study
 from tendon_cli.tables.write import Filler
 
 

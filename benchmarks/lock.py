@@ -22,10 +22,10 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from tendon_cli import kernel
+from tendon_cli.engine.part import PartMaker
+from tendon_cli.space.plan import Plan
 from tendon_cli.startup import keep_freed_memory
-from tendon_cli.study.load import load_study
-from tendon_cli.sweep.part import PartMaker
-from tendon_cli.sweep.plan import Plan
+from tendon_cli.studies.load import load_study
 from tendon_cli.tables import digest, write
 
 WARM = 2

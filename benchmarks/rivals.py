@@ -130,9 +130,9 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
     from joblib import Parallel, delayed
 
     from tendon_cli.model.actuator import State
-    from tendon_cli.study.load import load_study
-    from tendon_cli.sweep.inputs import Inputs
-    from tendon_cli.sweep.plan import Plan
+    from tendon_cli.space.inputs import Inputs
+    from tendon_cli.space.plan import Plan
+    from tendon_cli.studies.load import load_study
 
     plan = Plan(load_study(Path(study)))
     inputs = Inputs(plan)

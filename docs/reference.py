@@ -16,9 +16,9 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli, errors
-from tendon_cli.design.fixes import KNOBS
+from tendon_cli.answers.fixes import KNOBS
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-from tendon_cli.study.study import keys, split_side
+from tendon_cli.studies.study import keys, split_side
 from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)

@@ -7,9 +7,6 @@ raised as a `TendonError`, whose `exit` is the exit code of the commands. Import
 # No import but of tendon's own: `python -m tendon_cli` would take it from the working directory.
 from tendon_cli.version import __version__
 
-for _room in ("design", "study", "sweep"):
-    __import__(f"tendon_cli.{_room}")  # now, or the first import of these rooms would replace the functions below
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -18,12 +15,12 @@ if TYPE_CHECKING:
     from threading import Event
     from typing import Any
 
-    from tendon_cli.design.run import Answer
+    from tendon_cli.answers.run import Answer
+    from tendon_cli.engine.estimate import Estimate
+    from tendon_cli.engine.results import Run
     from tendon_cli.friction.result import Fit
     from tendon_cli.state_page.page import StatePage
-    from tendon_cli.study.study import Study
-    from tendon_cli.sweep.estimate import Estimate
-    from tendon_cli.sweep.results import Run
+    from tendon_cli.studies.study import Study
 
     Name = str | PathLike[str]
     Drawn = tuple[list[str], list[str], str | None]
@@ -43,7 +40,7 @@ def load_study(path: "Name", settings: "Iterable[str]" = ()) -> "Study":
     """
     from pathlib import Path
 
-    from tendon_cli.study.load import load_study as load
+    from tendon_cli.studies.load import load_study as load
 
     return load(Path(path), (settings,) if isinstance(settings, str) else tuple(settings))
 
@@ -58,7 +55,7 @@ def study(content: "Mapping[str, Any]") -> "Study":
     >>> asked.tendon.pretension.array
     array([120.])
     """
-    from tendon_cli.study.load import study_from
+    from tendon_cli.studies.load import study_from
 
     return study_from(dict(content))
 
@@ -92,7 +89,7 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    from tendon_cli.sweep.sweep import sweep as run
+    from tendon_cli.engine.sweep import sweep as run
 
     folder = _folder(out, "sweep", figures=figures)
     if figures and study.figure:
@@ -147,7 +144,7 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    from tendon_cli.design.run import design as answer
+    from tendon_cli.answers.run import design as answer
 
     return answer(
         study, _folder(out, "design", figures=figures), jobs=jobs, overwrite=overwrite, scheduler=scheduler,
@@ -176,7 +173,7 @@ def open_run(path: "Name") -> "Run":
     """
     from pathlib import Path
 
-    from tendon_cli.sweep.results import open_run as opened
+    from tendon_cli.engine.results import open_run as opened
 
     return opened(Path(path))
 
@@ -188,9 +185,9 @@ def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> 
     >>> tendon.estimate(tendon.study({})).rows
     {'designs': 1, 'states': 182}
     """
-    from tendon_cli.sweep.estimate import estimate as estimated
-    from tendon_cli.sweep.plan import Plan
-    from tendon_cli.sweep.run import available_cores
+    from tendon_cli.engine.estimate import estimate as estimated
+    from tendon_cli.engine.run import available_cores
+    from tendon_cli.space.plan import Plan
 
     return estimated(Plan(study), jobs or available_cores(), figures=figures)
 

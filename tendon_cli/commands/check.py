@@ -32,9 +32,9 @@ def check(
     as_json: options.AsJson = False,
 ) -> None:
     """Check that every design of a run is within its limits (of a design: one choice); exit 4 where not."""
-    from tendon_cli.check.check import check as check_run
-    from tendon_cli.check.check import compare
-    from tendon_cli.check.text import as_markdown
+    from tendon_cli.checks.check import check as check_run
+    from tendon_cli.checks.check import compare
+    from tendon_cli.checks.text import as_markdown
 
     if not 0.0 <= tolerance < float("inf"):
         raise UsageError("--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9")

@@ -66,7 +66,7 @@ def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: 
     fish: tendon completion fish > ~/.config/fish/completions/tendon.fish
     """
     if shell not in _SCRIPTS:
-        from tendon_cli.study.fields import nearest
+        from tendon_cli.studies.fields import nearest
 
         hint = nearest(shell, _SCRIPTS) or "tendon completion bash"
         raise UsageError("there is a script for bash, zsh and fish", where="completion", hint=hint)

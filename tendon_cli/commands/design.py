@@ -14,7 +14,7 @@ from tendon_cli.startup import keep_freed_memory
 from tendon_cli.terminal import as_json_text, print_result, progress
 
 if TYPE_CHECKING:
-    from tendon_cli.study.study import Study
+    from tendon_cli.studies.study import Study
 
 AnswerFolder = Annotated[Path | None, typer.Option(metavar="DIR", help="folder; default results/<name>-design")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show what is asked, write nothing")]
@@ -58,7 +58,7 @@ def design(
 
 def _tell_question(study: "Study", *, as_json: bool, quiet: bool) -> None:
     """What a study asks, and how much work that is; nothing is written."""
-    from tendon_cli.design.question import question
+    from tendon_cli.answers.question import question
 
     asked = question(study)
     record = {

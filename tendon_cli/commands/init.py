@@ -16,7 +16,7 @@ IsListed = Annotated[bool, typer.Option("--list", help="list the templates, each
 
 def init(file: StarterFile = Path("study.toml"), template: Template = "sweep", listed: IsListed = False) -> None:
     """Write a commented starter study, of the question that you have."""
-    from tendon_cli.study.starter import TEMPLATES, write_starter
+    from tendon_cli.studies.starter import TEMPLATES, write_starter
 
     if listed:
         print_result("\n".join(f"{name:<10} {question}" for name, question in TEMPLATES.items()))

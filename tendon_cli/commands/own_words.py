@@ -37,7 +37,7 @@ class Given:
 
 def _settings(_line: Given) -> Words:
     """Every key of a study with `=`, and with each of its values where these are few words."""
-    from tendon_cli.study.schema import key_words
+    from tendon_cli.studies.schema import key_words
 
     for key, (meaning, values) in key_words().items():
         yield f"{key}=", meaning
@@ -45,7 +45,7 @@ def _settings(_line: Given) -> Words:
 
 
 def _keys(_line: Given) -> Words:
-    from tendon_cli.study.study import keys
+    from tendon_cli.studies.study import keys
 
     return [(path, key.number.quantity.long_name) for path, key in keys().items()]
 
@@ -65,7 +65,7 @@ def _columns(line: Given) -> Words:
 
 def _any_columns() -> Words:
     from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-    from tendon_cli.study.study import keys
+    from tendon_cli.studies.study import keys
 
     found = {name: QUANTITIES[name].long_name for name in (*OF_DESIGNS, *OF_STATES, *OF_CYCLES)}
     return (found | {key.column: key.number.quantity.long_name for key in keys().values()}).items()
@@ -129,7 +129,7 @@ def _units(_line: Given) -> Words:
 
 
 def _templates(_line: Given) -> Words:
-    from tendon_cli.study.starter import TEMPLATES
+    from tendon_cli.studies.starter import TEMPLATES
 
     return TEMPLATES.items()
 
@@ -149,7 +149,7 @@ def _cases(line: Given) -> Words:
 
 def _persons(line: Given) -> Words:
     """Those of every survey, and those of the study that the line names."""
-    from tendon_cli.study.people.population import NAMED
+    from tendon_cli.studies.people.population import NAMED
 
     study = _study(line)
     names = study.people.population.names if study is not None and study.people is not None else ()
@@ -160,7 +160,7 @@ def _study(line: Given) -> Any:
     """The study that the line names; None where it cannot be read."""
     if line.source in ("", "-"):
         return None
-    from tendon_cli.study.load import load_study
+    from tendon_cli.studies.load import load_study
 
     try:
         return load_study(Path(line.source))

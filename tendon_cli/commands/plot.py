@@ -55,7 +55,7 @@ def plot(
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of
-        from tendon_cli.study.figures import figure_spec
+        from tendon_cli.studies.figures import figure_spec
 
         asked = {"quantity": quantity, "x": x, "colour": colour, "panels": panels, "where": where, "unit": unit}
         given = {name: value for name, value in asked.items() if value is not None}

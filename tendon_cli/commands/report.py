@@ -14,7 +14,7 @@ Page = Annotated[Path | None, typer.Option(metavar="FILE", help="where to; defau
 
 def report(run: RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:
     """Write one HTML page of a run, with everything in it: answer, maps, states, tables, record."""
-    from tendon_cli.report.report import write_report
+    from tendon_cli.reports.report import write_report
 
     written = str(write_report(run, out))
     print_result(as_json_text({"report": written}) if as_json else written)
@@ -22,7 +22,7 @@ def report(run: RunFolder, out: Page = None, as_json: options.AsJson = False) ->
 
 def tell_of_stale_page(folder: Path) -> None:
     """Say where the page in a run's folder is of earlier results."""
-    from tendon_cli.report.stale import stale_note
+    from tendon_cli.reports.stale import stale_note
 
     if said := stale_note(folder):
         print_note(said)

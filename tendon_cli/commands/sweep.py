@@ -14,7 +14,7 @@ from tendon_cli.startup import keep_freed_memory
 from tendon_cli.terminal import as_json_text, print_result, progress
 
 if TYPE_CHECKING:
-    from tendon_cli.study.study import Study
+    from tendon_cli.studies.study import Study
 
 RunFolderName = Annotated[
     Path | None, typer.Option(parser=options.place, metavar="DIR", help="run folder; default results/<name>")
@@ -72,8 +72,8 @@ def sweep(
 
 def _tell_cost(study: "Study", folder: Path, jobs: int | None, *, figures: bool, as_json: bool, quiet: bool) -> None:
     """The size and cost of a sweep; nothing is written."""
+    from tendon_cli.engine.run_folder import free_bytes
     from tendon_cli.summary import estimate_text
-    from tendon_cli.sweep.run_folder import free_bytes
 
     found, free = tendon.estimate(study, jobs, figures), free_bytes(folder)
     record = {"name": study.name, **found.record(), "free_bytes": free}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.study.study import CASE_AXIS, keys
+from tendon_cli.studies.study import CASE_AXIS, keys
 
 Ints = npt.NDArray[np.int64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from tendon_cli.figures.axes import Ints, RowAxis
 from tendon_cli.figures.labels import plain
 from tendon_cli.figures.product import Columns, Product
-from tendon_cli.study.figures import FigureSpec
+from tendon_cli.studies.figures import FigureSpec
 
 _LONGEST_NAME = 40
 

@@ -16,10 +16,10 @@ from tendon_cli.figures.curves.plan import CurvePlan, plan_curves
 from tendon_cli.figures.maps.plan import MapPlan, long_axes, plan_maps
 from tendon_cli.figures.product import Product, product_of, product_to_come
 from tendon_cli.figures.where import choose, conditions
-from tendon_cli.study.fields import nearest
-from tendon_cli.study.figures import FigureSpec, read_size
-from tendon_cli.study.filters import Condition
-from tendon_cli.study.study import Study
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.figures import FigureSpec, read_size
+from tendon_cli.studies.filters import Condition
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles, open_table
 from tendon_cli.units import shorten
 

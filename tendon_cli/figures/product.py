@@ -15,9 +15,9 @@ from tendon_cli.errors import InputError
 from tendon_cli.figures.axes import ANGLE, LOAD, Ints, RowAxis, axes_of
 from tendon_cli.figures.labels import Shown, quantity_in
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
-from tendon_cli.study.derived import DERIVED
-from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
-from tendon_cli.study.study import SIDES, Study, keys
+from tendon_cli.studies.derived import DERIVED
+from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
+from tendon_cli.studies.study import SIDES, Study, keys
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.units import parse_measure
 

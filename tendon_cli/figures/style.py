@@ -25,7 +25,7 @@ from tendon_cli.figures.engine import (
     mpl,
 )
 from tendon_cli.files import write_whole
-from tendon_cli.study.figures import WIDTHS
+from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4
 COLUMN_WIDTH, PAGE_WIDTH = WIDTHS["column"], WIDTHS["page"]

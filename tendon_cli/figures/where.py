@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.axes import Ints, RowAxis
 from tendon_cli.figures.product import Product
-from tendon_cli.study.filters import Condition, Filter
+from tendon_cli.studies.filters import Condition, Filter
 from tendon_cli.units import shorten
 
 _MOST_LISTED = 12

@@ -67,7 +67,7 @@ def bend_angle_of(route: Path, smoothing: str | float | None = None) -> BendAngl
     InputError for a file that is no route, or that bends too little or too much for a sheath, UsageError for a noise
     that is none.
     """
-    from tendon_cli.study.route import MAX_BYTES, measure_route, route_note
+    from tendon_cli.studies.route import MAX_BYTES, measure_route, route_note
 
     name = shorten(os.fsencode(route.name).decode("utf-8", "replace"), 200)
     try:

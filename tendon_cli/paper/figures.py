@@ -18,7 +18,7 @@ from tendon_cli.paper.entry import number
 from tendon_cli.paper.measures import crossing
 from tendon_cli.paper.runs import Array, PaperTables
 from tendon_cli.paper.slips import Evidence
-from tendon_cli.study.figures import FigureSpec
+from tendon_cli.studies.figures import FigureSpec
 
 _USED, _LETTER, _OPTION = OKABE_ITO[:3]
 _DASHED = (0, (3.2, 1.4))

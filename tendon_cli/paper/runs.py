@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from tendon_cli.engine.sweep import sweep
 from tendon_cli.model.design import Design
-from tendon_cli.study.load import load_study
-from tendon_cli.study.study import Study
-from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.sweep import sweep
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import load_study
+from tendon_cli.studies.study import Study
 
 Array = npt.NDArray[np.float64]
 

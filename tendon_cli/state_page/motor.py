@@ -10,8 +10,8 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.reversal import SideReversal, reversal
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES
+from tendon_cli.space.plan import Plan
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one
-from tendon_cli.sweep.plan import Plan
 
 
 def motor_section(design: Design, state: State, speed: float, *, flexion: bool) -> PageSection:

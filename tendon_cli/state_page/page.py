@@ -14,13 +14,13 @@ from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Block, Plan
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one, sections_of
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
-from tendon_cli.study.fields import nearest
-from tendon_cli.study.people.person import Step, Worn, worn_by
-from tendon_cli.study.study import CASE_AXIS, DRAW_AXIS, Study
-from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import Block, Plan
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.people.person import Step, Worn, worn_by
+from tendon_cli.studies.study import CASE_AXIS, DRAW_AXIS, Study
 from tendon_cli.units import shorten
 
 

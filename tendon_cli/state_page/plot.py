@@ -13,8 +13,8 @@ from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.reversal import reversal
+from tendon_cli.space.plan import Plan
 from tendon_cli.state_page.lines import one
-from tendon_cli.sweep.plan import Plan
 
 _POINTS = 721
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.check.check import compare
-from tendon_cli.check.compare import Shared, _change
+from tendon_cli.checks.check import compare
+from tendon_cli.checks.compare import Shared, _change
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.check.check import check
-from tendon_cli.check.text import as_markdown
+from tendon_cli.checks.check import check
+from tendon_cli.checks.text import as_markdown
 from tendon_cli.errors import InputError, UsageError
 from tests.check.conftest import swept
 

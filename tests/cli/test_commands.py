@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from tendon_cli.study.load import load_study
+from tendon_cli.studies.load import load_study
 from tendon_cli.tables.read import open_table
 from tendon_cli.version import __version__
 

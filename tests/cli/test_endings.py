@@ -9,8 +9,8 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import terminal
+from tendon_cli.engine.part import PartMaker
 from tendon_cli.errors import is_memory_short
-from tendon_cli.sweep.part import PartMaker
 
 INTERRUPTED = """
 import os, signal, sys

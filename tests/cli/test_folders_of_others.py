@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.sweep import record as record_module
+from tendon_cli.engine import record as record_module
 
 STUDY = (
     '[tendon]\npretension = ["90 N", "150 N", "200 N"]\n[spool]\nratio = [0.8, 1.0]\n[motion]\nelbow_angle = "50 deg"\n'
@@ -146,7 +146,7 @@ def test_a_strangers_table_is_not_replaced_by_one_that_the_run_had_not(sweep, wo
 
 def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(sweep, workplace, monkeypatch):
     """The process dies after its map is in place, and is begun anew without figures."""
-    from tendon_cli.sweep.run_folder import RunFolder
+    from tendon_cli.engine.run_folder import RunFolder
 
     class Killed(BaseException):
         pass

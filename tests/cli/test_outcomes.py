@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.study import load
-from tendon_cli.sweep import part as part_module
-from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.engine import part as part_module
+from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.studies import load
 
 STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
 ERROR_KEYS = ["exit", "kind", "message", "where", "hint"]

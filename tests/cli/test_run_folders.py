@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.sweep import record as record_module
+from tendon_cli.engine import record as record_module
 
 STUDY = """
 [tendon]
@@ -19,9 +19,9 @@ elbow_angle = ["10 deg", "50 deg", "80 deg"]
 PARTS = 10
 STOPPED = """
 import os, sys
-from tendon_cli.sweep import plan
+from tendon_cli.space import plan
 plan.STATES_PER_FILE = plan.STATES_PER_PART = 12
-from tendon_cli.sweep.record import Journal
+from tendon_cli.engine.record import Journal
 add = Journal.add
 def add_and_signal(self, result):
     add(self, result)
@@ -328,7 +328,7 @@ def test_a_stopped_run_says_one_thing(run, outside):
 
 MIDWAY = """
 import os, sys
-from tendon_cli.sweep import part
+from tendon_cli.engine import part
 state_rows = part.state_rows
 def signal_and_rows(inputs, block, keys):
     os.kill(os.getpid(), int(sys.argv[1]))

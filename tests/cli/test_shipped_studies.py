@@ -7,9 +7,9 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from tendon_cli.study.load import load_study
-from tendon_cli.study.schema import schema_text
-from tendon_cli.sweep.plan import Plan
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import load_study
+from tendon_cli.studies.schema import schema_text
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 STUDIES = sorted(str(file.relative_to(CONFIGS)) for file in CONFIGS.rglob("*.toml"))

@@ -38,14 +38,14 @@ def test_help_imports_none_of_the_heavy_libraries(outside, words):
 
 def test_the_list_of_commands_reads_no_study(outside):
     loaded = loaded_after(outside, "--help")
-    assert [name for name in loaded if name.startswith(("pydantic", "tendon_cli.study.", "tendon_cli.sweep."))] == []
+    assert [name for name in loaded if name.startswith(("pydantic", "tendon_cli.studies.", "tendon_cli.engine."))] == []
 
 
 def test_a_small_sweep_without_figures_imports_only_what_it_needs(outside, workplace):
     (workplace / "study.toml").write_text("[load]\nmass = [0.0, 3.0]\n", encoding="utf-8")
     loaded = loaded_after(outside, "sweep", "study.toml", "--no-figures")
     assert [name for name in HEAVY if name in loaded] == ["numpy", "pyarrow"]
-    assert [name for name in ("tendon_cli.sweep.estimate", "tendon_cli.figures", "rich") if name in loaded] == []
+    assert [name for name in ("tendon_cli.engine.estimate", "tendon_cli.figures", "rich") if name in loaded] == []
     assert (workplace / "results/study/run.json").exists()
 
 

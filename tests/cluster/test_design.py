@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.design import cluster as cluster_module
-from tendon_cli.design import parts as parts_module
-from tendon_cli.design import promising
+from tendon_cli.answers import cluster as cluster_module
+from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers import promising
 from tendon_cli.tables.read import open_table
 
 from .conftest import WINDOWS_PER_PART

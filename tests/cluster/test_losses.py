@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.sweep.cluster import flight as cluster_module
-from tendon_cli.sweep.cluster import link
+from tendon_cli.engine.cluster import flight as cluster_module
+from tendon_cli.engine.cluster import link
 
 from .conftest import PARTS, wait_for
 from .test_cluster import SWEEP, leftovers, recorded

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.study.load import load_study
-from tendon_cli.sweep.cluster import task
-from tendon_cli.sweep.cluster.task import Assignment, Refusal, halt, make_part, tidy, unlike
-from tendon_cli.sweep.part import PartMaker, PartResult
-from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.engine.cluster import task
+from tendon_cli.engine.cluster.task import Assignment, Refusal, halt, make_part, tidy, unlike
+from tendon_cli.engine.part import PartMaker, PartResult
+from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import load_study
 
 
 @pytest.fixture

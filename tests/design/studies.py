@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from tendon_cli.design.question import question
-from tendon_cli.design.solve import solve
-from tendon_cli.study.load import load_study
+from tendon_cli.answers.question import question
+from tendon_cli.answers.solve import solve
+from tendon_cli.studies.load import load_study
 
 LOADS = '[load]\nmass = ["0 kg", "3 kg", "5 kg", "10 kg"]\n'
 CATALOGUE = (

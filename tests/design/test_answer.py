@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.design import parts as parts_module
-from tendon_cli.design.answer import findings, gather
-from tendon_cli.design.candidates import of_columns, of_rows
-from tendon_cli.design.question import question
-from tendon_cli.design.rank import goals_of
-from tendon_cli.design.sensitivity import sensitivities
+from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers.answer import findings, gather
+from tendon_cli.answers.candidates import of_columns, of_rows
+from tendon_cli.answers.question import question
+from tendon_cli.answers.rank import goals_of
+from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.errors import StudyError
 
 from .studies import CATALOGUE, LOADS, RANGES, asked
@@ -221,7 +221,7 @@ def test_limits_no_pretension_can_keep_are_named():
 
 @pytest.mark.parametrize("text", [CATALOGUE, RANGES, LOADS])
 def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
-    from tendon_cli.design.text import text_of
+    from tendon_cli.answers.text import text_of
 
     lines = text_of(answered(text, tmp_path)).splitlines()
     assert max(map(len, lines)) <= 80

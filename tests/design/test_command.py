@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from tendon_cli import kernel
-from tendon_cli.design import answer as answer_module
-from tendon_cli.design import parts as parts_module
-from tendon_cli.design import run, search
-from tendon_cli.design.folder import made_whole
+from tendon_cli.answers import answer as answer_module
+from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers import run, search
+from tendon_cli.answers.folder import made_whole
 from tendon_cli.errors import Stopped
 
 from .studies import CATALOGUE, LOADS, RANGES
@@ -93,7 +93,7 @@ def test_overwriting_leaves_what_is_not_of_the_answer(tendon, study, workplace):
 
 def test_what_is_stopped_leaves_nothing_behind(study, workplace, monkeypatch):
     import tendon_cli
-    from tendon_cli.design.parts import Choices
+    from tendon_cli.answers.parts import Choices
 
     monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 2)
     solve_part, asked = Choices.part, []
@@ -106,7 +106,7 @@ def test_what_is_stopped_leaves_nothing_behind(study, workplace, monkeypatch):
 
     monkeypatch.setattr(Choices, "part", stopping)
     with pytest.raises(Stopped):
-        tendon_cli.design(tendon_cli.load_study(study(GOOD)), workplace / "out", jobs=1)
+        tendon_cli.answers(tendon_cli.load_study(study(GOOD)), workplace / "out", jobs=1)
     assert asked == [0, 1, 2]
     assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
 
@@ -141,7 +141,7 @@ def test_a_signal_is_told_as_it_is_for_an_answer(tendon, study, workplace, monke
 def killed_while_making(folder):
     """A process that is killed while it makes the folder of an answer; gives what it leaves."""
     code = (
-        "import os, signal, sys; from pathlib import Path; from tendon_cli.design.folder import made_whole\n"
+        "import os, signal, sys; from pathlib import Path; from tendon_cli.answers.folder import made_whole\n"
         "with made_whole(Path(sys.argv[1])) as making:\n"
         " (making / 'choices.parquet').mkdir(); (making / 'choices.parquet/.part-00000.parquet.tmp').touch()\n"
         " os.kill(os.getpid(), signal.SIGKILL)"

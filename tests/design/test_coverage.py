@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design.coverage import grouped, share_at, share_served
+from tendon_cli.answers.coverage import grouped, share_at, share_served
 
 
 def sets_of_windows(seed, count=50):

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_cli.design.candidates import of_columns
-from tendon_cli.design.question import question
-from tendon_cli.design.sensitivity import sensitivities
-from tendon_cli.design.solve import solve
+from tendon_cli.answers.candidates import of_columns
+from tendon_cli.answers.question import question
+from tendon_cli.answers.sensitivity import sensitivities
+from tendon_cli.answers.solve import solve
 from tendon_cli.model.cycle import cycle
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.study.load import study_from
+from tendon_cli.studies.load import study_from
 
 ASKED = {
     "load": {"mass": ["0 kg", "3 kg"]},

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design.rank import Goal, best, front, knee, losses
+from tendon_cli.answers.rank import Goal, best, front, knee, losses
 
 
 @pytest.mark.parametrize("goals", [1, 2, 3, 4])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design import problem as problem_module
+from tendon_cli.answers import problem as problem_module
 from tendon_cli.model import actuator, limits
 from tendon_cli.model.limits import LIMIT_NAMES
 

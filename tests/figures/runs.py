@@ -6,11 +6,11 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.study.load import study_from
-from tendon_cli.study.study import Study
-from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.run import run
-from tendon_cli.sweep.run_folder import RunFolder
+from tendon_cli.engine.run import run
+from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import study_from
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles, open_table
 
 LOADS = ["0 kg", "3 kg", "5 kg", "10 kg"]

@@ -13,10 +13,10 @@ from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
 from tendon_cli.figures.product import product_of
 from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept
-from tendon_cli.study.derived import DERIVED
-from tendon_cli.study.figures import OF_DESIGNS, OF_STATES
-from tendon_cli.study.load import load_study, study_from
-from tendon_cli.study.study import Study
+from tendon_cli.studies.derived import DERIVED
+from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
+from tendon_cli.studies.load import load_study, study_from
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import open_table
 
 SMALL = """

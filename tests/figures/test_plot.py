@@ -16,7 +16,7 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.figures.curves.plan import STATE_PAIRS
 from tendon_cli.figures.draw import pages_of, plot
 from tendon_cli.figures.style import render
-from tendon_cli.study.figures import FigureSpec, figure_spec
+from tendon_cli.studies.figures import FigureSpec, figure_spec
 from tendon_cli.tables.read import TableFiles, open_table
 from tests.figures.runs import LOADS, designs, grid, states, sweep, table
 

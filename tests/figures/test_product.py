@@ -10,7 +10,7 @@ import pytest
 
 from tendon_cli.figures.axes import evenly
 from tendon_cli.figures.product import product_of
-from tendon_cli.sweep import plan
+from tendon_cli.space import plan
 from tests.figures.runs import LOADS, grid, states
 
 CONTENT = {

@@ -20,7 +20,7 @@ from pathlib import Path
 from tendon_cli.figures.arm.draw import arm_page
 from tendon_cli.figures.draw import pages_of
 from tendon_cli.figures.style import render
-from tendon_cli.study.load import study_from
+from tendon_cli.studies.load import study_from
 from tendon_cli.tables.read import open_table
 (page,) = pages_of(open_table(Path(sys.argv[1])))
 arm = arm_page(study_from({"name": "arm"}))

@@ -16,7 +16,7 @@ from PIL import Image
 from tendon_cli.errors import StudyError, UsageError
 from tendon_cli.figures.draw import check_figures_of, pages_of, plot, table_of
 from tendon_cli.figures.style import load_colours
-from tendon_cli.study.figures import figure_spec
+from tendon_cli.studies.figures import figure_spec
 from tests.figures.runs import LOADS, designs, grid, states, study_of, sweep, table
 
 PRETENSION = {"pretension": grid("20 N", "260 N", 13)}

@@ -8,7 +8,7 @@ import pytest
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.product import Product, product_of
 from tendon_cli.figures.where import choose, conditions
-from tendon_cli.study.filters import read_filter
+from tendon_cli.studies.filters import read_filter
 from tests.figures.runs import LOADS, grid, states
 
 

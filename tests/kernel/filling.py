@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from tendon_cli import kernel
-from tendon_cli.study.load import study_from
-from tendon_cli.study.values import Values
-from tendon_cli.sweep.columns import Tables
-from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.part import PartMaker
-from tendon_cli.sweep.plan import Plan
+from tendon_cli.engine.columns import Tables
+from tendon_cli.engine.part import PartMaker
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import study_from
+from tendon_cli.studies.values import Values
 from tests.si import with_units
 
 needs_code = pytest.mark.skipif(kernel.native() is None, reason="tendon was installed without a C compiler")

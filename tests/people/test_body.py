@@ -8,8 +8,8 @@ from tendon_cli.model.body import Body, anchors_on, forearm_com, forearm_mass, l
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.response import respond
 from tendon_cli.model.window import Bounds, window
-from tendon_cli.study.people.population import draw
-from tendon_cli.study.people.survey import ansur2
+from tendon_cli.studies.people.population import draw
+from tendon_cli.studies.people.survey import ansur2
 from tests.model import designs, rig
 
 SURVEY = ansur2()

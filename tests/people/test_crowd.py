@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.design import answer as answer_module
-from tendon_cli.design import crowd as crowd_module
-from tendon_cli.design import doubt, fixes, opening
-from tendon_cli.design.candidates import of_columns
-from tendon_cli.design.question import question
-from tendon_cli.design.solve import solve
-from tendon_cli.study.load import study_from
+from tendon_cli.answers import answer as answer_module
+from tendon_cli.answers import crowd as crowd_module
+from tendon_cli.answers import doubt, fixes, opening
+from tendon_cli.answers.candidates import of_columns
+from tendon_cli.answers.question import question
+from tendon_cli.answers.solve import solve
+from tendon_cli.studies.load import study_from
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
 SUITS = {"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [0.6, 0.5]}, "load": {"mass": [0.0, 10.0]}}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design import doubt
-from tendon_cli.design.doubt import BODY, indices, sobol
-from tendon_cli.design.question import question
-from tendon_cli.study.load import study_from
+from tendon_cli.answers import doubt
+from tendon_cli.answers.doubt import BODY, indices, sobol
+from tendon_cli.answers.question import question
+from tendon_cli.studies.load import study_from
 
 
 def test_a_linear_result_has_the_shares_of_its_variance():

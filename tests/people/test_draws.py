@@ -7,10 +7,10 @@ from scipy import stats
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator
 from tendon_cli.model.actuator import State
-from tendon_cli.study.linked import drawn, quantile
-from tendon_cli.study.load import study_from
-from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import Plan
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.linked import drawn, quantile
+from tendon_cli.studies.load import study_from
 from tests.model import designs
 
 STIFF = {"spring": {"stiffness": {"value": "3 kN/m", "tolerance": "10 %"}}}

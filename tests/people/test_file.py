@@ -7,9 +7,9 @@ import pytest
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.study.people.population import draw
-from tendon_cli.study.people.reading import read_population
-from tendon_cli.study.people.survey import ansur2
+from tendon_cli.studies.people.population import draw
+from tendon_cli.studies.people.reading import read_population
+from tendon_cli.studies.people.survey import ansur2
 
 SURVEY = ansur2()
 HEADERS = [f"{name} ({'kg' if name == 'weight' else 'mm'})" for name in DIMENSIONS]

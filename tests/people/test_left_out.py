@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design.left_out import LESS, MORE, NEITHER, left_out, windows_of
-from tendon_cli.design.question import question
-from tendon_cli.study.load import study_from
+from tendon_cli.answers.left_out import LESS, MORE, NEITHER, left_out, windows_of
+from tendon_cli.answers.question import question
+from tendon_cli.studies.load import study_from
 
 STUDY = {
     "people": {"count": 200},

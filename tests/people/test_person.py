@@ -5,8 +5,8 @@ import pytest
 from tendon_cli.errors import UsageError
 from tendon_cli.model import actuator
 from tendon_cli.state_page.page import state_page
-from tendon_cli.study.load import study_from
-from tendon_cli.study.people.person import worn_by
+from tendon_cli.studies.load import study_from
+from tendon_cli.studies.people.person import worn_by
 from tests.model import designs
 
 AT_75 = {"motion": {"elbow_angle": "75 deg", "direction": "flexion"}}

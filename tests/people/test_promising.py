@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.design import parts as parts_module
-from tendon_cli.design import promising as promising_module
-from tendon_cli.design.worst import WORST
+from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers import promising as promising_module
+from tendon_cli.answers.worst import WORST
 
 SUITS = {
     "arm": {"contact_width": 0.04},

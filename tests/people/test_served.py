@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design.question import question
-from tendon_cli.design.solve import solve
+from tendon_cli.answers.question import question
+from tendon_cli.answers.solve import solve
 from tendon_cli.model import limits, window
-from tendon_cli.study.load import study_from
+from tendon_cli.studies.load import study_from
 from tests.model import designs
 
 LOADS = {"load": {"mass": [0.0, 3.0, 5.0, 10.0]}}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.design.shares import curve, effective_count, interval, share_at, standard_error
+from tendon_cli.answers.shares import curve, effective_count, interval, share_at, standard_error
 
 
 def some_windows(count, seed):

@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from tendon_cli.design.coverage import share_served
-from tendon_cli.design.sizes import best_sizes
+from tendon_cli.answers.coverage import share_served
+from tendon_cli.answers.sizes import best_sizes
 from tendon_cli.errors import Stopped
 
 

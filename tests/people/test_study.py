@@ -9,13 +9,13 @@ import pytest
 
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model import actuator, body
-from tendon_cli.study.load import load_study, study_from
-from tendon_cli.study.people.asked import packed, unpacked
-from tendon_cli.study.people.person import worn_by
-from tendon_cli.study.people.population import draw
-from tendon_cli.study.people.survey import ansur2
-from tendon_cli.sweep.inputs import Inputs
-from tendon_cli.sweep.plan import Plan
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import load_study, study_from
+from tendon_cli.studies.people.asked import packed, unpacked
+from tendon_cli.studies.people.person import worn_by
+from tendon_cli.studies.people.population import draw
+from tendon_cli.studies.people.survey import ansur2
 from tests.model import designs
 
 FILE = "name,weight (kg),stature (cm),weighting\nAda,62.5,168,1\nBo,90,181.5,3\n"
@@ -150,7 +150,7 @@ def test_packed_content_comes_back_and_bombs_are_refused():
 
 
 def ansur2_text():
-    return (resources.files("tendon_cli.study.people") / "ansur2_arm.toml").read_text(encoding="utf-8")
+    return (resources.files("tendon_cli.studies.people") / "ansur2_arm.toml").read_text(encoding="utf-8")
 
 
 def with_own(tmp_path, text, **people):

@@ -5,8 +5,8 @@ import pytest
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.study.people.population import draw, named
-from tendon_cli.study.people.survey import SEXES, ansur2, cholesky, read_survey
+from tendon_cli.studies.people.population import draw, named
+from tendon_cli.studies.people.survey import SEXES, ansur2, cholesky, read_survey
 
 SURVEY = ansur2()
 MANY = 100_000

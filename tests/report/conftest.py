@@ -6,7 +6,7 @@ from contextlib import contextmanager
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.report.report import write_report
+from tendon_cli.reports.report import write_report
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"

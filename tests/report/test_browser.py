@@ -3,7 +3,7 @@
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.report.report import write_report
+from tendon_cli.reports.report import write_report
 from tests.report.conftest import TITLE, until
 
 SIZES = [(390, "light"), (390, "dark"), (1280, "light"), (1280, "dark")]

@@ -15,9 +15,9 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.report.packed import FEW, packed
-from tendon_cli.report.product import thinned
-from tendon_cli.report.report import write_report
+from tendon_cli.reports.packed import FEW, packed
+from tendon_cli.reports.product import thinned
+from tendon_cli.reports.report import write_report
 
 
 def data_of(path):
@@ -152,7 +152,7 @@ def test_a_damaged_ledger_is_refused(tmp_path):
 
 def test_the_library_of_figures_is_the_one_that_was_published():
     """The file of that name in version 4.1.1 of the npm package plotly.js-cartesian-dist-min, MIT."""
-    content = (files("tendon_cli.report") / "plotly" / "plotly-cartesian-4.1.1.min.js").read_bytes()
+    content = (files("tendon_cli.reports") / "plotly" / "plotly-cartesian-4.1.1.min.js").read_bytes()
     assert hashlib.sha256(content).hexdigest() == "79542150855a52c567260e3137095dbe2b744e6d702a5cabe67da246942fba7a"
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tendon_cli.errors import StudyError
-from tendon_cli.study.load import load_study
+from tendon_cli.studies.load import load_study
 
 from .malformed.guard import LONGEST_TIME, at_most
 

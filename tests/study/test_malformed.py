@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from tendon_cli.errors import InputError, SizeError, StudyError, TendonError, UsageError
-from tendon_cli.study.load import load_study
+from tendon_cli.studies.load import load_study
 
 from .malformed import ROWS
 from .malformed.guard import LONGEST_TIME, at_most
@@ -234,7 +234,7 @@ import resource, sys
 from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000, 1_500_000_000))
 from tendon_cli.errors import StudyError
-from tendon_cli.study.load import load_study
+from tendon_cli.studies.load import load_study
 for path in sys.argv[1:]:
     try:
         load_study(Path(path))

@@ -4,8 +4,8 @@ import jsonschema
 import pytest
 from hypothesis import given
 
-from tendon_cli.study.load import study_from
-from tendon_cli.study.study import Study, keys
+from tendon_cli.studies.load import study_from
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 
 from .test_study import BASELINE, contents

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.study.load import load_study, study_from
-from tendon_cli.study.study import keys
+from tendon_cli.studies.load import load_study, study_from
+from tendon_cli.studies.study import keys
 from tests.si import with_units
 
 PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] in ("sheath", "tendon", "spring")]
@@ -585,7 +585,7 @@ def test_the_unit_in_the_header_changes_nothing_for_the_bend(load, unit, scale):
 
 @given(st.floats(1e-3, 1e3))
 def test_the_bend_does_not_know_the_scale(scale):
-    from tendon_cli.study.route import measure_route
+    from tendon_cli.studies.route import measure_route
 
     small, warnings = measure_route(half_circle().encode(), "r.csv", 0.0)
     large, _ = measure_route(half_circle(scale).encode(), "r.csv", 0.0)

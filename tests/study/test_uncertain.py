@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_cli.study.load import load_study, study_from
+from tendon_cli.studies.load import load_study, study_from
 
 
 def spring(said):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon_library
+from tendon_cli.engine import design_rows
 from tendon_cli.quantities import OF_CYCLES
-from tendon_cli.sweep import design_rows
 from tendon_cli.tables.read import open_table
 
 STUDY = {

@@ -5,10 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from tendon_cli.study.load import study_from
-from tendon_cli.sweep import plan as plan_module
-from tendon_cli.sweep.plan import Plan
-from tendon_cli.sweep.suits import feasible_suits, is_note, noted, suits, suits_of
+from tendon_cli.engine.suits import feasible_suits, is_note, noted, suits, suits_of
+from tendon_cli.space import plan as plan_module
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import study_from
 
 AXES = {
     "load.mass": ["0 kg", "2 kg", "5 kg"], "tendon.pretension": ["100 N", "130 N", "160 N"],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.sweep import windows
+from tendon_cli.engine import windows
 
 LIMITS = {
     "max_tension": "420 N", "min_flexor_tension": "2 N", "max_spring_extension": "90 mm", "peak_motor_torque": "11 N m",

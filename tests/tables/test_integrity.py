@@ -13,9 +13,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from tendon_cli.engine.part import PartMaker
 from tendon_cli.errors import InputError, OutputError
 from tendon_cli.files import write_whole
-from tendon_cli.sweep.part import PartMaker
 from tendon_cli.tables import write as write_module
 from tendon_cli.tables.digest import StampedSink
 from tendon_cli.tables.read import open_table

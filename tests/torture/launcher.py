@@ -13,11 +13,11 @@ import time
 from pathlib import Path
 
 POINTS = {
-    "rows": ("tendon_cli.sweep.part", "state_rows"),
+    "rows": ("tendon_cli.engine.part", "state_rows"),
     "figures": ("tendon_cli.figures.draw", "pages_of"),
-    "record": ("tendon_cli.sweep.run_folder.RunFolder", "finish"),
-    "journal": ("tendon_cli.sweep.record.Journal", "add"),
-    "delete": ("tendon_cli.sweep.run_folder.RunFolder", "_delete"),
+    "record": ("tendon_cli.engine.run_folder.RunFolder", "finish"),
+    "journal": ("tendon_cli.engine.record.Journal", "add"),
+    "delete": ("tendon_cli.engine.run_folder.RunFolder", "_delete"),
     "rename": ("pathlib.Path", "replace"),
 }
 
@@ -53,8 +53,8 @@ def full_journal():
     import errno
     import os
 
+    from tendon_cli.engine.record import Journal
     from tendon_cli.errors import OutputError
-    from tendon_cli.sweep.record import Journal
 
     add = Journal.add
 
@@ -119,7 +119,7 @@ def main():
     if "flock" in settings:
         refuse_locks(settings["flock"])
     from tendon_cli import cli
-    from tendon_cli.sweep import plan
+    from tendon_cli.space import plan
 
     if "states" in settings:
         plan.STATES_PER_FILE = plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["states"]
@@ -128,7 +128,7 @@ def main():
     if "hold" in settings:
         hold(settings["hold"], settings["held"], settings.get("seconds", 60.0))
     if "go" in settings:
-        import tendon_cli.sweep.sweep  # noqa: F401 - imported before the race, so that it is one
+        import tendon_cli.engine.sweep  # noqa: F401 - imported before the race, so that it is one
 
         Path(f"{settings['go']}-{settings['runner']}").touch()
         while not Path(settings["go"]).exists():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tendon_cli.sweep import part as part_module
+from tendon_cli.engine import part as part_module
 
 from .tools import PARTS, STATES, journalled, some, study_in
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from tendon_cli import cli
+from tendon_cli.engine import run as run_module
+from tendon_cli.engine.run import run
 from tendon_cli.errors import OutputError
-from tendon_cli.sweep import run as run_module
-from tendon_cli.sweep.run import run
 
 from .test_journal import folder, stopped, whole  # noqa: F401 - fixtures
 from .tools import STATES, SWEEP, launched, some, temporary_files

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import tendon_cli
-from tendon_cli.sweep import sweep as verb
-from tendon_cli.sweep.run import run
+from tendon_cli.engine import sweep as verb
+from tendon_cli.engine.run import run
 
 from .test_damage import flip, parts_of, truncate
 from .tools import STATES, some, study_in

@@ -8,9 +8,9 @@ import random
 
 import pytest
 
+from tendon_cli.engine import record as record_module
+from tendon_cli.engine.record import _line
 from tendon_cli.errors import TendonError
-from tendon_cli.sweep import record as record_module
-from tendon_cli.sweep.record import _line
 
 from .test_journal import PARTS, advance, folder, stopped, whole  # noqa: F401 - fixtures
 from .tools import some, study_in

@@ -15,7 +15,7 @@ from tendon_cli.figures.engine import Arc, Axes, Circle, Line2D
 from tendon_cli.figures.frame import Frame, Page
 from tendon_cli.figures.labels import number
 from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, house_style
-from tendon_cli.study.study import Study
+from tendon_cli.studies.study import Study
 
 FLEXOR, EXTENSOR, LIMB = "#0072b2", "#d55e00", "#eadfd3"
 _MOST_ANGLES = 5

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Anchors, kinematics
-from tendon_cli.study.fields import nearest
-from tendon_cli.study.study import CASE_AXIS, Study
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.study import CASE_AXIS, Study
 from tendon_cli.units import shorten
 
 Points = npt.NDArray[np.float64]

@@ -18,8 +18,8 @@ from tendon_cli.figures.product import Columns, Product
 from tendon_cli.figures.scales import Scale, scale_of
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.quantities import Quantity
-from tendon_cli.study.figures import FigureSpec
-from tendon_cli.study.filters import Condition, Truth
+from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.filters import Condition, Truth
 
 Floats = npt.NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from tendon_cli.figures.style import (
     unknown_hatch,
     wrapped,
 )
-from tendon_cli.study.filters import Truth
+from tendon_cli.studies.filters import Truth
 
 _DASHES: tuple[Any, ...] = ("solid", (0, (3.2, 1.4)))
 _BAND = 4.2

@@ -9,9 +9,9 @@ from tendon_cli.errors import UsageError
 from tendon_cli.figures.axes import ANGLE, DIRECTION, LOAD, Ints, RowAxis, evenly
 from tendon_cli.figures.product import Product
 from tendon_cli.figures.where import find_column, find_numbers
-from tendon_cli.study.derived import DERIVED
-from tendon_cli.study.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
-from tendon_cli.study.study import CASE_AXIS, keys
+from tendon_cli.studies.derived import DERIVED
+from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
+from tendon_cli.studies.study import CASE_AXIS, keys
 
 MOST_COLOURS = 6
 MOST_PANELS = 12

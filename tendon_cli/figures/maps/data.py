@@ -15,7 +15,7 @@ from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.plan import MapPlan
 from tendon_cli.figures.product import Product
 from tendon_cli.figures.scales import Scale, scale_of
-from tendon_cli.study.figures import FigureSpec
+from tendon_cli.studies.figures import FigureSpec
 
 Floats = npt.NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import json
 
 def try_study(file):
     """What a command does with a study before it computes anything, and one state."""
+    from tendon_cli.space.plan import Plan
     from tendon_cli.state_page.page import state_page
-    from tendon_cli.study.load import load_study
-    from tendon_cli.sweep.plan import Plan
+    from tendon_cli.studies.load import load_study
 
     study = load_study(file)
     plan = Plan(study)
@@ -62,7 +62,7 @@ def try_plot(file):
     from tendon_cli.figures.maps.data import map_data
     from tendon_cli.figures.maps.plan import long_axes, plan_maps
     from tendon_cli.figures.where import choose
-    from tendon_cli.study.figures import figure_spec
+    from tendon_cli.studies.figures import figure_spec
 
     product = try_parquet(file)
     chosen = choose(product, [])

@@ -18,7 +18,7 @@ def seeds(kind):
 
 def dictionary(kind):
     """The words of a kind, as libFuzzer reads them."""
-    from tendon_cli.study.study import keys
+    from tendon_cli.studies.study import keys
     from tendon_cli.units import UNITS
 
     tokens = TOKENS[kind]

@@ -40,7 +40,7 @@ motion:
 
 def study_trees():
     """Documents of any shape, of which most keys are keys of a study."""
-    from tendon_cli.study.study import keys
+    from tendon_cli.studies.study import keys
 
     names = sorted(
         {part for key in keys() for part in key.split(".")} | {"cases", "name", "from", "to", "num", "flexor"}
@@ -80,7 +80,7 @@ def toml(value, *, top=True):
 
 def good_studies():
     """Studies to start from, each with its ending; the plain ones twice."""
-    from tendon_cli.study.starter import starter
+    from tendon_cli.studies.starter import starter
 
     seeds = [(suffix, starter(Path("a" + suffix)).encode()) for suffix in (".toml", ".yaml")]
     uncommented = [

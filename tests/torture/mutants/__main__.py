@@ -23,15 +23,18 @@ from pathlib import Path
 from .change import Mutant, mutant, mutants
 
 ROOT = Path(__file__).parents[3]
-LEFT_OUT = ("figures", "report", "version.py", "__main__.py")
+LEFT_OUT = ("figures", "reports", "version.py", "__main__.py")
 ROOMS = {
     "model": ("tests/model", "tests/paper", "tests/sweep", "tests/cli/test_commands.py"),
-    "study": ("tests/study", "tests/cli", "tests/people"),
+    "studies": ("tests/study", "tests/cli", "tests/people"),
     "units.py": ("tests/test_units.py", "tests/study"),
     "quantities.py": ("tests/test_units.py", "tests/study", "tests/figures"),
     "tables": ("tests/tables", "tests/sweep"),
     "files.py": ("tests/tables", "tests/cli"),
-    "design": ("tests/design", "tests/cli"),
+    "answers": ("tests/design", "tests/cli"),
+    "space": ("tests/sweep", "tests/people"),
+    "engine": ("tests/sweep", "tests/cluster", "tests/cli"),
+    "checks": ("tests/check",),
 }
 """Tests that come first; of any other room those of its own name, and the command line's."""
 ALLOWED = 0.03

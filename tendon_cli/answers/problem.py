@@ -1,0 +1,201 @@
+"""A design question: a study's choices and conditions, its limits, and how windows over them are worked out."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli import kernel
+from tendon_cli.answers.factors import Combinations, Factor, Numbers
+from tendon_cli.answers.numbers import model_design
+from tendon_cli.errors import Stopped
+from tendon_cli.model import window
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import Bounds
+from tendon_cli.model.motor_window import MotorBounds, narrowed
+from tendon_cli.model.window import Ends, Window
+from tendon_cli.studies.study import DRAW_AXIS, PERSON_AXIS, Study
+
+Flags = npt.NDArray[np.bool_]
+Rows = npt.NDArray[np.int64]
+
+_STATES_AT_ONCE = 2**21
+"""So that the model's arrays stay within a few megabytes each."""
+_MOTOR_IN_NUMPY = 8
+"""By how much fewer are at once with limits on the motor, of which all states have arrays."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is asked: over which choices, under which conditions, within which limits."""
+
+    study: Study
+    choices: Combinations
+    conditions: Combinations
+    bounds: Bounds
+    motor: MotorBounds | None = None
+    """Limits on the motor; None where there are none."""
+    enough: float = 1.0
+    """The share that a window must serve."""
+    middle: bool = True
+    """A choice is set in the middle of its window, else at its least pretension."""
+    notes: tuple[str, ...] = ()
+    """What was left out of the question, and why."""
+    stop: threading.Event = field(default_factory=threading.Event)
+    """Set when whoever asked wants no answer any more."""
+
+    @property
+    def angles(self) -> Array:
+        """Elbow angles, (1, K), rad."""
+        return self.study.motion.elbow_angle.array.reshape(1, -1)
+
+    @property
+    def flexion(self) -> Flags:
+        """Whether each direction is flexion, (D, 1)."""
+        return np.array([direction == "flexion" for direction in self.study.motion.direction]).reshape(-1, 1)
+
+    @property
+    def states_per_design(self) -> int:
+        """Directions times elbow angles."""
+        return self.angles.size * self.flexion.size
+
+    @cached_property
+    def condition_numbers(self) -> dict[str, Array]:
+        """What all conditions say of the study's numbers."""
+        return self.conditions.numbers(np.arange(len(self.conditions)))
+
+    @cached_property
+    def groups(self) -> Rows:
+        """The group of each condition: what must be served together to count."""
+        groups = self.conditions.groups
+        return np.arange(len(self.conditions)) if groups is None else groups
+
+    @cached_property
+    def weighting(self) -> Array:
+        """Of each group."""
+        weights = self.conditions.weighting
+        return (
+            np.ones(self.groups[-1] + 1)
+            if weights is None
+            else weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
+        )
+
+    def under(self, conditions: Rows) -> Problem:
+        """The same question under some of its conditions alone, each of which counts by itself."""
+        numbers = {key: values[conditions] for key, values in self.condition_numbers.items()}
+        return replace(self, conditions=Combinations((Factor("", "", numbers, ("",) * len(conditions)),)))
+
+    def of_groups(self, chosen: Rows) -> Problem:
+        """The same question for some of those who count together, ascending."""
+        rows = np.flatnonzero(np.isin(self.groups, chosen))
+        numbers = {key: values[rows] for key, values in self.condition_numbers.items()}
+        groups = np.searchsorted(chosen, self.groups[rows])
+        factor, weighting = Factor("", "", numbers, ("",) * len(rows)), self.weighting[self.groups[rows]]
+        return replace(self, conditions=Combinations((factor,), weighting=weighting, groups=groups))
+
+    @property
+    def counted(self) -> str:
+        """What a share is of."""
+        kinds = {factor.key for factor in self.conditions.factors}
+        return "persons" if PERSON_AXIS in kinds else "draws" if DRAW_AXIS in kinds else "conditions"
+
+    def saying(self, numbers: Numbers) -> Problem:
+        """The same question where its conditions say something else, or more, of the study's numbers."""
+        rows = Factor("", "", self.condition_numbers | dict(numbers), ("",) * len(self.conditions))
+        return replace(self, conditions=replace(self.conditions, factors=(rows,)))
+
+    def limit(self, name: str) -> float:
+        """A limit in SI."""
+        of_motor = self.motor is not None and name in self.motor.asked
+        return float(getattr(self.motor if of_motor else self.bounds, name))
+
+    def relaxed(self, name: str, value: float) -> Problem:
+        """The same question with another value of one limit."""
+        if self.motor is not None and name in self.motor.asked:
+            return replace(self, motor=replace(self.motor, **{name: value}))
+        return self.within(replace(self.bounds, **{name: value}))
+
+    def within(self, bounds: Bounds) -> Problem:
+        """The same question within other limits."""
+        return replace(self, bounds=bounds)
+
+    def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | float = 0.0) -> Design:
+        """The designs of some choices under all conditions, or under those given; see `model_design`."""
+        under = self.condition_numbers if conditions is None else conditions
+        return model_design(self.study, numbers, under, pretension)
+
+    def windows(self, numbers: Numbers, count: int) -> Window:
+        """The windows of `count` choices, (choices, conditions)."""
+        return Window(**self._chunked(self._window, numbers, count))
+
+    def ends(self, numbers: Numbers, count: int) -> Ends:
+        """The same in half the time: windows where naming the limits costs nothing, else their ends alone."""
+        if self.motor is not None or kernel.kind() is None:
+            return self.windows(numbers, count)
+        return Ends(**self._chunked(self._ends, numbers, count))
+
+    def named(self, numbers: Numbers, found: Ends, condition: Rows) -> Window:
+        """Of what was found of choices the windows, (choices,), each under one condition."""
+        rows = np.arange(len(condition))
+        if isinstance(found, Window):
+            return Window(**{name: values[rows, condition] for name, values in vars(found).items()})
+        under = {key: values[condition] for key, values in self.condition_numbers.items()}
+        design = model_design(self.study, numbers, under, paired=True)
+        picked = Ends(**{name: values[rows, condition, np.newaxis] for name, values in vars(found).items()})
+        each = window.named(picked, design, self.angles, self.flexion, self.bounds)
+        return Window(**{name: values[:, 0] for name, values in vars(each).items()})
+
+    def _chunked(self, find: Callable[[Design, tuple[int, int]], Ends], numbers: Numbers, count: int) -> dict[str, Any]:
+        whole: dict[str, Any] = {}
+        for rows, conditions in self.chunks(count):
+            part = {key: values[rows] for key, values in numbers.items()}
+            under = {key: values[conditions] for key, values in self.condition_numbers.items()}
+            shape = rows.stop - rows.start, conditions.stop - conditions.start
+            for name, values in vars(find(self.design(part, under), shape)).items():
+                if name not in whole:
+                    whole[name] = np.empty((count, len(self.conditions)), dtype=values.dtype)
+                whole[name][rows, conditions] = values
+        return whole
+
+    def _window(self, design: Design, shape: tuple[int, int]) -> Window:
+        if kernel.kind() is None:
+            found = window.window(design, self.angles, self.flexion, self.bounds)
+        else:
+            ends = self._ends(design, shape)
+            found = window.named(ends, design, self.angles, self.flexion, self.bounds)
+        if self.motor is not None:
+            return narrowed(found, design, self.angles, self.flexion, self.motor).window
+        return found
+
+    def _ends(self, design: Design, shape: tuple[int, int]) -> Ends:
+        found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
+        kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
+        return window.finished(found, design, self.bounds)
+
+    def heed(self) -> None:
+        """Raises Stopped where that is asked for."""
+        if self.stop.is_set():
+            raise Stopped
+
+    def chunks(self, count: int) -> Iterator[tuple[slice, slice]]:
+        """Choices and conditions that are worked out together: several of both, for what depends on one of these alone.
+
+        Raises Stopped between them where that is asked for.
+        """
+        under = len(self.conditions)
+        designs = max(1, _STATES_AT_ONCE // self.states_per_design // (1 if self.motor is None else _MOTOR_IN_NUMPY))
+        beside = min(under, max(1, designs // min(count, 2 * math.isqrt(designs))))
+        step = max(1, designs // beside)
+        for condition in range(0, under, beside):
+            for at in range(0, count, step):
+                self.heed()
+                yield slice(at, min(at + step, count)), slice(condition, min(condition + beside, under))

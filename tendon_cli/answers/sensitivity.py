@@ -1,0 +1,162 @@
+"""How both ends of a window move with every number of the study, by derivative in the state that binds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from tendon_cli.answers.candidates import Candidates, numbers_of
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.solve import solve
+from tendon_cli.model import limits
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import Bounds
+from tendon_cli.model.motor_window import MotorBounds, excess
+from tendon_cli.space.inputs import OF_SHEATHS
+from tendon_cli.studies.study import SIDES
+
+End = Literal["from", "to"]
+
+_STEP = 1e-30
+"""Of an imaginary change: a complex step has no error of difference, so it may be as small as can be."""
+_SHARE = 0.01
+
+ARM = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle",
+       "contact_width")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How one end of a window moves with one number."""
+
+    end: End
+    key: str
+    """Dotted key of the number; of a limit `limits.` and its name."""
+    value: float
+    """In the state that binds, SI."""
+    slope: float
+    """N per SI unit."""
+    steady: bool
+    """Whether the same limit binds in the same state when the number is 1 % larger or smaller."""
+
+    @property
+    def per_percent(self) -> float:
+        """N per 1 % of the number."""
+        return self.slope * self.value / 100.0
+
+
+def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
+    """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit on motion sets."""
+    found: list[Sensitivity] = []
+    ends: tuple[End, End] = ("from", "to")
+    for end in ends:
+        code = int(getattr(choice.solutions, f"{end}_by")[0])
+        state = int(getattr(choice.solutions, f"{end}_state")[0])
+        is_set = state >= 0 or code >= limits.OF_THE_MOTOR
+        if is_set and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
+            found += _of_end(problem, choice, end, code, state)
+    return sorted(found, key=lambda each: -abs(each.per_percent))
+
+
+def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: int) -> list[Sensitivity]:
+    condition = int(getattr(choice.solutions, f"{end}_condition")[0])
+    numbers = dict(numbers_of(problem, choice.columns))
+    alone = problem.under(np.array([condition]))
+    pretension = float(getattr(choice.solutions, f"pretension_{end}")[0])
+    design, name, motor = alone.design(numbers), limits.LIMIT_NAMES[code], problem.motor
+    of_motor = _OfMotor(alone, design, motor, code, state, pretension) if motor and name in motor.asked else None
+    bound, found = of_motor or _OfState(alone, code, state), []
+    for key, value in _numbers_at(alone, numbers).items():
+        changed = {key: np.array([value + _STEP * 1j])}
+        slope = bound.slope(alone.design(numbers, alone.condition_numbers | changed))
+        found.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
+    if of_motor is not None:
+        speed = of_motor.bounds.speed
+        found.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
+    elif name not in {each.name for each in fields(Bounds)}:
+        return found
+    return [*found, Sensitivity(end, f"limits.{name}", problem.limit(name), bound.slope(design, name), steady=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _OfState:
+    """An end that a limit on a state sets: it is where the limit is just kept."""
+
+    alone: Problem
+    code: int
+    state: int
+
+    def slope(self, design: Design, bound: str | None = None) -> float:
+        """How it moves with what is complex in a design, or with the bound itself."""
+        flexion, angle = divmod(self.state, self.alone.angles.size)
+        at = self.alone.angles[:, [angle]], self.alone.flexion[[flexion]]
+        bounds = self.alone.bounds if bound is None else _stepped(self.alone.bounds, bound)
+        return float(limits.limit_end(self.code, design, *at, bounds).imag.item()) / _STEP
+
+
+@dataclass(frozen=True, eq=False)
+class _OfMotor:
+    """An end F that a limit on the motor sets: its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF)."""
+
+    alone: Problem
+    design: Design
+    bounds: MotorBounds
+    code: int
+    state: int
+    pretension: float
+
+    def slope(self, design: Design, bound: str | None = None) -> float:
+        """How it moves with what is complex in a design, or with a bound or the speed."""
+        bounds = self.bounds if bound is None else _stepped(self.bounds, bound)
+        return -self._excess(design, bounds, self.pretension) / self._excess(
+            self.design, self.bounds, self.pretension + _STEP * 1j
+        )
+
+    def _excess(self, design: Design, bounds: MotorBounds, pretension: complex) -> float:
+        name, alone = limits.LIMIT_NAMES[self.code], self.alone
+        return excess(name, design, alone.angles, alone.flexion, bounds, pretension, self.state).imag
+
+
+def _stepped(bounds: Any, name: str) -> Any:
+    """Bounds of which one is complex."""
+    return replace(bounds, **{name: float(getattr(bounds, name)) + _STEP * 1j})
+
+
+def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
+    """Every number that counts for a choice under one condition, by its key; of one side where the sides differ."""
+    design = alone.design(numbers)
+    found = {f"arm.{name}": _single(getattr(design.arm.anchors, name, getattr(design.arm, name, None))) for name in ARM}
+    found |= {
+        "spool.flexor_radius": _single(design.flexor_radius),
+        "spool.ratio": _single(design.ratio),
+        "load.mass": _single(design.load_mass),
+    }
+    for argument, key in OF_SHEATHS.items():
+        table, _, name = key.rpartition(".")
+        of_sides = [_single(getattr(getattr(design, side), argument)) for side in SIDES]
+        given = (*alone.study.numbers, *alone.condition_numbers, *numbers)
+        if any(f"{table}.{side}.{name}" in given for side in SIDES):
+            found |= {f"{table}.{side}.{name}": value for side, value in zip(SIDES, of_sides, strict=True)}
+        else:
+            found[key] = of_sides[0]
+    return {key: value for key, value in found.items() if not np.isnan(value)}
+
+
+def _single(value: object) -> float:
+    return float(np.asarray(value).item())
+
+
+def _is_steady(
+    problem: Problem, numbers: dict[str, Array], key: str, value: float, end: End, binding: tuple[int, int]
+) -> bool:
+    """Whether the same limit binds in the same state when a number is 1 % larger, and smaller, in every condition."""
+    for factor in (1.0 - _SHARE, 1.0 + _SHARE):
+        given = problem.condition_numbers.get(key)
+        scaled = np.full(len(problem.conditions), value) if given is None else np.where(np.isnan(given), value, given)
+        found = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
+        if (int(getattr(found, f"{end}_by")[0]), int(getattr(found, f"{end}_state")[0])) != binding:
+            return False
+    return True

@@ -1,0 +1,119 @@
+"""The tables of an answer: a row per choice, and a row per condition."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from tendon_cli.answers.candidates import Candidates, Columns
+from tendon_cli.answers.factors import Factor
+from tendon_cli.answers.problem import Flags, Problem
+from tendon_cli.answers.worst import WORST
+from tendon_cli.engine.columns import versions
+from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import Column, schema_of
+from tendon_cli.version import RESULTS_VERSION
+
+ROW_GROUP = 2**17
+_LIMITS = ("", *dict.fromkeys(LIMIT_NAMES))
+_LIMIT_AT = np.array([_LIMITS.index(name) for name in LIMIT_NAMES] + [0])
+"""By a limit's code; of NOTHING, which is -1, the last."""
+
+
+def choice_columns(problem: Problem) -> tuple[Column, ...]:
+    """Columns of `choices.parquet`."""
+    directions = ("", *problem.study.motion.direction)
+    number = {name: Column.of(QUANTITIES[name]) for name in ("tolerance", "served", "pretension", *WORST)}
+    return (
+        *map(_of_factor, problem.choices.factors),
+        Column("refined", "truth", "1", "a point between those of the grid"),
+        Column.of(QUANTITIES["pretension_from"]),
+        Column.of(QUANTITIES["pretension_to"]),
+        Column("windows", "count", "1", "intervals of pretension that serve enough; the widest is told"),
+        number["tolerance"],
+        Column("from_by", "text", "1", "limit that binds below, or what no pretension could keep", choices=_LIMITS),
+        Column("to_by", "text", "1", "limit that binds above, or what no pretension could keep", choices=_LIMITS),
+        *(Column(f"{end}_condition", "count", "1", "row of conditions that binds") for end in ("from", "to")),
+        *(Column(f"{end}_direction", "text", "1", _OF_STATE, choices=directions) for end in ("from", "to")),
+        *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
+        number["served"],
+        number["pretension"],
+        *(number[name] for name in WORST),
+        Column("worst_status", "text", "1", "whether the worst at the pretension is worked out", choices=_WORKED_OUT),
+        Column("feasible", "truth", "1", "there is a pretension that keeps every limit"),
+        Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
+    )
+
+
+_WORKED_OUT = ("worked out", "no condition is served", "left out")
+_OF_STATE = "direction of the state that binds; empty where the limit belongs to none"
+
+
+def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_front: Flags) -> Columns:
+    """Rows of `choices.parquet`; text as positions among the column's words."""
+    found = candidates.solutions
+    rows: Columns = {**candidates.columns, "refined": refined}
+    rows |= {"pretension_from": found.pretension_from, "windows": found.windows, "tolerance": found.tolerance}
+    rows["pretension_to"] = np.where(np.isinf(found.pretension_to), np.nan, found.pretension_to)
+    for end in ("from", "to"):
+        state = getattr(found, f"{end}_state")
+        direction, angle = np.divmod(state, problem.angles.size)
+        rows[f"{end}_by"] = _LIMIT_AT[getattr(found, f"{end}_by")]
+        rows[f"{end}_condition"] = getattr(found, f"{end}_condition")
+        rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
+        rows[f"{end}_elbow_angle"] = np.where(state < 0, np.nan, problem.angles[0, angle])
+    rows |= {name: getattr(found, name) for name in ("served", "pretension", *WORST)}
+    rows["worst_status"] = np.where(found.worked_out, np.where(found.served > 0.0, 0, 1), 2)
+    return rows | {"feasible": found.feasible, "on_front": on_front}
+
+
+def condition_columns(problem: Problem) -> tuple[Column, ...]:
+    """Columns of `conditions.parquet`."""
+    weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
+    return (*map(_of_factor, problem.conditions.factors), weighting)
+
+
+def condition_rows(problem: Problem) -> Columns:
+    """Rows of `conditions.parquet`."""
+    count = len(problem.conditions)
+    given = problem.conditions.weighting
+    weighting = np.ones(count) if given is None else given
+    return problem.conditions.columns(np.arange(count)) | {"weighting": weighting}
+
+
+def table_schema(problem: Problem, table: str, part: int, parts: int) -> pa.Schema:
+    """The schema of one part of a table; what it says follows from the study and the versions alone."""
+    study = problem.study
+    facts = {
+        "table": table,
+        "study": study.record(),
+        "study_hash": study.hash,
+        "results_version": RESULTS_VERSION,
+        "versions": versions(),
+        "part": {"index": part, "of": parts},
+    }
+    return schema_of(choice_columns(problem) if table == "choices" else condition_columns(problem), facts)
+
+
+def as_records(columns: tuple[Column, ...], rows: Columns) -> list[dict[str, Any]]:
+    """Rows as a JSON text has them: words for positions, null for what is not a number."""
+    listed = {column.name: _as_list(column, np.asarray(rows[column.name])) for column in columns}
+    return [dict(zip(listed, values, strict=True)) for values in zip(*listed.values(), strict=True)]
+
+
+def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
+    if column.kind == "text":
+        return [column.choices[at] or None for at in values]
+    if column.kind == "number":
+        return [value if np.isfinite(value) else None for value in values.tolist()]
+    return list(values.tolist())
+
+
+def _of_factor(factor: Factor) -> Column:
+    if factor.names:
+        return Column(factor.column, "text", "1", f"name of the {factor.key}", is_axis=True, choices=factor.names)
+    return Column.of(keys()[factor.key].number.quantity, factor.column, is_axis=True)

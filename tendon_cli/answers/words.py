@@ -1,0 +1,75 @@
+"""Choices, conditions, states and limits as people say them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from tendon_cli.answers.factors import Combinations
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.studies.study import keys
+from tendon_cli.units import UNITS
+
+_BELOW = {
+    "flexor slack": "the flexor goes slack",
+    "extensor slack": "the extensor goes slack",
+    "min_flexor_tension": "the flexor has less than {}",
+    "min_extensor_tension": "the extensor has less than {}",
+    "max_tension": "a tendon has more than {}",
+    "max_spring_extension": "a spring is extended by more than {}",
+    "peak_motor_torque": "the motor needs more than {}",
+    "max_contact_pressure": "the strap presses with more than {}",
+    "min_elbow_stiffness": "the elbow is less stiff than {}",
+    "max_pretension": "it is more than {}",
+    "min_spool_to_tendon": "a spool is less than {} tendons across",
+    "max_spool_travel": "the spool turns by more than {}",
+    "max_backlash": "the spool differs by more than {} between the directions",
+    "max_torque_band": "the motor torque differs by more than {} between the directions",
+    "peak_motor_speed": "the motor turns faster than {}",
+    "peak_motor_power": "the motor gives more than {}",
+    "max_motor_work_in": "the motor works more than {} a cycle",
+    "max_friction_loss": "friction takes more than {} a cycle",
+    "min_efficiency": "friction leaves less than {} of the motor's work",
+    "no equilibrium": "the flexor has passed the joint's centre",
+}
+
+
+def rounded(value: float, digits: int = 3) -> str:
+    """A number to some significant digits, without an exponent where people would write none."""
+    if not math.isfinite(value):
+        return "any" if value > 0 else "none"
+    short = float(f"{value:.{digits}g}")
+    whole = f"{short:,.0f}" if abs(short) >= 10**digits else f"{short:g}"
+    return "0" if short == 0.0 else whole.replace(",", " ")
+
+
+def shown(quantity: Quantity, value: float, digits: int = 3) -> str:
+    """A value in SI in the unit that people read it in."""
+    unit = quantity.shown_in
+    number = rounded(value / float(UNITS[unit].factor), digits) if unit in UNITS else rounded(value, digits)
+    return number if unit == "1" else f"{number} {unit}"
+
+
+def of_key(key: str, value: float) -> str:
+    """A number of a study, with its symbol."""
+    quantity = keys()[key].number.quantity
+    side = next((f" of the {word}" for word in ("flexor", "extensor") if f".{word}." in key), "")
+    return f"{quantity.symbol}{side} {shown(quantity, value)}"
+
+
+def of_row(product: Combinations, columns: Mapping[str, Any]) -> str:
+    """A choice or a condition: what it has of each axis; empty where there is none."""
+    said = []
+    for factor in product.factors:
+        value = columns[factor.column]
+        said.append(factor.names[int(value)] if factor.names else of_key(factor.key, float(value)))
+    return ", ".join(said)
+
+
+def broken(limit: str, bounds: Mapping[str, float]) -> str:
+    """What happens where a limit is not kept."""
+    bound = shown(QUANTITIES[limit], bounds[limit]) if limit in bounds else ""
+    if limit == "min_elbow_stiffness" and bounds.get(limit) == 0.0:
+        return "the elbow is unstable"
+    return _BELOW[limit].format(bound)

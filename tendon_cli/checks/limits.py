@@ -1,0 +1,162 @@
+"""Is every design of a run within its limits: which is not, by how much, and in which state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from heapq import heappush, heappushpop
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from tendon_cli.figures.product import as_numpy
+from tendon_cli.model.actuator import State
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.response import SLACK_TOLERANCE, pretension_shortfall
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.read import TableFiles
+
+NO_EQUILIBRIUM, SLACK = "no equilibrium", "slack"
+_NOT_A_COLUMN = {"max_pretension": "pretension"}
+
+
+@dataclass(frozen=True)
+class Breach:
+    """A limit that a design breaks."""
+
+    design: int
+    limit: str
+    """A key of [limits], "slack" or "no equilibrium"."""
+    value: float | None
+    """What the design comes to, in SI; for slack its margin of pretension."""
+    bound: float | None
+    excess: float
+    """By how much it is broken, as a share of the bound; in SI where that is 0; infinite without equilibrium."""
+    direction: str | None = None
+    elbow_angle: float | None = None
+    """The state that breaks it worst, rad; none for a limit that no single state breaks."""
+
+
+@dataclass(frozen=True)
+class LimitCheck:
+    """What came of a check."""
+
+    designs: int
+    feasible: int
+    breaches: tuple[Breach, ...]
+    """The worst, the worst first."""
+    broken: dict[str, int]
+    """How many designs break each limit."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether every design is within every limit."""
+        return self.feasible == self.designs
+
+
+def check_designs(table: TableFiles, study: Study, worst: int) -> LimitCheck:
+    """Check all rows of a table of designs, part by part; of the breaches the `worst` are told with their states."""
+    limits = dict(study.limits.items())
+    names = ["design", "feasible", "taut", "margin", "required_pretension"]
+    names += [name for name in (column_of(limit) for limit in limits) if name not in names]
+    found: list[tuple[float, int, Breach]] = []
+    broken: dict[str, int] = {}
+    designs = feasible = 0
+    for _, part in table.parts([name for name in names if name in table.schema.names]):
+        designs += part.num_rows
+        failing = part.filter(pc.invert(part.column("feasible")))
+        feasible += part.num_rows - failing.num_rows
+        for breach in _breaches(failing, limits):
+            broken[breach.limit] = broken.get(breach.limit, 0) + 1
+            entry = (breach.excess, -breach.design, breach)
+            if len(found) < worst:
+                heappush(found, entry)
+            elif worst:
+                heappushpop(found, entry)
+    plan = Plan(study)
+    worst_first = [breach for *_, breach in sorted(found, key=lambda each: each[:2], reverse=True)]
+    return LimitCheck(
+        designs,
+        feasible,
+        tuple(_with_state(breach, plan) for breach in worst_first),
+        dict(sorted(broken.items(), key=lambda each: -each[1])),
+    )
+
+
+def _with_state(breach: Breach, plan: Plan) -> Breach:
+    state = _worst_state(breach.limit, breach.design, plan)
+    return breach if state is None else replace(breach, direction=state[0], elbow_angle=state[1])
+
+
+def column_of(limit: str) -> str:
+    """The column that a limit bounds."""
+    return _NOT_A_COLUMN.get(limit, limit)
+
+
+def _breaches(table: pa.Table, limits: Mapping[str, float]) -> Iterator[Breach]:
+    """Every limit that each of some designs breaks."""
+    if not table.num_rows:
+        return
+    columns = {name: as_numpy(table.column(name)) for name in table.schema.names}
+    numbers = columns["design"]
+    nowhere = np.isnan(columns["required_pretension"])
+    for row in np.flatnonzero(nowhere):
+        yield Breach(int(numbers[row]), NO_EQUILIBRIUM, None, None, float("inf"))
+    for row in np.flatnonzero(~nowhere & ~columns["taut"].astype(bool)):
+        margin, needed = float(columns["margin"][row]), float(columns["required_pretension"][row])
+        yield Breach(int(numbers[row]), SLACK, margin, 0.0, -margin / max(needed, 1e-300))
+    for limit, bound in limits.items():
+        values = columns.get(column_of(limit))
+        if values is not None:
+            yield from _beyond(numbers, limit, bound, values)
+
+
+def _beyond(numbers: npt.NDArray[Any], limit: str, bound: float, values: npt.NDArray[np.float64]) -> Iterator[Breach]:
+    sign = 1.0 if limit.startswith("min_") else -1.0
+    magnitudes = np.abs(values) if limit.startswith("peak_") else values
+    short = sign * (bound - magnitudes)
+    scale = abs(bound) or 1.0
+    for row in np.flatnonzero(short > SLACK_TOLERANCE * scale):
+        yield Breach(int(numbers[row]), limit, float(values[row]), bound, float(short[row] / scale))
+
+
+_BADNESS: dict[str, Callable[[State], Array]] = {
+    NO_EQUILIBRIUM: lambda state: np.where(np.isnan(state.elbow_torque), 1.0, 0.0),
+    SLACK: lambda state: pretension_shortfall(state.coupling),
+    "min_flexor_tension": lambda state: -np.minimum(state.balance.flexor, state.flexor_tension_proximal),
+    "min_extensor_tension": lambda state: -np.minimum(state.balance.extensor, state.extensor_tension_proximal),
+    "max_tension": lambda state: np.maximum(
+        np.maximum(state.balance.flexor, state.flexor_tension_proximal),
+        np.maximum(state.balance.extensor, state.extensor_tension_proximal),
+    ),
+    "max_spring_extension": lambda state: np.maximum(
+        state.balance.flexor * state.flexor.spring, state.balance.extensor * state.extensor.spring
+    ),
+    "peak_motor_torque": lambda state: np.abs(state.motor_torque),
+    "max_contact_pressure": lambda state: state.balance.extensor,
+    "min_elbow_stiffness": lambda state: -state.elbow_stiffness,
+}
+"""What is largest in the state that breaks a limit worst; limits of a whole motion, or of no state, are not here."""
+
+
+def _worst_state(limit: str, design: int, plan: Plan) -> tuple[str, float] | None:
+    """Direction and elbow angle (rad) of the state that breaks a limit worst; None where no single state does."""
+    badness = _BADNESS.get(limit)
+    if badness is None:
+        return None
+    inputs = Inputs(plan)
+    worst, found = -np.inf, None
+    for block in plan.blocks(range(design, design + 1)):
+        directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
+        values = np.broadcast_to(badness(State.of(inputs.situation(block))), block.shape).reshape(len(directions), -1)
+        if np.isnan(values).all() or np.nanmax(values) <= worst:
+            continue
+        worst = float(np.nanmax(values))
+        direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
+        found = directions[direction], float(angles[angle])
+    return found

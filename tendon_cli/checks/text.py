@@ -1,0 +1,133 @@
+"""What a check found, as text for a terminal, Markdown for a job's summary, or a record for a program."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from tendon_cli.checks.compare import Change, Comparison, Flip
+from tendon_cli.checks.limits import NO_EQUILIBRIUM, SLACK, Breach, LimitCheck, column_of
+from tendon_cli.figures.labels import Shown, number
+from tendon_cli.figures.product import Product
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.units import counted
+
+
+def record_of(found: LimitCheck | Comparison) -> dict[str, Any]:
+    """What was found, with `holds`; what is infinite is null."""
+    record = asdict(found) | {"holds": found.holds}
+    return {name: _finite(value) for name, value in record.items()}
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {name: _finite(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return value
+
+
+def verdict_text(found: LimitCheck, product: Product, name: str) -> str:
+    """One line where all is well, else what is broken and where, the worst first."""
+    if found.holds:
+        all_of_them = (
+            "the design is within its" if found.designs == 1 else f"all {found.designs:,} designs are within their"
+        )
+        return f"{name}: {all_of_them} limits"
+    lines = [f"{name}: {found.designs - found.feasible:,} of {found.designs:,} designs are not within their limits"]
+    lines += [f"  {limit:<22} broken by {counted(count, 'design')}" for limit, count in found.broken.items()]
+    lines += ["worst first", *(f"  {_breach(each, product)}" for each in found.breaches)]
+    return "\n".join(lines)
+
+
+def _breach(breach: Breach, product: Product) -> str:
+    design = f"design {breach.design}{_at(product, breach.design)}"
+    if breach.limit == NO_EQUILIBRIUM:
+        said = "has a state without equilibrium"
+    elif breach.limit == SLACK:
+        said = f"is slack, {_shown('margin', -(breach.value or 0.0))} short of the pretension it needs"
+    else:
+        column = column_of(breach.limit)
+        value, bound = (_shown(column, each or 0.0) for each in (breach.value, breach.bound))
+        past = "below" if breach.limit.startswith("min_") else "above"
+        said = f"has {column} {value}, {past} {bound}"
+        said += f" by {100 * breach.excess:.3g} %" if breach.bound else ""
+    return f"{design}: {said}{_state(breach)}"
+
+
+def _state(breach: Breach) -> str:
+    if breach.direction is None or breach.elbow_angle is None:
+        return ""
+    return f"; worst in {breach.direction} at {number(math.degrees(breach.elbow_angle))} deg"
+
+
+def _at(product: Product, design: int) -> str:
+    """A design's place on the axes."""
+    said = []
+    for axis in product.axes:
+        value = axis.values[design // axis.stride % axis.length]
+        said.append(f"{axis.column} {value if axis.is_text else product.shown(axis.column).text(float(value))}")
+    return f" ({', '.join(said)})" if said else ""
+
+
+def _shown(column: str, value: float) -> str:
+    return Shown.of(column, QUANTITIES[column]).text(value) if column in QUANTITIES else number(value)
+
+
+def comparison_text(found: Comparison, product: Product, names: tuple[str, str]) -> str:
+    """One line where nothing changed, else columns and designs that did, the worst first."""
+    what = f"{counted(found.designs, 'design')}, {counted(found.states, 'state')} in common"
+    if found.holds:
+        return f"{names[0]}: nothing changed since {names[1]} ({what})"
+    lines = [f"{names[0]}: changed since {names[1]} ({what})"]
+    lines += [f"  {_change(each, product)}" for each in found.changes]
+    if found.flipped:
+        lines.append(f"feasible in one run only: {counted(found.flipped, 'design')}, worst first")
+        lines += [f"  {_flip(each, product)}" for each in found.flips]
+    return "\n".join(lines)
+
+
+def _change(change: Change, product: Product) -> str:
+    head = f"{change.table}.{change.column}: {counted(change.rows, 'row')}"
+    if change.difference is None:
+        return f"{head}, first at {_where(change.where, product)}"
+    by = "null in one only" if math.isinf(change.difference) else f"by {_shown(change.column, change.difference)}"
+    share = "" if math.isinf(change.share) else f" ({change.share:.3g} of its scale)"
+    return f"{head}, most {by}{share} at {_where(change.where, product)}"
+
+
+def _flip(flip: Flip, product: Product) -> str:
+    now = "feasible now, was not" if flip.now else "not feasible now, was"
+    margins = [None if each is None else _shown("margin", each) for each in (flip.margin_before, flip.margin_now)]
+    moved = f"; margin {margins[0]}, now {margins[1]}" if None not in margins else ""
+    return f"{_where(flip.where, product)}: {now}{moved}"
+
+
+def _where(where: Mapping[str, float | str], product: Product) -> str:
+    said = []
+    for column, value in where.items():
+        shown = Shown.of(column, QUANTITIES[column]) if column in QUANTITIES else None
+        if isinstance(value, str):
+            said.append(f"{column} {value}")
+        else:
+            said.append(f"{column} {(shown or product.shown(column)).text(value)}")
+    return ", ".join(said) or "the only row"
+
+
+def as_markdown(text: str, *, holds: bool) -> str:
+    """The same for a job's summary."""
+    head, *rest = text.split("\n")
+    mark = "within limits" if holds else "not as hoped"
+    body = "\n".join(f"- {line.strip()}" if line.startswith("  ") else f"\n**{line}**\n" for line in rest)
+    return f"### tendon check: {mark}\n\n{_escaped(head)}\n\n{_escaped(body)}".rstrip() + "\n"
+
+
+def _escaped(text: str) -> str:
+    """Names from studies say no Markdown and no HTML."""
+    for letter, harmless in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("|", "\\|"), ("`", "\\`"), ("[", "\\[")):
+        text = text.replace(letter, harmless)
+    return text

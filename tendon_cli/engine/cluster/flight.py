@@ -1,0 +1,204 @@
+"""A sweep on a running Dask cluster: parts go out to its workers and come back as they are finished.
+
+All that the cluster's library does happens in one event loop, which turns in the calling thread while this waits: no
+thread outlives a run, and every wait has its bound.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import itertools
+import time
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from tendon_cli.engine.cluster.link import ask_everywhere, check_address, close, connect, library, lost, unfit
+from tendon_cli.engine.cluster.task import Assignment, Refusal, halt, make_part, ready, tidy
+from tendon_cli.engine.part import PartFailure, PartMaker, PartResult, Results
+from tendon_cli.engine.run import place
+from tendon_cli.errors import OutputError, Stopped, WorkersLostError
+
+PATIENCE = 30.0
+"""Seconds that a run waits for a scheduler that does not answer, or for the first worker after the last one died."""
+
+_LOOK = 0.2
+_COUNT = 2.0
+_RECALL = 3.0
+
+
+@contextlib.contextmanager
+def connected(address: str, jobs: int | None) -> Iterator[Cluster]:
+    """A cluster whose workers all have our versions; raises UsageError, or WorkersLostError within seconds.
+
+    `jobs` parts are out at once, by default two for each of the workers' threads.
+    """
+    check_address(address)
+    library()
+    with asyncio.Runner() as loop:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the library's, on other versions of what no table depends on
+            client = loop.run(connect(address))
+        try:
+            yield Cluster(client, loop, jobs)
+        finally:
+            loop.run(close(client))
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Workers that stand ready for a run."""
+
+    client: Any
+    loop: asyncio.Runner
+    jobs: int | None
+
+    def results(self, maker: PartMaker, missing: Iterator[int]) -> Results:
+        """Parts as they are finished; raises WorkersLostError where the cluster is lost or unfit."""
+        first = next(missing, None)
+        if first is None:
+            return
+        waiting = itertools.chain([first], missing)
+        flight = _Flight(self.client, maker, self.jobs)
+        tidy(maker.plan, maker.folder)
+        try:
+            self.loop.run(flight.prepare())
+            while flight.fill(waiting):
+                yield from self.loop.run(flight.landed())
+                if maker.stop.is_set() and flight.parts:
+                    yield PartFailure(next(iter(flight.parts.values())), Stopped())
+                    return
+        finally:
+            self.loop.run(flight.recall())
+            tidy(maker.plan, maker.folder)
+
+
+class OnWorkerError(Exception):
+    """What went wrong with a part on a worker, in that worker's words."""
+
+
+@dataclass
+class _Flight:
+    """The parts of a run that are out on the cluster."""
+
+    client: Any
+    maker: PartMaker
+    jobs: int | None
+    parts: dict[Any, int] = field(default_factory=dict)
+    """Parts that are out, by their futures."""
+    suspects: list[int] = field(default_factory=list)
+    """Parts whose workers died. Each goes out once more, alone, since another part may have been the cause."""
+    alone: bool = False
+    at_once: int = 1
+    count: asyncio.Future[dict[str, int]] | None = None
+    """The answer to how many threads there are, while it is awaited."""
+    asked: float = field(default_factory=time.monotonic)
+    manned: float = field(default_factory=time.monotonic)
+    """When there was a worker last."""
+
+    async def prepare(self) -> None:
+        """See that every worker is fit for this run."""
+        self.assignment = Assignment.of(self.maker)
+        self.arrivals = library().as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
+        await ask_everywhere(self.client, ready, self.assignment)
+        self._counted(await self.client.nthreads())
+
+    def fill(self, missing: Iterator[int]) -> bool:
+        """Send parts out as far as there is room; whether any are out."""
+        while not self.alone and len(self.parts) < self.at_once:
+            index = next(missing, None)
+            if index is None:
+                break
+            self._send(index)
+        if not self.parts and self.suspects:
+            self.alone = True
+            self._send(self.suspects.pop())
+        return bool(self.parts)
+
+    async def landed(self) -> list[PartResult | PartFailure]:
+        """What came back, waiting for a moment at most; raises WorkersLostError."""
+        arrived: list[Any] = []
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_LOOK):
+                arrived = [await anext(self.arrivals)]
+        arrived += self.arrivals.next_batch(block=False)
+        outcomes = [self._outcome(self.parts.pop(future), future.status, result) for future, result in arrived]
+        self._watch()
+        return [outcome for outcome in outcomes if outcome is not None]
+
+    async def recall(self) -> None:
+        """Call back what is still out; workers end it at once and leave nothing behind."""
+        if self.count is not None:
+            self.count.cancel()
+        if self.parts and self.client.status == "running":
+            with contextlib.suppress(Exception):
+                async with asyncio.timeout(_RECALL):
+                    await self.client.cancel(list(self.parts), force=True)
+                    await self.client.run(halt, self.assignment.run, on_error="ignore")
+        self.parts.clear()
+
+    def _send(self, index: int) -> None:
+        key = (f"tendon-part-{self.assignment.run}{'-alone' if self.alone else ''}", index)
+        future = self.client.submit(make_part, self.assignment, index, key=key, pure=False)
+        self.parts[future] = index
+        self.arrivals.add(future)
+
+    def _outcome(self, index: int, status: str, result: Any) -> PartResult | PartFailure | None:
+        if status == "finished":
+            return _failure(index, result) if isinstance(result, Refusal) else result
+        if status == "error":
+            return self._died(index, result[1])
+        raise lost(self.client, "went away, or gave up our parts")
+
+    def _died(self, index: int, error: BaseException) -> PartFailure | None:
+        """A part that its worker could not even answer for."""
+        if not isinstance(error, library().KilledWorker):
+            return PartFailure(index, OnWorkerError(f"{type(error).__name__}: {error}"))
+        if not self.alone:
+            self.suspects.append(index)
+            return None
+        died, last = error.allowed_failures + 1, error.last_worker.address
+        return PartFailure(index, OnWorkerError(f"{died} workers died of it one after another, the last {last}"))
+
+    def _watch(self) -> None:
+        """Count the workers' threads now and then, and see by it that the scheduler lives."""
+        now = time.monotonic()
+        if self.client.status != "running":
+            raise lost(self.client, "went away")
+        if self.count is None:
+            if now - self.asked > _COUNT:
+                self.count, self.asked = asyncio.ensure_future(self.client.nthreads()), now
+        elif self.count.done():
+            if self.count.exception() is not None:
+                raise lost(self.client, "went away")
+            self._counted(self.count.result())
+            self.count = None
+        elif now - self.asked > PATIENCE:
+            raise lost(self.client, f"does not answer for {PATIENCE:.0f} s")
+
+    def _counted(self, threads: dict[str, int]) -> None:
+        now = time.monotonic()
+        self.at_once = self.jobs or max(1, 2 * sum(threads.values()))
+        if threads:
+            self.manned = now
+        elif now - self.manned > PATIENCE:
+            out = "; ".join(place(self.maker, index) for index in sorted(self.parts.values())[:4])
+            raise WorkersLostError(
+                f"no worker is left; {len(self.parts)} parts were being computed: {out}",
+                where=str(self.maker.folder),
+                hint="workers under a nanny are replaced when they die; --resume goes on",
+            )
+
+
+def _failure(index: int, refusal: Refusal) -> PartFailure:
+    """A worker's refusal as the failure of its part; raises WorkersLostError where it would refuse any part."""
+    reason = f"{refusal.reason}, on worker {refusal.host}"
+    if refusal.kind == "unfit":
+        raise unfit(refusal)
+    if refusal.kind == "stopped":
+        return PartFailure(index, Stopped())
+    if refusal.kind == "output":
+        return PartFailure(index, OutputError(reason, where=refusal.where, hint=refusal.hint))
+    return PartFailure(index, OnWorkerError(reason))

@@ -1,0 +1,207 @@
+"""What a cluster's worker does of a sweep: rebuild the plan, make a part, put its files into the shared run folder.
+
+Nothing here knows the cluster's library. A worker answers with what it made or why it did not; it never raises. As the
+cluster may give a part to a second worker while a first one, thought dead, still writes, each worker writes under names
+of its own and renames at the very end, where the run still stands.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import platform
+import threading
+import time
+import uuid
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from tendon_cli.engine.columns import versions
+from tendon_cli.engine.part import PartMaker, PartResult, file_name
+from tendon_cli.engine.record import JOURNAL, RECORD
+from tendon_cli.errors import OutputError, Stopped, TendonError
+from tendon_cli.files import output_errors, sync_folder
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.write import TableFile
+from tendon_cli.version import RESULTS_VERSION
+
+_MOST_RUNS = 4
+_HEAD = 2**14
+_PATIENCE = 5.0
+"""Seconds after which a network file system should show what was written elsewhere."""
+
+_MAKERS: dict[str, _OwnMaker] = {}
+_LOCK = threading.Lock()
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What a worker is told of a run; small, as it goes with every part."""
+
+    run: str
+    """A name that no other run has."""
+    folder: str
+    """The run folder, absolute."""
+    study_hash: str
+    record: str
+    """The resolved study, the order of its axes and what its files gave, as JSON."""
+    part_designs: int
+    versions: dict[str, str]
+
+    @classmethod
+    def of(cls, maker: PartMaker) -> Assignment:
+        """The assignment that lets any worker make the same parts."""
+        study, folder = maker.plan.study, str(maker.folder.absolute())
+        record = json.dumps(study.record())
+        return cls(uuid.uuid4().hex, folder, study.hash, record, maker.plan.part_designs, all_versions())
+
+    def study(self) -> Study:
+        """The study, rebuilt without its files."""
+        return recorded_study(json.loads(self.record))
+
+    def stands_in_folder(self) -> bool:
+        """Whether the run folder is to be seen from here, and holds this study, unfinished or to be repaired."""
+        return any(f'"study_hash": "{self.study_hash}"'.encode() in head for head in self._heads())
+
+    def _heads(self) -> Iterator[bytes]:
+        """The beginnings of the files that say what stands in the folder."""
+        with contextlib.suppress(OSError), (Path(self.folder) / JOURNAL).open("rb") as file:
+            yield file.readline()
+        with contextlib.suppress(OSError), (Path(self.folder) / RECORD).open("rb") as file:
+            yield file.read(_HEAD)
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a worker did not make a part; `unfit` where it can make none of this run."""
+
+    kind: Literal["unfit", "output", "stopped", "failed"]
+    reason: str
+    host: str
+    where: str | None = None
+    hint: str | None = None
+
+
+class Unfit(Exception):  # noqa: N818 - a state of this worker
+    """This worker cannot take part in a run."""
+
+
+def all_versions() -> dict[str, str]:
+    """Everything that the bytes of a table follow from, besides the study."""
+    return {**versions(), "results": str(RESULTS_VERSION)}
+
+
+def unlike(expected: dict[str, str]) -> Refusal | None:
+    """Refuses where this worker's versions would give other bytes."""
+    here = all_versions()
+    wrong = [f"{name} {here[name]} instead of {version}" for name, version in expected.items() if here[name] != version]
+    if not wrong:
+        return None
+    hint = "tables have the same bytes only from the same versions; install these on every worker"
+    return Refusal("unfit", f"this worker has {', '.join(wrong)}", platform.node(), hint=hint)
+
+
+def ready(assignment: Assignment) -> Refusal | None:
+    """Prepare this worker for a run; refuses where it cannot take part."""
+    try:
+        _maker(assignment)
+    except Unfit as error:
+        hint = "workers write into the run folder themselves: it must be shared, and have the same path everywhere"
+        return Refusal("unfit", str(error), platform.node(), where=assignment.folder, hint=hint)
+    return None
+
+
+def make_part(assignment: Assignment, index: int) -> PartResult | Refusal:
+    """Make a part and put its files in place, or say why not."""
+    refusal = unlike(assignment.versions) or ready(assignment)
+    if refusal is not None:
+        return refusal
+    try:
+        return _maker(assignment).make(index)
+    except Stopped:
+        return Refusal("stopped", "stopped", platform.node())
+    except Unfit as error:
+        return Refusal("unfit", str(error), platform.node(), where=assignment.folder)
+    except OutputError as error:
+        return Refusal("output", error.message, platform.node(), error.where, error.hint)
+    except Exception as error:  # noqa: BLE001 - it goes back with the part's coordinates
+        return Refusal("failed", f"{type(error).__name__}: {error}", platform.node())
+
+
+def halt(run: str) -> None:
+    """End the parts of a run that are being made here; they leave nothing behind."""
+    maker = _MAKERS.get(run)
+    if maker is not None:
+        maker.stop.set()
+
+
+def tidy(plan: Plan, folder: Path) -> None:
+    """Remove what workers that died had begun to write."""
+    for table in plan.study.output.tables:
+        home = (folder / file_name(table, 0, plan.parts)).parent
+        for pattern in (".*.parquet.*.own", ".*.parquet.*.own.tmp"):
+            for left in home.glob(pattern):
+                with contextlib.suppress(OSError):
+                    left.unlink()
+
+
+@dataclass(frozen=True)
+class _OwnMaker(PartMaker):
+    """Makes parts under names that no other process uses, and renames them when they are whole."""
+
+    assignment: Assignment = field(kw_only=True)
+    token: str = field(default_factory=lambda: uuid.uuid4().hex, kw_only=True)
+
+    def make(self, index: int) -> PartResult:
+        names = [file_name(table, index, self.plan.parts) for table in self.plan.study.output.tables]
+        try:
+            result = super().make(index)
+            if not self.assignment.stands_in_folder():
+                raise Unfit("the run folder is gone, or holds another run by now")
+            for name in names:
+                with output_errors(self.folder / name):
+                    self._own(name).replace(self.folder / name)
+            for folder in {(self.folder / name).parent for name in names}:
+                sync_folder(folder)
+        finally:
+            for name in names:
+                with contextlib.suppress(OSError):
+                    self._own(name).unlink(missing_ok=True)
+        return result
+
+    def _file(self, table: str, index: int, name: str) -> TableFile:
+        return super()._file(table, index, str(self._own(name).relative_to(self.folder)))
+
+    def _own(self, name: str) -> Path:
+        path = self.folder / name
+        return path.with_name(f".{path.name}.{self.token}.own")
+
+
+def _maker(assignment: Assignment) -> _OwnMaker:
+    """The maker of a run, built once in this process; raises Unfit."""
+    with _LOCK:
+        if assignment.run not in _MAKERS:
+            maker = _new_maker(assignment)
+            while len(_MAKERS) >= _MOST_RUNS:
+                del _MAKERS[next(iter(_MAKERS))]
+            _MAKERS[assignment.run] = maker
+        return _MAKERS[assignment.run]
+
+
+def _new_maker(assignment: Assignment) -> _OwnMaker:
+    deadline = time.monotonic() + _PATIENCE
+    while not assignment.stands_in_folder():
+        if time.monotonic() > deadline:
+            raise Unfit("this worker does not see the run folder")
+        time.sleep(0.2)
+    try:
+        plan = Plan(assignment.study())
+    except TendonError as error:
+        raise Unfit(f"this worker cannot read the study: {error.message}") from None
+    if (plan.study.hash, plan.part_designs) != (assignment.study_hash, assignment.part_designs):
+        raise Unfit("this worker understands the study otherwise, its tendon is another")
+    return _OwnMaker(plan, Path(assignment.folder), assignment=assignment)

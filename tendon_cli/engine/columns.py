@@ -1,0 +1,170 @@
+"""Which columns a study's tables have, and the values of those that say which design and state a row is."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+
+from tendon_cli.model.statics import STATUS_NAMES
+from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
+from tendon_cli.space.inputs import Input, Inputs
+from tendon_cli.space.plan import Axis, Block
+from tendon_cli.studies.study import LINKED_AXES, SIDES, keys, split_side
+from tendon_cli.tables.schema import Column, schema_of
+from tendon_cli.version import RESULTS_VERSION, __version__
+
+ALWAYS = (
+    "tendon.pretension",
+    "spring.stiffness",
+    "spool.ratio",
+    "load.mass",
+    "sheath.friction",
+    "sheath.bend_angle",
+)
+"""Keys that have a column in every table."""
+
+JUDGEMENTS = {
+    "taut": "no state is slack or without equilibrium",
+    "stable": "no state has less than the least elbow stiffness",
+    "feasible": "taut, stable and within every limit",
+}
+"""Truths of `designs`, with what they mean; `Totals` counts each."""
+
+Values = Callable[[Block], npt.ArrayLike]
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """The columns of both tables of a plan, in order, with what fills the leading ones."""
+
+    inputs: Inputs
+
+    @cached_property
+    def leading(self) -> dict[Column, Values]:
+        """`design` and the columns of the axes, each with its values in a block."""
+        columns: dict[Column, Values] = {
+            Column("design", "count", "1", "number of the design, from 0"): _design_numbers
+        }
+        for key in self._keys():
+            columns |= self._columns_of(key)
+        for at, axis in enumerate(self.inputs.plan.axes):
+            if axis.values is None:
+                meaning = f"name of the {axis.key}"
+                columns[Column(axis.key, "text", "1", meaning, is_axis=True, choices=axis.names)] = _positions(at, axis)
+        return columns
+
+    @cached_property
+    def designs(self) -> tuple[Column, ...]:
+        """Columns of `designs`."""
+        of_cycles = OF_CYCLES if self.inputs.plan.study.motion.speed is not None else ()
+        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in (*OF_DESIGNS, *of_cycles)]
+        return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
+
+    @cached_property
+    def of_states(self) -> dict[Column, Values]:
+        """The columns that say which state of a design a row is, each with its values in a block."""
+        directions = tuple(dict.fromkeys((*self.inputs.plan.directions, "flexion", "extension")))
+        text = Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions)
+        angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
+        return {text: _directions, angle: lambda block: self.inputs.plan.elbow_angles[block.angles]}
+
+    @cached_property
+    def states(self) -> tuple[Column, ...]:
+        """Columns of `states`; of the results those that the study keeps."""
+        kept = self.inputs.plan.study.output.states or ("status", *OF_STATES)
+        status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
+        results = (status, *(Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_STATES))
+        return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
+
+    def schema(self, table: str, part: int) -> pa.Schema:
+        """The schema of one part of a table; what it says follows from the study and the versions alone."""
+        first = self._schemas[table]
+        index = json.dumps({"index": part, "of": self.inputs.plan.parts}, sort_keys=True)
+        return first.with_metadata({**first.metadata, b"tendon.part": index})
+
+    @cached_property
+    def _schemas(self) -> dict[str, pa.Schema]:
+        """Those of the first part of each table."""
+        last = {"part": {"index": 0, "of": self.inputs.plan.parts}}
+        columns = {"designs": self.designs, "states": self.states}
+        return {table: schema_of(each, {"table": table, **self._facts, **last}) for table, each in columns.items()}
+
+    def _nullable(self, result: str) -> bool:
+        """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""
+        if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
+            return False
+        if result == "min_spool_to_tendon":
+            return False
+        if result in ("max_contact_pressure", "pretension_from", "pretension_to", *OF_CYCLES):
+            return True
+        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
+            return True
+        if result == "spool_angle" and self.inputs.may_be_unilateral:
+            return True
+        return not self.inputs.always_balanced
+
+    @cached_property
+    def _facts(self) -> dict[str, Any]:
+        study = self.inputs.plan.study
+        return {
+            "study": study.record(),
+            "study_hash": study.hash,
+            "results_version": RESULTS_VERSION,
+            "versions": versions(),
+        }
+
+    def _keys(self) -> list[str]:
+        """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
+        study = self.inputs.plan.study
+        axes = [split_side(key)[0] for key in study.axes if key not in LINKED_AXES]
+        linked = [key for key in keys() if any(key in (*axis.numbers, *axis.scales) for axis in study.linked)]
+        return list(
+            dict.fromkeys((*ALWAYS, *axes, *(split_side(key)[0] for key in linked), *sorted(self.inputs.overridden)))
+        )
+
+    def _columns_of(self, key: str) -> dict[Column, Values]:
+        """The column of a key, or where the sides differ the two of the sides and a null one."""
+        plain, quantity = keys()[key].column, keys()[key].number.quantity
+        if key not in self.inputs.overridden:
+            return {Column.of(quantity, plain, is_axis=True, nullable=False): self.inputs.source(key).within}
+        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
+        for side in SIDES:
+            column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=False)
+            columns[column] = self.inputs.source(key, side).within
+        return columns
+
+
+def versions() -> dict[str, str]:
+    """The versions that the bytes of a table may depend on."""
+    return {
+        "tendon": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "pyarrow": pa.__version__,
+    }
+
+
+def _design_numbers(block: Block) -> npt.ArrayLike:
+    shape = (*block.shape[:-2], 1, 1)
+    return np.arange(block.first_design, block.first_design + block.design_count).reshape(shape)
+
+
+def _directions(block: Block) -> npt.ArrayLike:
+    return np.arange(block.directions.start, block.directions.stop)[:, np.newaxis]
+
+
+def _positions(at: int, axis: Axis) -> Values:
+    """Where the designs of a block stand on one of the axes."""
+    return Input(np.arange(len(axis), dtype=np.float64), (at,)).within
+
+
+def _null(_: Block) -> npt.ArrayLike:
+    return np.nan

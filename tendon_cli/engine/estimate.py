@@ -1,0 +1,147 @@
+"""What a sweep would cost, before it is run: rows exactly, bytes and time from designs computed in memory."""
+
+from __future__ import annotations
+
+import io
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.engine.part import PartMaker
+from tendon_cli.quantities import Quantity
+from tendon_cli.space.plan import ROW_GROUP, STATES_PER_PART, Plan
+from tendon_cli.studies.study import keys
+from tendon_cli.units import UNITS
+
+# Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
+_BYTES_AT_REST = 110_000_000
+_ARRAYS_PER_BLOCK = 35
+_RESULTS = 16
+_SAMPLES = 8
+_MOST_STATES = 2**26
+_SECONDS_TO_START = 0.3
+_SECONDS_FOR_FIGURES = 1.5
+
+
+@dataclass(frozen=True)
+class AxisLine:
+    """An axis as people read it."""
+
+    key: str
+    count: int
+    first: str
+    last: str
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The size and cost of a sweep."""
+
+    axes: tuple[AxisLine, ...]
+    designs: int
+    states: int
+    rows: dict[str, int]
+    kept: tuple[str, ...] | None
+    """Results of the states that the study keeps; None for all."""
+    bytes: int
+    seconds: float
+    """Of all, figures included."""
+    figure_seconds: float
+    peak_memory: int
+    parts: int
+
+    def record(self) -> dict[str, Any]:
+        """The estimate for a program."""
+        rounded = {"seconds": round(self.seconds, 2), "figure_seconds": round(self.figure_seconds, 2)}
+        return asdict(self) | rounded
+
+
+class _Nowhere(io.RawIOBase):
+    """A file that forgets what is written to it."""
+
+    def write(self, data: Any) -> int:
+        return len(data)
+
+    def seek(self, offset: int, _whence: int = 0) -> int:
+        return offset
+
+
+def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
+    """Compute a part's worth of designs, from all over the product, in memory, and scale; nothing is written."""
+    maker = PartMaker(plan, Path())
+    samples = _samples(plan)
+    count = sum(len(sample) for sample in samples)
+    tables = {str(table): maker.groups(table, 0, _Nowhere(), count) for table in plan.study.output.tables}
+    _ = maker.windows.known  # worked out once, which the sample is not to be charged with
+    started = time.perf_counter()
+    for sample in samples:
+        maker.fill(tables, sample)
+    size = sum(table.close().size for table in tables.values())
+    seconds = time.perf_counter() - started
+    share = plan.designs / count
+    workers = min(jobs, plan.parts)
+    drawing = _SECONDS_FOR_FIGURES if figures else 0.0
+    return Estimate(
+        axes=axis_lines(plan),
+        designs=plan.designs,
+        states=plan.states,
+        rows={table: plan.states if table == "states" else plan.designs for table in tables},
+        kept=plan.study.output.states,
+        bytes=round(size * share),
+        seconds=_SECONDS_TO_START + seconds * share / workers + drawing,
+        figure_seconds=drawing,
+        peak_memory=_BYTES_AT_REST + workers * _bytes_per_worker(plan, maker),
+        parts=plan.parts,
+    )
+
+
+def _samples(plan: Plan) -> list[range]:
+    """What is computed to know the rest: runs of designs spread evenly over the product, for the size of their rows.
+
+    Without rows of states a stretch of a part in the middle, for designs side by side have much in common.
+    """
+    if "states" not in plan.study.output.tables:
+        part = plan.part(plan.parts // 2)
+        return [part[: max(1, _MOST_STATES // plan.states_per_design)]]
+    most = min(plan.designs, plan.part_designs, max(1, STATES_PER_PART // plan.states_per_design))
+    runs = 1 if most == plan.designs else min(_SAMPLES, most)
+    lengths = [most * (index + 1) // runs - most * index // runs for index in range(runs)]
+    starts = [(plan.designs - length) * index // max(1, runs - 1) for index, length in enumerate(lengths)]
+    return [range(start, start + length) for start, length in zip(starts, lengths, strict=True)]
+
+
+def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
+    """Every axis of a study with its first and last value in the units people read."""
+    lines = [_design_axis(plan, index) for index in range(len(plan.axes))]
+    directions, angles = plan.directions, plan.elbow_angles
+    lines.append(AxisLine("motion.direction", len(directions), directions[0], directions[-1]))
+    angle = keys()["motion.elbow_angle"].number.quantity
+    lines.append(AxisLine("motion.elbow_angle", len(angles), shown(angles[0], angle), shown(angles[-1], angle)))
+    return tuple(lines)
+
+
+def shown(value: float, quantity: Quantity) -> str:
+    """A value in SI in the unit that people read it in."""
+    factor = float(UNITS[quantity.shown_in].factor)
+    unit = "" if quantity.shown_in == "1" else f" {quantity.shown_in}"
+    return f"{value / factor:.6g}{unit}"
+
+
+def _design_axis(plan: Plan, index: int) -> AxisLine:
+    axis = plan.axes[index]
+    if axis.values is None:
+        return AxisLine(axis.key, len(axis), axis.names[0], axis.names[-1])
+    quantity = keys()[axis.key].number.quantity
+    return AxisLine(axis.key, len(axis), shown(axis.values[0], quantity), shown(axis.values[-1], quantity))
+
+
+def _bytes_per_worker(plan: Plan, maker: PartMaker) -> int:
+    """Row groups while they are gathered and encoded, the arrays of a block, and what a part's designs come to."""
+    part = plan.part(0)
+    gathered = sum(
+        2 * 8 * len(maker.layout(table, 0)[0]) * min(ROW_GROUP, plan.rows(table, part))
+        for table in plan.study.output.tables
+    )
+    block = 8 * _ARRAYS_PER_BLOCK * min(plan.block_states, plan.rows("states", part))
+    return gathered + block + 8 * _RESULTS * len(part)

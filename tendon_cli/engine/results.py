@@ -1,0 +1,224 @@
+"""What a sweep gave: its record with its warnings, and its tables as pandas and xarray have them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli import kernel
+from tendon_cli.engine.columns import Tables, versions
+from tendon_cli.engine.design_rows import Totals
+from tendon_cli.engine.part import PartResult
+from tendon_cli.engine.record import RECORD, Journal, lost, read_record
+from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.suits import feasible_suits, suits
+from tendon_cli.errors import FolderError, InputError, UsageError
+from tendon_cli.space.inputs import Inputs
+from tendon_cli.space.plan import Plan
+from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import pyarrow as pa
+    import xarray as xr
+
+Variable = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
+"""Dimensions, values and attributes, as xarray takes them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A finished run: `record` as in `run.json`, `designs` and `states` as tables with their units in `attrs`."""
+
+    record: dict[str, Any]
+    folder: Path | None = None
+    """Where it stands; None in memory."""
+    up_to_date: bool = False
+    """Whether it had stood there before."""
+    note: str | None = None
+    """Why there is no slack map, where one was asked for."""
+    tables: Mapping[str, pa.Table] = field(default_factory=dict, repr=False)
+    """Those that are in memory."""
+
+    @cached_property
+    def designs(self) -> pd.DataFrame:
+        """One row per design; raises UsageError where the study leaves the table out, InputError for a damaged one."""
+        return framed(self.table("designs"))
+
+    @cached_property
+    def states(self) -> pd.DataFrame:
+        """One row per design, direction and elbow angle; raises as `designs` does."""
+        return framed(self.table("states"))
+
+    def to_xarray(self) -> xr.Dataset:
+        """The tables as one dataset: the study's axes are its dimensions, every variable has its unit.
+
+        Needs the extra `tendon-cli[xarray]`; raises UsageError without.
+        """
+        return _dataset(self.record, self.table)
+
+    def table(self, name: str) -> pa.Table:
+        """A table as Arrow has it, every byte verified."""
+        if name in self.tables:
+            return self.tables[name]
+        if name not in self.record["study"]["output"]["tables"]:
+            hint = f'[output] tables needs "{name}"'
+            raise UsageError(f"the run has no table {name}", where=str(self.folder or "in memory"), hint=hint)
+        from tendon_cli.tables.read import open_table
+
+        return open_table(Path(self.folder or "") / f"{name}.parquet").read()
+
+
+def framed(table: pa.Table) -> pd.DataFrame:
+    """A table as pandas has it, with its units in `attrs`."""
+    frame: pd.DataFrame = table.to_pandas()
+    frame.attrs = json.loads(table.schema.metadata[b"PANDAS_ATTRS"])
+    return frame
+
+
+def open_run(path: Path) -> Run:
+    """A finished run from its folder, its record and every byte of its tables verified.
+
+    Raises InputError where there is none or a file of it is damaged, FolderError where it is unfinished.
+    """
+    if not path.is_dir():
+        message = "is a file, expected the folder of a run" if path.exists() else "no such folder"
+        raise InputError(message, where=str(path))
+    record = read_record(path)
+    if record is None:
+        if Journal.read(path).header:
+            hint = "`tendon sweep --resume` finishes it; in Python sweep(..., resume=True)"
+            raise FolderError("holds an unfinished run", where=str(path), hint=hint)
+        hint = "`tendon sweep` writes one"
+        raise InputError(f"is no run folder, it holds no {RECORD}", where=str(path), hint=hint)
+    for name in lost(path, record):
+        hint = "`tendon sweep --resume` computes just this anew"
+        raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
+    return Run(record, path, up_to_date=True)
+
+
+def record_of(folder: RunFolder, parts: list[PartResult], resumed: int, seconds: float) -> dict[str, Any]:
+    """What a finished run tells of itself."""
+    plan = folder.plan
+    parts = sorted(parts, key=lambda part: part.index)
+    return {
+        "name": plan.study.name,
+        "title": plan.study.title,
+        **{key: value for key, value in folder.identity().items() if key != "study"},
+        "designs": plan.designs,
+        "states": plan.states,
+        **asdict(sum((part.totals for part in parts), Totals())),
+        "suits": suits(plan),
+        "feasible_suits": feasible_suits(plan, ((part.index, part.suits) for part in parts)),
+        "parts": plan.parts,
+        "resumed_parts": resumed,
+        "files": [{"path": name, **asdict(file)} for part in parts for name, file in part.files.items()],
+        "seconds": round(seconds, 3),
+        "versions": versions(),
+        "study": plan.study.document(),
+        "figures": [],
+        "figure_seconds": 0.0,
+        "warnings": [],
+    }
+
+
+def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
+    """What a reader of the tables has to know first."""
+    models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
+    bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
+    found = list(study.warnings)
+    found += [remark] if (remark := kernel.remark()) else []
+    if record["no_equilibrium"]:
+        found.append(
+            f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has passed "
+            "the joint's centre (moment arm not above zero), where no tensions balance a positive elbow torque, and "
+            "those that balance another need not be the only ones; their results are null"
+        )
+    if bilateral and record["slack"]:
+        found.append(
+            "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
+            'slack = "unilateral" gives those of real tendons'
+        )
+    if record["unstable"]:
+        found.append(
+            f"{share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
+            "spool would have to turn back, and friction acts the other way there"
+        )
+    return found
+
+
+def share(part: int, whole: int, noun: str) -> str:
+    """A count of a whole, with its percentage where that says more."""
+    percent = f" ({100 * part / whole:.3g} %)" if 0 < part < whole else ""
+    return f"{part:,} of {whole:,} {noun}{percent}"
+
+
+def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> xr.Dataset:
+    """Both tables of a run, as far as it has them, from its record and what gives a table by its name.
+
+    Nulls are NaN, or None in text. Raises UsageError without xarray.
+    """
+    try:
+        import xarray as xr  # an optional extra
+    except ImportError:
+        hint = "pip install 'tendon-cli[xarray]'"
+        raise UsageError("to_xarray needs the package xarray, which is not installed", hint=hint) from None
+    plan = Plan(recorded_study(record))
+    axes = {axis.column: len(axis) for axis in plan.axes}
+    motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
+    keys = {column.name for column in Tables(Inputs(plan)).leading} | set(motion)
+    keys.discard("design")
+    coordinates: dict[str, Variable] = {}
+    variables: dict[str, Variable] = {}
+    for table, sizes in (("designs", axes), ("states", axes | motion)):
+        if table not in plan.study.output.tables:
+            continue
+        for name, variable in _variables(table_of(table), sizes).items():
+            if name in keys:
+                coordinates[name] = _along_own_axes(name, variable)
+            else:
+                variables.setdefault(name, variable)
+    facts = {name: record[name] for name in ("name", "title", "study_hash")}
+    return xr.Dataset(variables, coordinates, facts)
+
+
+def _variables(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
+    """Every column in the shape of the product; the first names stand for the axes, whose rows come in that order."""
+    shape, dimensions = tuple(sizes.values()), tuple(sizes)
+    if table.num_rows != math.prod(shape):
+        raise UsageError(f"the table has {table.num_rows} rows, the study {math.prod(shape)}")
+    frame = table.to_pandas()
+    found = {}
+    for held in table.schema:
+        values = frame[held.name]
+        array = values.astype(object).to_numpy() if values.dtype == "category" else values.to_numpy()
+        meaning = {key.decode(): text.decode() for key, text in (held.metadata or {}).items()}
+        attributes = {"units": meaning.get("unit", "1"), "long_name": meaning.get("long_name", held.name)}
+        found[held.name] = (dimensions, array.reshape(shape), attributes)
+    return found
+
+
+def _along_own_axes(name: str, variable: Variable) -> Variable:
+    """A coordinate along the axes that it varies with: that of an axis along itself, a constant along none."""
+    dimensions, values, attributes = variable
+    kept = []
+    for axis, dimension in enumerate(dimensions):
+        first = values.take([0], axis=axis)
+        varies = dimension == name or (name not in dimensions and not _same(values, first))
+        kept.append(slice(None) if varies else 0)
+    own = tuple(dimension for dimension, part in zip(dimensions, kept, strict=True) if part != 0)
+    return own, np.asarray(values[tuple(kept)]), attributes
+
+
+def _same(values: npt.NDArray[Any], first: npt.NDArray[Any]) -> bool:
+    equal = (values == first) | ((values != values) & (first != first))  # noqa: PLR0124 - NaN differs from itself
+    return bool(np.all(equal))

@@ -1,0 +1,49 @@
+"""From a folder to its page, whichever kind of run it holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tendon_cli.answers.folder import open_answer
+from tendon_cli.engine.record import RECORD
+from tendon_cli.engine.results import open_run
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.files import open_file, output_errors, write_shared
+from tendon_cli.reports.design_page import design_page
+from tendon_cli.reports.html import MARK
+from tendon_cli.reports.paper_page import paper_page
+from tendon_cli.reports.stale import LEDGER, NAME, origin_mark
+from tendon_cli.reports.sweep_page import sweep_page
+
+
+def write_report(folder: Path, out: Path | None = None) -> Path:
+    """Write the page of a run, an answer or the reproduced paper, by default into its folder.
+
+    Raises InputError for any other folder, UsageError where something else stands under that name, OutputError.
+    """
+    target = out or folder / NAME
+    if not _is_ours(target):
+        raise UsageError("is no page of tendon, and is left as it is", where=str(target), hint="another --out")
+    page = _page_of(folder).replace(MARK, f"{MARK}\n{origin_mark(folder)}", 1)
+    write_shared(target, page.encode())
+    return target
+
+
+def _page_of(folder: Path) -> str:
+    if (folder / LEDGER).exists():
+        return paper_page(folder)
+    answer = open_answer(folder)
+    if answer is not None:
+        return design_page(folder, answer)
+    if (folder / RECORD).exists() or not folder.is_dir():
+        return sweep_page(folder, open_run(folder))
+    raise InputError("is no run of tendon", where=str(folder), hint="`tendon sweep`, `design` or `paper` writes one")
+
+
+def _is_ours(target: Path) -> bool:
+    """Whether a name is free, or bears a page that was written here before."""
+    with output_errors(target):
+        if not target.exists():
+            return True
+        with open_file(target) as file:
+            return MARK.encode() in file.read(4096)

@@ -1,0 +1,245 @@
+"""What a study means as a product: its axes, how many designs and states, and how the work is cut into parts.
+
+Designs are numbered in the order of the product, the last axis fastest. A *part* is a range of designs that becomes one
+file per table; its length follows from the study alone. Within a part the work goes over *blocks*, hyper-rectangles of
+the product, so that each factor of the model is computed once for the axes that it depends on. The product itself is
+never in memory.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.errors import SizeError
+from tendon_cli.studies.study import CASE_AXIS, LINKED_AXES, Study, keys
+
+ROW_GROUP = 2**17
+"""Rows in a row group of every table."""
+
+STATES_PER_FILE = 2**21
+"""Most states of a study whose tables are single files."""
+STATES_PER_PART = 2**19
+DESIGNS_PER_PART = 2**18
+STATES_PER_PART_WITHOUT_TABLE = 2**27
+STATES_PER_BLOCK = 2**16
+DESIGNS_AT_ONCE = 2 * ROW_GROUP
+"""Rows of designs that are gathered before they are written, since designs do not come in their order."""
+
+_MOST_STATES = 2**63 - 1
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis of the designs: its dotted key (`case`, `person` or `draw` of linked values), its column, its values."""
+
+    key: str
+    column: str
+    values: npt.NDArray[np.float64] | None
+    """In SI; None for linked values, which have names instead."""
+    names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.names) if self.values is None else len(self.values)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A hyper-rectangle of the product: a slice per design axis, the directions, and the elbow angles."""
+
+    first_design: int
+    designs: tuple[slice, ...]
+    directions: slice
+    angles: slice
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each design axis, then directions, then angles."""
+        return tuple(part.stop - part.start for part in (*self.designs, self.directions, self.angles))
+
+    @property
+    def design_count(self) -> int:
+        """How many consecutive designs the block covers."""
+        return math.prod(self.shape[:-2])
+
+    @property
+    def numbers(self) -> range:
+        """The designs of the block by their numbers."""
+        return range(self.first_design, self.first_design + self.design_count)
+
+    def halves(self, axis: int) -> tuple[Block, Block]:
+        """The block cut in two along a design axis; unless it is the first that varies, the halves interlock."""
+        whole = self.designs[axis]
+        middle = (whole.start + whole.stop) // 2
+        first, second = (
+            replace(self, designs=(*self.designs[:axis], part, *self.designs[axis + 1 :]))
+            for part in (slice(whole.start, middle), slice(middle, whole.stop))
+        )
+        return first, second
+
+    def first_along(self, axes: Collection[int]) -> Block:
+        """The designs of the block that stand first along some axes."""
+        designs = (
+            slice(part.start, part.start + 1) if axis in axes else part for axis, part in enumerate(self.designs)
+        )
+        return replace(self, designs=tuple(designs))
+
+    def by_angles(self, most: int) -> Iterator[Block]:
+        """The block in stretches of at most so many elbow angles."""
+        for start in range(self.angles.start, self.angles.stop, most):
+            yield replace(self, angles=slice(start, min(start + most, self.angles.stop)))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A study as a product. Raises SizeError where it cannot be: over 2^63 states."""
+
+    study: Study
+    block_states: int = STATES_PER_BLOCK
+    """Most states in a block; the results do not depend on it."""
+
+    def __post_init__(self) -> None:
+        if self.states > _MOST_STATES:
+            raise SizeError(
+                f"{_count(self.designs)} designs of {self.states_per_design} states are {_count(self.states)} states, "
+                "more than the 2^63 that can be numbered",
+                hint="fewer values on an axis, or fewer axes: " + ", ".join(self.study.axes),
+            )
+
+    @cached_property
+    def axes(self) -> tuple[Axis, ...]:
+        """The design axes, slowest first."""
+        return tuple(self._axis(key) for key in self.study.axes)
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values on each design axis."""
+        numbers = self.study.numbers
+        linked = {CASE_AXIS: len(self.study.cases)} | {axis.key: len(axis) for axis in self.study.linked}
+        return tuple(linked[key] if key in linked else len(numbers[key]) for key in self.study.axes)
+
+    @property
+    def designs(self) -> int:
+        """Number of designs."""
+        return math.prod(self.shape)
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """The directions of motion, in the order of the rows."""
+        return self.study.motion.direction
+
+    @property
+    def elbow_angles(self) -> npt.NDArray[np.float64]:
+        """The elbow angles in rad, in the order of the rows."""
+        return self.study.motion.elbow_angle.array
+
+    @property
+    def states_per_design(self) -> int:
+        """Directions times elbow angles."""
+        return len(self.study.motion.direction) * len(self.study.motion.elbow_angle)
+
+    @property
+    def states(self) -> int:
+        """Number of states of all designs."""
+        return self.designs * self.states_per_design
+
+    @property
+    def part_designs(self) -> int:
+        """Designs in each part but the last: more than half of what may be, so that it ends where an axis does.
+
+        So the part is one block, or a few where the axis does not go up in parts, and what does not depend on
+        pretension, most often the slowest axis, is worked out once for each.
+        """
+        if self.states <= STATES_PER_FILE:
+            return self.designs
+        with_states = "states" in self.study.output.tables
+        states = STATES_PER_PART if with_states else STATES_PER_PART_WITHOUT_TABLE
+        most = max(1, min(DESIGNS_PER_PART, states // self.states_per_design))
+        whole = 1
+        for length in reversed(self.shape):
+            if whole * length > most:
+                break
+            whole *= length
+        return most // whole * whole
+
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return -(-self.designs // self.part_designs)
+
+    def part(self, index: int) -> range:
+        """The designs of a part."""
+        start = index * self.part_designs
+        return range(start, min(self.designs, start + self.part_designs))
+
+    def rows(self, table: str, designs: range) -> int:
+        """Rows that a range of designs has in a table."""
+        return len(designs) * (self.states_per_design if table == "states" else 1)
+
+    def blocks(self, designs: range, states: int | None = None) -> Iterator[Block]:
+        """Cut a range of designs into the fewest blocks, in the order of the rows, of at most `states` states each.
+
+        Blocks are of whole designs, but where one design alone has more states than that.
+        """
+        if states is not None and self.states_per_design > states:
+            for design in designs:
+                yield from self._blocks_within(design, states)
+            return
+        most = len(designs) if states is None else states // self.states_per_design
+        at = designs.start
+        while at < designs.stop:
+            block = self._block_from(at, min(designs.stop - at, most))
+            yield block
+            at += block.design_count
+
+    def blocks_of_designs(self, designs: range) -> Iterator[Block]:
+        """Cut a range of designs into blocks as long as may be that do not go beyond what is gathered at once."""
+        for start in range(0, len(designs), DESIGNS_AT_ONCE):
+            yield from self.blocks(designs[start : start + DESIGNS_AT_ONCE])
+
+    def coordinates(self, design: int) -> tuple[int, ...]:
+        """Position of a design on each axis."""
+        position: list[int] = []
+        for length in reversed(self.shape):
+            design, index = divmod(design, length)
+            position.append(index)
+        return tuple(reversed(position))
+
+    def _axis(self, key: str) -> Axis:
+        if key == CASE_AXIS:
+            return Axis(key, key, None, tuple(str(getattr(case, "name", "")) for case in self.study.cases))
+        if key in LINKED_AXES:
+            return Axis(key, key, None, tuple(next(axis.names for axis in self.study.linked if axis.key == key)))
+        return Axis(key, keys()[key].column, self.study.numbers[key].array)
+
+    def _block_from(self, design: int, most: int) -> Block:
+        """The largest block of at most `most` designs that starts at a design and covers consecutive ones."""
+        position = self.coordinates(design)
+        whole, axis = 1, len(self.shape)  # axes from `axis` on are covered whole
+        while axis > 0 and position[axis - 1] == 0 and whole * self.shape[axis - 1] <= most:
+            axis -= 1
+            whole *= self.shape[axis]
+        slices = [slice(at, at + 1) for at in position[:axis]] + [slice(0, length) for length in self.shape[axis:]]
+        if axis > 0:
+            along = min(self.shape[axis - 1] - position[axis - 1], most // whole)
+            slices[axis - 1] = slice(position[axis - 1], position[axis - 1] + along)
+        return Block(design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles)))
+
+    def _blocks_within(self, design: int, states: int) -> Iterator[Block]:
+        """One design whose states are too many for a block: cut along its directions and angles."""
+        whole = self._block_from(design, 1)
+        for direction in range(len(self.directions)):
+            yield from replace(whole, directions=slice(direction, direction + 1)).by_angles(states)
+
+
+def _count(number: int) -> str:
+    """A number of any size, short."""
+    if number < 10**6:
+        return str(number)
+    digits = str(number) if number < 10**300 else None
+    return f"{digits[0]}.{digits[1:3]}e{len(digits) - 1}" if digits else "over 1e300"

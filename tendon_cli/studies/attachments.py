@@ -1,0 +1,151 @@
+"""Files that a study names: the route of a sheath, a fitted friction coefficient, people."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tendon_cli.errors import Fault, InputError, StudyError
+from tendon_cli.files import read_file
+from tendon_cli.studies.parts import Part
+from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
+from tendon_cli.studies.people.asked import People
+from tendon_cli.studies.reading import MAX_BYTES, read_toml
+from tendon_cli.studies.study import SIDES, Study, keys
+from tendon_cli.studies.values import Values
+from tendon_cli.units import shorten
+
+
+@dataclass
+class Attachments:
+    """Reads the files of one study, once each, and remembers what they gave."""
+
+    folder: Path
+    sources: dict[str, dict[str, Any]] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+
+    def resolve(self, study: Study) -> Study:
+        """The study with numbers in the place of files; raises InputError, and gathers `faults` of keys."""
+        update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
+        if study.cases:
+            update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
+        if study.people is not None:
+            update["people"] = self._people(self._statistics(study.people))
+        return study.replaced(update) if self.sources else study
+
+    def _statistics(self, people: People) -> People:
+        name = people.statistics
+        content = self._read(name, "people.statistics", MAX_BYTES) if name is not None else None
+        if name is None or content is None:
+            return people
+        from tendon_cli.studies.people.survey import read_survey  # only one's own statistics pay for its import
+
+        found = read_survey(content, shorten(name, 200))
+        self._note("people.statistics", name, content, men=found.male.persons, women=found.female.persons)
+        return people.with_statistics(content)
+
+    def _people(self, people: People) -> People:
+        name = people.file
+        content = self._read(name, "people.file", MAX_PEOPLE_BYTES) if name is not None else None
+        if name is None or content is None or people.statistics is not None:
+            return people
+        known = people.with_content(content)
+        persons = known.read(shorten(name))
+        self._note("people.file", name, content, persons=len(persons), warnings=list(persons.notes))
+        return known
+
+    def _case(self, case: Any, key: str) -> Any:
+        if case.sheath is None:
+            return case
+        return case.model_copy(update={"sheath": self._sheath(case.sheath, f"{key}.sheath")})
+
+    def _sheath(self, sheath: Any, key: str) -> Any:
+        """A sheath table and its sides with their files read."""
+        update = self._numbers(sheath, key)
+        for side in SIDES:
+            inner: Part | None = getattr(sheath, side, None)
+            if inner is not None:
+                update[side] = inner.model_copy(update=self._numbers(inner, f"{key}.{side}"))
+        return sheath.model_copy(update=update)
+
+    def _numbers(self, sheath: Any, key: str) -> dict[str, Any]:
+        update: dict[str, Any] = {}
+        if sheath.path is not None:
+            smoothing = sheath.path_smoothing.single if sheath.path_smoothing is not None else 0.0
+            bend_angle = self._bend_angle(sheath.path, smoothing, f"{key}.path")
+            update |= {"bend_angle": bend_angle, "path": None, "path_smoothing": None}
+        if sheath.friction_from is not None:
+            friction = self._friction(sheath.friction_from, f"{key}.friction_from")
+            update |= {"friction": friction, "friction_from": None}
+        return update
+
+    def _bend_angle(self, name: str, smoothing: float, key: str) -> Values | None:
+        from tendon_cli.studies import route  # only a routed sheath pays for its import
+
+        content = self._read(name, key, route.MAX_BYTES)
+        if content is None:
+            return None
+        where = shorten(name, 200)
+        found, warnings = route.measure_route(content, where, smoothing)
+        self._note(
+            key, name, content, bend_angle=found.bend_angle, standard_error=found.standard_error,
+            as_it_stands=found.as_it_stands, noise=found.noise, path_smoothing=smoothing, warnings=warnings,
+            note=route.route_note(found, where),
+        )  # fmt: skip
+        return _estimate("sheath.bend_angle", f"{found.bend_angle!r} rad", f"{found.standard_error!r} rad", key)
+
+    def _friction(self, name: str, key: str) -> Values | None:
+        content = self._read(name, key, MAX_BYTES)
+        if content is None:
+            return None
+        hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
+        try:
+            fit = read_toml(content.decode("utf-8-sig")).content["friction"]
+            coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
+        except (StudyError, ValueError, KeyError, TypeError, RecursionError):
+            problem = "not a friction fragment, expected a table [friction] with coefficient and standard_error"
+            raise InputError(problem, where=shorten(name, 200), hint=hint) from None
+        if not 0.0 <= coefficient <= 10.0:
+            raise InputError(
+                f"the coefficient {coefficient:g} is not between 0 and 10", where=shorten(name, 200), hint=hint
+            )
+        if not error >= 0.0:
+            raise InputError(f"the standard error {error:g} is not 0 or more", where=shorten(name, 200), hint=hint)
+        source = fit.get("source")
+        self._note(
+            key, name, content, friction=coefficient, standard_error=error,
+            fitted_from=shorten(source) if isinstance(source, str) else None,
+        )  # fmt: skip
+        return _estimate("sheath.friction", coefficient, error, key)
+
+    def _read(self, name: str, key: str, most: int) -> bytes | None:
+        """A regular file next to the study; what cannot be read is a fault of the key that names it."""
+        try:
+            return read_file(self.folder / name, most)
+        except FileNotFoundError:
+            self.faults.append(Fault(key, f'there is no file "{shorten(name)}" beside the study'))
+        except (OSError, ValueError) as error:
+            if isinstance(error, OSError) and error.errno == errno.EFBIG:
+                raise InputError(f"{error.strerror}, expected less", where=shorten(name, 200)) from None
+            reason = getattr(error, "strerror", None) or "the name is not one"
+            self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
+        return None
+
+    def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:
+        self.sources[key] = {"file": Path(name).name, "sha256": hashlib.sha256(content).hexdigest(), **facts}
+
+
+def _estimate(number: str, middle: float | str, error: float | str, key: str) -> Values | None:
+    """A number with its standard error; a case takes the number only."""
+    said = middle if key.startswith("cases.") else {"mean": middle, "std": error}
+    return keys()[number].number.read(said)
+
+
+def _number(value: object) -> float:
+    """A number of a fragment; raises TypeError for anything else, such as a truth value."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > 1e9:
+        raise TypeError
+    return float(value)

@@ -1,0 +1,201 @@
+"""What no single key can know: keys that contradict each other, and combinations that cannot be."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from tendon_cli.errors import Fault
+from tendon_cli.studies.contents import numbers_in
+from tendon_cli.studies.design import CHOICE_RESULTS, MOTION_LIMITS
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.parts import Part
+from tendon_cli.studies.study import LINKED_AXES, SIDES, Study, keys, split_side
+from tendon_cli.units import shorten
+
+PRETENSION = "tendon.pretension"
+MAX_FRICTION_EXPONENT = 100.0
+"""Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
+
+_MOST_ARMS_TO_CHECK = 100_000
+
+
+def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
+    """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
+    return [
+        *_two_sources(study, at_fault),
+        *_case_faults(study),
+        *_output_faults(study, at_fault),
+        *_limit_faults(study, at_fault),
+        *_goal_faults(study, at_fault),
+        *_people_faults(study),
+        *_draw_faults(study),
+    ]
+
+
+def _draw_faults(study: Study) -> Iterator[Fault]:
+    """A number that is drawn and that a case gives, too."""
+    for at, case in enumerate(study.cases if study.uncertainty is not None else ()):
+        for key in set(case_numbers(case)).intersection(study.uncertain):
+            yield Fault(f"cases.{at}.{key}", "is uncertain in this study and drawn, so a case cannot set it")
+
+
+def _people_faults(study: Study) -> Iterator[Fault]:
+    """Keys of people that do not go together, and numbers of the body that a case gives and the study does not."""
+    if study.people is None:
+        return
+    yield from study.people.contradictions()
+    for at, case in enumerate(study.cases):
+        for key in set(case_numbers(case)).intersection(study.of_the_body):
+            hint = f"state {key} in the study, too: then it holds for everyone but this case"
+            yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
+
+
+def impossibilities(study: Study) -> list[Fault]:
+    """Combinations of numbers, those of its files included, that cannot be."""
+    return [*_friction_faults(study), *_anchor_faults(study)]
+
+
+def _two_sources(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """A number that is given twice, as itself and by a file, or a smoothing of no file."""
+    for key, sheath in _sheaths(study):
+        for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
+            if number in sheath.model_fields_set and getattr(sheath, file) is not None:
+                yield Fault(f"{key}.{number}", f"stands beside {file}, which gives it too", "leave one of them out")
+        if sheath.path_smoothing is not None and sheath.path is None and f"{key}.path" not in at_fault:
+            problem = "smooths a route, but this table names none"
+            yield Fault(f"{key}.path_smoothing", problem, 'add path = "route.csv", or leave it out')
+
+
+def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    if study.output.states and "states" not in study.output.tables and "output.tables" not in at_fault:
+        hint = 'leave it out, or add "states" to tables'
+        yield Fault("output.states", "names columns of a table that is not written", hint)
+
+
+def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Limits of what cannot be known without another key."""
+    needs_width = "max_contact_pressure" in study.limits and not _has_contact_width(study)
+    if needs_width and not any(key.endswith("arm.contact_width") for key in at_fault):
+        problem = "needs the width of the strap around the elbow"
+        yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_width = "40 mm"')
+    for name in MOTION_LIMITS:
+        if name in study.limits and study.motion.speed is None and "motion.speed" not in at_fault:
+            yield Fault(f"limits.{name}", "needs the speed of the elbow", 'such as motion.speed = "60 deg/s"')
+
+
+def _has_contact_width(study: Study) -> bool:
+    key = "arm.contact_width"
+    return key in study.numbers or (bool(study.cases) and all(key in case_numbers(case) for case in study.cases))
+
+
+def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """Conditions that are no axis of any study, and goals that are no column of the answer."""
+    columns = {key.column: path for path, key in keys().items()}
+    for name in study.design.conditions or ():
+        if split_side(name)[0] == PRETENSION:
+            problem = f'"{name}" cannot be a condition, it is what tendon design solves for'
+            yield Fault("design.conditions", problem, "leave it out")
+        elif name not in keys() and name not in LINKED_AXES:
+            hint = nearest(columns.get(name, name), (*keys(), *LINKED_AXES))
+            yield Fault("design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint)
+    axes = [key for key in (*study.axes, *at_fault) if key in keys() and split_side(key)[0] != PRETENSION]
+    known = (*CHOICE_RESULTS, *(keys()[key].column for key in axes if key not in study.conditions))
+    for table, names in (("minimise", study.design.minimise), ("maximise", study.design.maximise)):
+        for name in names:
+            if name not in known:
+                problem = f'there is no column "{shorten(name)}" in the choices of this study'
+                yield Fault(f"design.{table}", problem, nearest(name, known) or f"its columns: {', '.join(known)}")
+            elif table == "maximise" and name in study.design.minimise:
+                yield Fault("design.maximise", f'"{name}" is minimised, too, expected one of both')
+
+
+def _sheaths(study: Study) -> Iterator[tuple[str, Any]]:
+    tables: list[tuple[str, Any]] = [("sheath", study.sheath)]
+    tables += [(f"cases.{at}.sheath", getattr(case, "sheath", None)) for at, case in enumerate(study.cases)]
+    for key, sheath in tables:
+        if sheath is not None:
+            yield key, sheath
+            yield from ((f"{key}.{side}", inner) for side in SIDES if (inner := getattr(sheath, side)) is not None)
+
+
+def _case_faults(study: Study) -> Iterator[Fault]:
+    seen: set[str] = set()
+    axes = {key for key, values in study.numbers.items() if values.is_axis}
+    for at, case in enumerate(study.cases):
+        name = str(getattr(case, "name", ""))
+        if name in seen:
+            yield Fault(f"cases.{at}.name", f'"{name}" names two cases, expected each name once')
+        seen.add(name)
+        for key in case_numbers(case):
+            if key in axes:
+                yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")
+
+
+def case_numbers(case: Part) -> dict[str, float]:
+    """The numbers that a case overrides, by dotted key, in SI."""
+    parts = [(name, getattr(case, name)) for name in type(case).model_fields]
+    return {
+        key: values.single for name, part in parts if isinstance(part, Part) for key, values in numbers_in(part, name)
+    }
+
+
+def _overrides(study: Study) -> list[tuple[str, dict[str, float]]]:
+    """The numbers of every case, with how an error names it; one that overrides nothing where there are none."""
+    named = [(f' in the case "{shorten(str(getattr(case, "name", "")))}"', case_numbers(case)) for case in study.cases]
+    return named or [("", {})]
+
+
+def _friction_faults(study: Study) -> Iterator[Fault]:
+    """A product of friction and bend angle, on one side, beyond any sheath."""
+    for where, case in _overrides(study):
+        for side in SIDES:
+            friction, bend_angle = (_largest(study, case, name, side) for name in ("friction", "bend_angle"))
+            if friction * bend_angle > MAX_FRICTION_EXPONENT:
+                reached = f"friction x bend_angle reaches {friction * bend_angle:.4g} on the {side}'s side{where}"
+                problem = f"{reached}, expected {MAX_FRICTION_EXPONENT:g} at most"
+                yield Fault("sheath.friction", problem, "a bend angle without unit is in rad")
+                return
+
+
+def _largest(study: Study, case: dict[str, float], name: str, side: str) -> float:
+    """The largest value of a sheath's number on one side of the arm, in a case."""
+    for key in (f"sheath.{side}.{name}", f"sheath.{name}"):
+        if key in case:
+            return case[key]
+        if key in study.numbers:
+            values = study.numbers[key]
+            return values.uncertain.reach[1] if values.uncertain else values.extremes[1]
+    return 0.0
+
+
+def _anchor_faults(study: Study) -> Iterator[Fault]:
+    """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
+    arms = [study.numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2")]
+    overrides = _overrides(study)
+    count = len(overrides)
+    for values in arms:
+        count *= len(values)
+    if count > _MOST_ARMS_TO_CHECK:
+        return  # such states are found one by one when the study runs, as states without equilibrium
+    angles = study.motion.elbow_angle
+    low, high = angles.extremes
+    for where, override in overrides:
+        choices = [
+            [override[key]] if (key := f"arm.{name}") in override else values.array.tolist()
+            for name, values in zip(("a1", "b1", "a2", "b2"), arms, strict=True)
+        ]
+        for a1, b1, a2, b2 in itertools.product(*choices):
+            if abs(np.hypot(a1, b1) - np.hypot(a2, b2)) > 1e-12 * b1:
+                continue
+            meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
+            if low <= meeting <= high and np.min(np.abs(angles.array - meeting)) < 1e-9:
+                yield Fault(
+                    "arm",
+                    f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting):.6g} deg{where}",
+                    "make a1, b1 and a2, b2 differ, or leave this angle out",
+                )
+                return

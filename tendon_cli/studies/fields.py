@@ -1,0 +1,162 @@
+"""The kinds of field that a study has: one number with a unit, tables that few studies have, and how a fault is told.
+
+Each number field has one validator, which turns whatever the file says into `Values` or into one fault. What a number
+that may be an axis can say beyond one value stands in `number`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.studies.values import Values
+from tendon_cli.units import (
+    Measure,
+    UnitError,
+    described,
+    known_units,
+    measure_of_number,
+    parse_measure,
+    shorten,
+    to_float,
+    wanted,
+    with_unit,
+)
+
+_LARGEST_INTEGER = 1000  # bits; a float64 has room for 1023
+
+
+def fault(problem: str, hint: str | None = None) -> PydanticCustomError:
+    """A fault of one field, in our words; `study.load` gives it its place."""
+    return PydanticCustomError("tendon", "{problem}", {"problem": problem, "hint": hint})
+
+
+def within(name: str, error: PydanticCustomError) -> PydanticCustomError:
+    """The fault of something inside a field, which says what it is of."""
+    context = error.context or {}
+    return fault(f"{name}: {context['problem']}", context["hint"])
+
+
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
+    """A hint with the known name most like one that is not known."""
+    near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
+    return f'did you mean "{near[0]}"?' if near else None
+
+
+@dataclass(frozen=True)
+class Single:
+    """Marks a field as one number of the quantity `name`, within [low, high]."""
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def quantity(self) -> Quantity:
+        """The quantity that this number is one of."""
+        return QUANTITIES[self.name]
+
+    @property
+    def wanted(self) -> str:
+        """What an error says was expected."""
+        return wanted(self.quantity.dimension)
+
+    def read(self, value: object) -> Values | None:
+        """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
+        if value is None or isinstance(value, Values):
+            return value
+        if isinstance(value, (list, tuple, dict)):
+            raise fault(f"{described(value)} cannot stand here, expected one value, {self.wanted}")
+        return Values.of(self.bounded(self.measure(value)))
+
+    def measure(self, value: object, dimension: str | None = None) -> Measure:
+        """One number and its unit; raises PydanticCustomError for anything else, a bare angle but 0 included."""
+        dimension = dimension or self.quantity.dimension
+        if isinstance(value, str):
+            try:
+                return parse_measure(value, dimension)
+            except UnitError as error:
+                raise fault(error.problem, error.hint) from None
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise fault(f"{described(value)} is not a number, expected {self.wanted}")
+        if isinstance(value, int) and value.bit_length() > _LARGEST_INTEGER:
+            raise fault(f"{described(value)} is out of range, expected {self.wanted}")
+        if not math.isfinite(value):
+            raise fault(f"{value} is not a finite number, expected {self.wanted}")
+        if dimension == "angle" and value != 0:
+            problem = f"{value!r} may be degrees or radians, expected {self.wanted}"
+            raise fault(problem, f"write {with_unit(repr(value), dimension)}")
+        return measure_of_number(float(value), dimension)
+
+    def bounded(self, measure: Measure) -> float:
+        """The value in SI; raises PydanticCustomError outside of the bounds."""
+        value = measure.si
+        if self.low <= value <= self.high:
+            return value
+        unit = f" {measure.unit.symbol}".removesuffix(" 1")
+        number = to_float(Fraction(measure.text))
+        given = f"{number:.6g}{unit}" if math.isfinite(number) else f"{shorten(measure.text)}{unit}"
+        low, high = (to_float(Fraction(bound) / measure.unit.factor) for bound in (self.low, self.high))
+        if value < self.low == 0.0:
+            raise fault(f"{given} is negative, expected 0{unit} or more")
+        if value <= 0.0 < self.low:
+            raise fault(f"{given} is impossible, expected a value above 0{unit}")
+        raise fault(f"{given} is out of range, expected {low:.6g} to {high:.6g}{unit}")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """One plain validator: one fault gives one error."""
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """What an editor may complete and check."""
+        quantity = self.quantity
+        unit = "" if quantity.unit == "1" else f" A bare number is in {quantity.unit}."
+        unit = " An angle has a unit." if quantity.dimension == "angle" else unit
+        return {
+            "description": f"{quantity.symbol}: {quantity.long_name}.{unit}",
+            "x-unit": quantity.unit,
+            "anyOf": self._json_choices(),
+        }
+
+    def _json_choices(self) -> list[dict[str, Any]]:
+        return [self._json_scalar()]
+
+    def _json_scalar(self) -> dict[str, Any]:
+        units = "|".join(re.escape(unit) for unit in known_units(self.quantity.dimension))
+        optional = "?" if self.quantity.dimension == "number" else ""
+        pattern = rf"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{{1,3}})?\s*({units}){optional}\s*$"
+        number = {"type": "number", "minimum": self.low, "maximum": self.high}
+        if self.quantity.dimension == "angle":
+            number = {"const": 0}
+        return {"anyOf": [number, {"type": "string", "pattern": pattern}]}
+
+
+@dataclass(frozen=True)
+class Later:
+    """Marks a list of tables that few studies have: `kind` builds its type, for those and for the schema only."""
+
+    kind: Callable[[], Any]
+
+    @cached_property
+    def _adapter(self) -> TypeAdapter[Any]:
+        return TypeAdapter(self.kind())
+
+    def read(self, value: object) -> Any:
+        """What the file says, as the type has it; raises ValidationError."""
+        return value if value == () else self._adapter.validate_python(value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return handler(self._adapter.core_schema)

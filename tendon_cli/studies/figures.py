@@ -1,0 +1,230 @@
+"""`[[figure]]`: the figures that a study wants of its run. They change neither its tables nor its hash."""
+
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+
+import difflib
+import re
+from collections.abc import Callable, Iterable
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+)
+from pydantic_core import PydanticKnownError
+
+from tendon_cli import quantities
+from tendon_cli.errors import UsageError
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.studies.derived import DERIVED
+from tendon_cli.studies.fields import fault, nearest
+from tendon_cli.studies.filters import Filter, read_filter
+from tendon_cli.studies.parts import Part
+from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
+
+MOST_QUANTITIES = 8
+OF_STATES = (*quantities.OF_STATES, *DERIVED)
+OF_DESIGNS = (*quantities.OF_DESIGNS, *quantities.OF_CYCLES)
+WORDS = ("direction", "status", "case", "taut", "stable", "feasible", "design")
+"""Columns that are no quantities."""
+
+WIDTHS = {"column": 85.0, "page": 175.0}
+"""Named widths of figures, mm."""
+_SIZE = re.compile(r"([\d.]+)(?:\s*[x×]\s*([\d.]+))?\s*(mm|cm|in)?")
+_SMALLEST, _LARGEST = 40.0, 1000.0
+_COLUMN = {"type": "string", "pattern": r"^[A-Za-z_][\w.]{0,99}$"}
+
+
+def read_size(text: str) -> tuple[float, float | None]:
+    """Width and perhaps height of a figure in mm; raises UsageError.
+
+    >>> read_size("120 x 80 mm"), read_size("12 cm"), read_size("120"), read_size("column")
+    ((120.0, 80.0), (120.0, None), (120.0, None), (85.0, None))
+    """
+    if text in WIDTHS:
+        return WIDTHS[text], None
+    match = _SIZE.fullmatch(text.strip()) if len(text) < 60 else None
+    try:
+        texts = [f"{side} {match[3] or 'mm'}" for side in match.groups()[:2] if side] if match else []
+        sides = [parse_measure(each, "length").si * 1e3 for each in texts]
+    except UnitError:
+        sides = []
+    if not sides:
+        hint = '"column", "page", "120 mm" or "120 x 80 mm"'
+        raise UsageError(f'"{shorten(text)}" is not a size', where="--size", hint=hint)
+    if not all(_SMALLEST <= side <= _LARGEST for side in sides):
+        hint = "a side has 40 mm to 1000 mm"
+        raise UsageError(f'"{shorten(text)}" is out of range', where="--size", hint=hint)
+    return sides[0], sides[1] if len(sides) > 1 else None
+
+
+def _as_list(value: object) -> object:
+    return [value] if isinstance(value, str) else value
+
+
+def near(name: str, known: Iterable[str]) -> str | None:
+    """A hint at the nearest of some names."""
+    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f'did you mean "{found[0]}"?' if found else None
+
+
+def _checked_by(read: Callable[[str], object]) -> Callable[[str], str]:
+    """A validator that keeps the text, and gives the fault that `read` finds in it."""
+
+    def check(text: str) -> str:
+        try:
+            read(text)
+        except UsageError as error:
+            raise fault(error.message, error.hint) from None
+        return text
+
+    return check
+
+
+def _not_a_slack_map(name: str) -> str:
+    if name.startswith("slack_map") or set(name) == {"."}:
+        raise fault(f'"{name}" cannot name a figure', "slack_map is what the slack maps are called")
+    return name
+
+
+def _quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
+    """Each once; of a figure with a name, which a study declares, results of one table."""
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise fault(f'"{twice[0]}" stands in the list twice, expected each quantity once')
+    if info.data.get("name", "") is None:
+        return names
+    for name in names:
+        if name not in OF_STATES and name not in OF_DESIGNS:
+            hint = near(name, (*OF_STATES, *OF_DESIGNS)) or "a result of the states or of the designs"
+            raise fault(f'"{shorten(name)}" is not a quantity of a table', hint)
+    state, design = (next((name for name in names if name in table), None) for table in (OF_STATES, OF_DESIGNS))
+    if state and design:
+        raise fault(f"{state} is of the states and {design} of the designs, a figure shows one table")
+    if not names:
+        raise fault("is missing or empty, each figure of a study needs one", 'such as "motor_torque"')
+    return names
+
+
+def _unit(symbol: str) -> str:
+    if symbol not in UNITS:
+        hint = near(symbol, UNITS) or f"known units: {', '.join(UNITS)}"
+        raise fault(f'unknown unit "{shorten(symbol)}"', hint)
+    return symbol
+
+
+def _no_endless_name(name: str) -> str:
+    if len(name) > 100:
+        raise PydanticKnownError("string_pattern_mismatch", {"pattern": _COLUMN["pattern"]})
+    return name
+
+
+_Text = Annotated[str, StringConstraints(strict=True)]
+_Format = Literal["png", "svg", "pdf"]
+_Column = Annotated[  # its length is counted, since the pattern of the schema takes 10 ms to build, once per field
+    str,
+    StringConstraints(strict=True, pattern=r"^[A-Za-z_][\w.]*$"),
+    AfterValidator(_no_endless_name),
+    WithJsonSchema(_COLUMN),
+]
+_Filter = Annotated[_Text, AfterValidator(_checked_by(read_filter))]
+
+
+def _one_or_many(item: dict[str, Any], most: int) -> WithJsonSchema:
+    return WithJsonSchema({"anyOf": [item, {"type": "array", "items": item, "minItems": 1, "maxItems": most}]})
+
+
+class FigureSpec(Part):
+    """A figure as it is asked for, by `[[figure]]`, the command line or Python; the rest follows from the table."""
+
+    model_config = ConfigDict(json_schema_extra={"required": ["name", "quantity"]})
+
+    name: (
+        Annotated[
+            str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_a_slack_map)
+        ]
+        | None
+    ) = Field(default=None, description="stem of the figure's file, each once")
+    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = Field(
+        default="", description="above the panels; default the title of the study"
+    )
+    quantity: Annotated[
+        tuple[_Text, ...],
+        BeforeValidator(_as_list),
+        Field(max_length=MOST_QUANTITIES),
+        AfterValidator(_quantities),
+        _one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES),
+    ] = Field(
+        default=(), description="what is drawn: one or more results of the states, or of the designs; a panel each"
+    )
+    overlay: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="draw the quantities in one panel, told apart by colour"
+    )
+    x: _Column | None = Field(
+        default=None, description="column along x; default the elbow angle, or of designs the first axis"
+    )
+    colour: _Column | None = Field(default=None, description="axis with one colour per value; default the load")
+    panels: _Column | None = Field(default=None, description="axis with one panel per value")
+    where: Annotated[tuple[_Filter, ...], BeforeValidator(_as_list), _one_or_many({"type": "string"}, 20)] = Field(
+        default=(), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
+    )
+    unit: Annotated[
+        tuple[Annotated[_Text, AfterValidator(_unit)], ...],
+        BeforeValidator(_as_list),
+        _one_or_many({"type": "string"}, 20),
+    ] = Field(default=(), max_length=20, description="units to show, each for its dimension, such as cm")
+    format: Annotated[
+        tuple[_Format, ...],
+        BeforeValidator(_as_list),
+        Field(min_length=1, max_length=3),
+        _one_or_many({"enum": ["png", "svg", "pdf"]}, 3),
+    ] = Field(default=("png",), description="png, svg, pdf, or several of them")
+    size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = Field(
+        default="page",
+        description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"',
+    )
+
+    @property
+    def table(self) -> str:
+        """The table that has its quantities."""
+        return "states" if self.quantity[0] in OF_STATES else "designs"
+
+    @property
+    def filters(self) -> list[Filter]:
+        """What `where` says."""
+        return [read_filter(text) for text in self.where]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit to show, by dimension."""
+        return {UNITS[symbol].dimension: symbol for symbol in self.unit}
+
+
+def figure_spec(**given: Any) -> FigureSpec:
+    """A figure from Python or the command line, by the keys of `[[figure]]`; raises UsageError for the first fault.
+
+    >>> figure_spec(quantity="motor_torque", where="load_mass = 5 kg").quantity
+    ('motor_torque',)
+    """
+    try:
+        return FigureSpec.model_validate(given)
+    except ValidationError as error:
+        detail = error.errors(include_url=False)[0]
+        context = detail.get("ctx") or {}
+        place = f"--{detail['loc'][0]}" if detail["loc"] else None
+        if detail["type"] == "tendon":
+            raise UsageError(context["problem"], where=place, hint=context["hint"]) from None
+        expected = context.get("expected", detail["msg"]).replace("'", "")
+        hint = nearest(str(detail.get("input")), re.split(", | or ", expected)) or expected
+        raise UsageError(f"{described(detail.get('input'))} is not possible", where=place, hint=hint) from None
+
+
+def quantity_of(name: str) -> Quantity:
+    """A quantity that a figure may show, the derived ones included."""
+    return DERIVED[name].quantity if name in DERIVED else QUANTITIES[name]

@@ -1,0 +1,175 @@
+"""A study from its file, with what the command line sets, or all its faults in one error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
+from tendon_cli.studies.attachments import Attachments
+from tendon_cli.studies.checks import contradictions, impossibilities
+from tendon_cli.studies.faults import faults_of, in_order
+from tendon_cli.studies.reading import STDIN, Document, read_document, read_value
+from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.toml_scan import MAX_KEY_PARTS, KeyPlaces
+from tendon_cli.units import shorten
+
+
+def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
+    """Read and check a study file (TOML, or YAML by its ending; `-` is standard input), then apply settings.
+
+    Raises StudyError with every fault found, InputError for a file it names that cannot be trusted.
+    """
+    try:
+        document = read_document(path)
+        before = _axes_in_order(document)
+        changed = [_apply(document.content, setting) for setting in settings]
+        for key in changed:
+            document.places.forget(key)
+        document.content.setdefault("name", "study" if path == STDIN else path.stem)
+        return study_from(document.content, document.places, folder=path.parent, order=(*before, *changed))
+    except TendonError as error:
+        if error.where is None:
+            error.where = "standard input" if path == STDIN else shorten(str(path), 1000)
+        raise
+
+
+def study_from(
+    content: dict[str, Any], places: KeyPlaces | None = None, *, folder: Path = Path(), order: tuple[str, ...] = ()
+) -> Study:
+    """A checked study from a plain dictionary; files that it names are looked up in `folder`.
+
+    `order` lists keys in the order in which their axes shall vary; keys that it leaves out follow as the content has
+    them.
+    """
+    places = places or KeyPlaces()
+    given, found = _without_nothing(content)
+    study, invalid = _validated(given, places)
+    found += invalid
+    files = Attachments(folder)
+    if study is not None:
+        found += contradictions(study, {fault.key for fault in found})
+        try:
+            study = files.resolve(study)
+        except InputError:
+            if not found:
+                raise
+        found += files.faults or ([] if found else impossibilities(study))
+    if study is None or found:
+        raise StudyError(in_order([replace(f, line=f.line or places.line_of(f.key)) for f in found]))
+    ranked = dict.fromkeys((*order, *_number_keys(content)))
+    return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
+
+
+def recorded_study(record: Mapping[str, Any]) -> Study:
+    """The study of a run or a table, from what these keep of it and without its files."""
+    axes = tuple(record["axes"])
+    return study_from(record["study"], order=axes).ordered(axes, record["sources"])
+
+
+def _without_nothing(content: dict[str, Any], prefix: str = "") -> tuple[dict[str, Any], list[Fault]]:
+    """The content without keys that have no value, as YAML allows, and a fault for each of them.
+
+    What stands inside a number is left to its field, which knows what a grid needs.
+    """
+    kept: dict[str, Any] = {}
+    found: list[Fault] = []
+    for name, value in content.items():
+        path = f"{prefix}{name}"
+        if value is None:
+            found.append(Fault(shorten(path, 120), "has no value", "leave the key out, or give it a value"))
+        elif isinstance(value, dict) and path not in keys():
+            kept[name], inner = _without_nothing(value, f"{path}.")
+            found += inner
+        elif isinstance(value, list):
+            kept[name] = list(value)
+            for at, entry in enumerate(value):
+                if isinstance(entry, dict):
+                    kept[name][at], inner = _without_nothing(entry, f"{path}.{at}.")
+                    found += inner
+        else:
+            kept[name] = value
+    return kept, found
+
+
+def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None, list[Fault]]:
+    """The study, and the faults of its single keys; with faults, the study without the keys at fault if that is one."""
+    found: list[Fault] = []
+    rest = deepcopy(content)
+    while True:
+        try:
+            return Study.model_validate(rest), found
+        except ValidationError as error:
+            found = found or faults_of(error, places)
+            at_fault = [_innermost(rest, detail["loc"]) for detail in error.errors(include_url=False)]
+            for table, name in filter(None, at_fault):
+                table.pop(name, None)
+            if not any(at_fault):
+                return None, found
+
+
+def _innermost(content: dict[str, Any], path: tuple[int | str, ...]) -> tuple[dict[str, Any], Any] | None:
+    """The table and the name of the key at a path, or of the last key on the way to it.
+
+    An entry of a list is never found by itself: without it, those after it would change their places.
+    """
+    table: Any = content
+    found: tuple[dict[str, Any], Any] | None = None
+    for part in path:
+        if isinstance(table, dict) and part in table:
+            found = table, part
+        elif not (isinstance(table, list) and isinstance(part, int) and part < len(table)):
+            break
+        table = table[part]
+    return found
+
+
+def _axes_in_order(document: Document) -> list[str]:
+    """Keys of the document that hold a list or a grid, in the order of its lines."""
+    found = [
+        path
+        for path, value in _number_keys(document.content).items()
+        if isinstance(value, (list, dict)) and path != "motion.elbow_angle"
+    ]
+    return sorted(found, key=lambda path: document.places.line_of(path) or 0)
+
+
+def _number_keys(content: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """What stands at each number key of a plain dictionary."""
+    found: dict[str, Any] = {}
+    for name, value in content.items():
+        path = f"{prefix}{name}"
+        if path in keys():
+            found[path] = value
+        elif isinstance(value, dict):
+            found |= _number_keys(value, f"{path}.")
+    return found
+
+
+def _apply(content: dict[str, Any], setting: str) -> str:
+    """Put one `KEY=VALUE` into the content and return the key; raises UsageError or StudyError."""
+    key, equals, text = setting.partition("=")
+    parts = key.strip().split(".")
+    if not equals or not all(parts) or len(parts) > MAX_KEY_PARTS:
+        raise UsageError(f'--set "{shorten(setting)}" is not KEY=VALUE', hint="such as --set 'arm.b1=160 mm'")
+    key, text = shorten(key), text.strip()
+    try:
+        value = read_value(text) if text[:1] in ("[", "{", '"', "'") else text
+    except StudyError as error:
+        raise UsageError(
+            f"--set {key}: {error.faults[0].problem}",
+            hint='what starts with [, { or a quote is TOML, such as --set \'load.mass=["3 kg", "5 kg"]\'',
+        ) from None
+    table = content
+    for part in parts[:-1]:
+        inner = table.setdefault(part, {})
+        if not isinstance(inner, dict):
+            raise UsageError(f"--set {key}: {part} is not a table of keys", hint="set the whole value")
+        table = inner
+    table[parts[-1]] = value
+    return ".".join(parts)

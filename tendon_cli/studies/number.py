@@ -1,0 +1,167 @@
+"""A number that may be an axis: one value, a list, a grid, or one that is uncertain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Literal
+
+from pydantic_core import PydanticCustomError
+
+from tendon_cli.studies.fields import Single, fault, within
+from tendon_cli.studies.uncertain import Uncertain
+from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Values
+from tendon_cli.units import Measure, described, terminating, to_float
+
+_GRID = ("from", "to", "num", "step", "spacing")
+_UNIFORM, _NORMAL = ("value", "tolerance"), ("mean", "std")
+
+
+@dataclass(frozen=True)
+class Number(Single):
+    """Marks a field as a number that may be an axis; and where `uncertain`, that may have a distribution instead."""
+
+    uncertain: bool = True
+
+    def read(self, value: object) -> Values | None:
+        """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
+        if isinstance(value, dict):
+            is_uncertain = any(key in value for key in (*_UNIFORM, *_NORMAL))
+            return self._uncertain(value) if is_uncertain else Values(self._grid(value), is_axis=True)
+        if isinstance(value, (list, tuple)):
+            return Values(self._list(value), is_axis=True)
+        return super().read(value)
+
+    def _list(self, items: list[Any] | tuple[Any, ...]) -> tuple[float, ...]:
+        if not items:
+            raise fault("an empty list, expected at least one value")
+        if any(isinstance(item, (list, tuple, dict)) for item in items):
+            raise fault("a list inside a list, expected a list of single values")
+        numbers = tuple(self.bounded(self.measure(item)) for item in items)
+        found: set[float] = set()
+        for item, number in zip(items, numbers, strict=True):
+            if number in found:
+                raise fault(f"{described(item)} stands in the list twice, expected each value once")
+            found.add(number)
+        return numbers
+
+    def _grid(self, table: dict[Any, Any]) -> Grid:
+        unknown = [described(key) for key in table if key not in _GRID]
+        missing = [key for key in ("from", "to", "num") if key not in table and (key != "num" or "step" not in table)]
+        if unknown or missing or {"num", "step"} <= set(table):
+            found = f"unknown {unknown[0]}" if unknown else "both num and step"
+            found = f'"{missing[0]}" is missing' if missing and not unknown else found
+            problem = f"{found} in a grid, expected from, to, num or step, and optionally spacing"
+            raise fault(problem, None if "from" in table else f"a single value is {self.wanted}")
+        spacing = table.get("spacing", "linear")
+        if not isinstance(spacing, str) or spacing not in ("linear", "log"):
+            raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
+        num = _count(table["num"]) if "num" in table else 0
+        first, last = self._inner(table, "from"), self._inner(table, "to")
+        grid = Grid(first, last, num or self._steps(first, last, table["step"], spacing), log=spacing == "log")
+        if grid.log and min(first.si, last.si) <= 0.0:
+            raise fault("a log grid that reaches zero, expected from and to above zero")
+        if grid.num > 1 and first.si == last.si:
+            raise fault("a grid of several values whose from and to are equal, expected two different ends")
+        return grid
+
+    def _inner(self, table: dict[Any, Any], name: str) -> Measure:
+        """A value inside a grid or an uncertain number; its faults say which it is."""
+        try:
+            measure = self.measure(table[name])
+            self.bounded(measure)
+        except PydanticCustomError as error:
+            raise within(name, error) from None
+        return measure
+
+    def _steps(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
+        """How many values a grid of this step has; in rational numbers, so that a step that misses the end is found."""
+        if spacing == "log":
+            raise fault("a step in a log grid, expected num", "a log grid goes on by a factor, not by a step")
+        try:
+            size = self.measure(step).exact
+        except PydanticCustomError as error:
+            raise within("step", error) from None
+        if size <= 0:
+            raise fault(f"step: {described(step)} is not a size, expected one above zero")
+        steps = abs(last.exact - first.exact) / size
+        if steps.denominator > 1 and steps < MAX_AXIS_LENGTH:
+            problem = f"step: {described(step)} does not divide the range, it goes {to_float(steps):.6g} times into it"
+            raise fault(problem, f"num = {max(2, round(steps) + 1)} instead of step ends at both")
+        return _count(int(steps) + 1)
+
+    def _uncertain(self, table: dict[Any, Any]) -> Values:
+        """`{ value, tolerance }`, uniform, or `{ mean, std }`, normal; one of no width is a number like any other."""
+        names = _UNIFORM if any(name in table for name in _UNIFORM) else _NORMAL
+        if not self.uncertain:
+            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
+        wrong = [f"unknown {described(key)}" for key in table if key not in names]
+        wrong += [f'"{name}" is missing' for name in names if name not in table]
+        if wrong:
+            raise fault(f"{wrong[0]} in an uncertain number, expected value and tolerance, or mean and std")
+        middle = self._inner(table, names[0])
+        try:
+            spread, said = self._spread(table[names[1]], middle, may_be_share=names is _UNIFORM)
+        except PydanticCustomError as error:
+            raise within(names[1], error) from None
+        if not spread:
+            return Values.of(middle.si)
+        kind: Literal["uniform", "normal"] = "uniform" if names is _UNIFORM else "normal"
+        for end in (middle.exact - spread, middle.exact + spread) if names is _UNIFORM else ():
+            if not self.low <= to_float(end) <= self.high:
+                reached = f"{to_float(end / middle.unit.factor):.6g} {middle.unit.symbol}".removesuffix(" 1")
+                raise fault(f"tolerance: it reaches {reached}, which is impossible", "make it narrower")
+        known = Uncertain(kind, middle.si, to_float(spread), self.low, self.high, said)
+        return Values((middle.si,), is_axis=False, uncertain=known)
+
+    def _spread(self, value: object, middle: Measure, *, may_be_share: bool) -> tuple[Fraction, float | str]:
+        """A tolerance or a standard deviation, exact and in SI, and as a study says it.
+
+        A tolerance is a share of the value, "10 %", or has its dimension; a bare number could be meant as either.
+        """
+        dimension = self.quantity.dimension
+        if may_be_share and isinstance(value, str) and value.strip().endswith("%"):
+            share = self.measure(value, "number").exact
+            if not 0 <= share <= 1:
+                raise fault(f"{described(value)} is not possible, expected 0 % to 100 %")
+            if share and not middle.exact:
+                raise fault(f"{described(value)} of zero is nothing, expected {self.wanted}")
+            return abs(middle.exact) * share, f"{terminating(share * 100)} %"
+        if may_be_share and (dimension == "number" or not isinstance(value, str)):
+            raise fault(f'{described(value)} is not a share of the value, expected one such as "10 %"')
+        measure = self.measure(value)
+        if measure.exact < 0:
+            raise fault(f"{described(value)} is negative, expected 0 or more")
+        return measure.exact, measure.document()
+
+    def _json_choices(self) -> list[dict[str, Any]]:
+        one = self._json_scalar()
+        share = {"type": "string", "pattern": r"^\s*\+?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?\s*%\s*$"}
+        count = {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_LENGTH}
+        spacing = {"enum": ["linear", "log"], "default": "linear"}
+        choices = [
+            one,
+            {"type": "array", "items": one, "minItems": 1, "uniqueItems": True},
+            _table({"from": one, "to": one, "num": count, "spacing": spacing}, 3),
+            _table({"from": one, "to": one, "step": one}, 3),
+        ]
+        if self.uncertain:
+            choices.append(_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2))
+            choices.append(_table({"mean": one, "std": one}, 2))
+        return choices
+
+
+def _table(properties: dict[str, Any], required: int) -> dict[str, Any]:
+    """The schema of a table of which the first few keys are required."""
+    names = list(properties)[:required]
+    return {"type": "object", "properties": properties, "required": names, "additionalProperties": False}
+
+
+def _count(num: object) -> int:
+    """How many values a grid has."""
+    if isinstance(num, bool) or not isinstance(num, int) or num < 1:
+        raise fault(f"num = {described(num)} is not a count, expected a whole number of at least 1")
+    if num > MAX_AXIS_LENGTH:
+        count = f"{num:,}" if num < 10**15 else described(num)
+        raise fault(f"num = {count} is too many, expected {MAX_AXIS_LENGTH:,} values in an axis at most")
+    return num

@@ -1,0 +1,204 @@
+"""The tables of a study file that say what is computed, from arm to output.
+
+Every key has a default, the paper's baseline with unilateral tendons and no load.
+"""
+
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
+
+from tendon_cli.quantities import OF_STATES
+from tendon_cli.studies.fields import Single, fault, nearest
+from tendon_cli.studies.number import Number
+from tendon_cli.studies.values import Values
+from tendon_cli.units import shorten
+
+Direction = Literal["flexion", "extension"]
+Table = Literal["designs", "states"]
+FileName = Annotated[str, StringConstraints(min_length=1, max_length=4096, strict=True)]
+
+# Wide enough for any actuator that could be built, narrow enough that no formula overflows.
+LENGTH = {"low": 0.0, "high": 100.0}
+POSITIVE_LENGTH = {"low": 1e-6, "high": 100.0}
+FULL_TURNS = {"low": -6.283185307179587, "high": 6.283185307179587}
+
+Friction = Annotated[Values, Number("friction", 0.0, 10.0)]
+BendAngle = Annotated[Values, Number("bend_angle", 0.0, 100.0)]
+Smoothing = Annotated[Values, Single("path_smoothing", 0.0, 1.0)]
+TendonLength = Annotated[Values, Number("tendon_length", **POSITIVE_LENGTH)]
+TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
+YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
+Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
+Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12)]
+
+
+def _as_list(value: object) -> object:
+    """One word where a list of words may stand."""
+    return [value] if isinstance(value, str) else value
+
+
+def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
+    twice = [word for word in words if words.count(word) > 1]
+    if twice:
+        raise fault(f'"{twice[0]}" stands in the list twice, expected each word once')
+    return words
+
+
+def written(default: object) -> Any:
+    """A default as a study file would say it; the field's own validator reads it."""
+    return Field(default)
+
+
+def _words_schema(*choices: str) -> WithJsonSchema:
+    """One of some words, or a list of them."""
+    one = {"enum": list(choices)}
+    return WithJsonSchema({"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]})
+
+
+def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Known results of the states; what says which state a row is, is kept anyway."""
+    for name in names:
+        if name in ("design", "direction", "elbow_angle"):
+            raise fault(f'"{name}" says which state a row is, and is always kept', "leave it out")
+        if name != "status" and name not in OF_STATES:
+            raise fault(f'"{shorten(name)}" is not a result of the states', nearest(name, ("status", *OF_STATES)))
+    return names
+
+
+_WORDS = (BeforeValidator(_as_list), AfterValidator(_each_once), Field(min_length=1))
+_ALL_WORDS = {"type": "string", "minLength": 1, "maxLength": 100}
+Words = Annotated[
+    tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=100)], ...],
+    BeforeValidator(_as_list),
+    AfterValidator(_each_once),
+    WithJsonSchema({"anyOf": [_ALL_WORDS, {"type": "array", "items": _ALL_WORDS, "uniqueItems": True}]}),
+]
+"""One word or a list of them, such as columns; what they may be is not known to the field."""
+Directions = Annotated[tuple[Direction, ...], *_WORDS, _words_schema("flexion", "extension")]
+Tables = Annotated[tuple[Table, ...], *_WORDS, _words_schema("designs", "states")]
+StateColumns = Annotated[
+    tuple[str, ...], *_WORDS, AfterValidator(_columns_of_states), _words_schema("status", *OF_STATES)
+]
+
+
+class Part(BaseModel):
+    """A table of the study file: unknown keys are refused, and nothing changes after it is read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, arbitrary_types_allowed=True)
+
+
+class Arm(Part):
+    """The arm (Fig. 2) and its weight."""
+
+    a1: Annotated[Values, Number("a1", **LENGTH)] = written("40 mm")
+    b1: Annotated[Values, Number("b1", **POSITIVE_LENGTH)] = written("150 mm")
+    a2: Annotated[Values, Number("a2", **LENGTH)] = written("20 mm")
+    b2: Annotated[Values, Number("b2", **POSITIVE_LENGTH)] = written("150 mm")
+    elbow_radius: Annotated[Values, Number("elbow_radius", **POSITIVE_LENGTH)] = written("45 mm")
+    forearm_mass: Annotated[Values, Number("forearm_mass", 0.0, 1e4)] = written("1.54 kg")
+    forearm_com: Annotated[Values, Number("forearm_com", **LENGTH)] = written("174 mm")
+    load_distance: Annotated[Values, Number("load_distance", **LENGTH)] = written("320 mm")
+    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = written("0 deg")
+    contact_width: Annotated[Values | None, Number("contact_width", **POSITIVE_LENGTH)] = None
+
+
+class SheathSide(Part):
+    """What differs on one side of the arm; what is not said here is as on the other."""
+
+    friction: Friction | None = None
+    friction_from: FileName | None = Field(default=None, description="a file written by `tendon fit-friction --out`")
+    bend_angle: BendAngle | None = None
+    path: FileName | None = Field(default=None, description="a CSV of way-points x, y, z of the routed sheath, in m")
+    path_smoothing: Smoothing | None = None
+
+
+class Sheath(SheathSide):
+    """The sheaths of both tendons."""
+
+    friction: Friction | None = written(0.07)
+    bend_angle: BendAngle | None = written("180 deg")
+    flexor: SheathSide | None = None
+    extensor: SheathSide | None = None
+
+
+class TendonSide(Part):
+    """What differs on one side of the arm."""
+
+    length: TendonLength | None = None
+    diameter: TendonDiameter | None = None
+    youngs_modulus: YoungsModulus | None = None
+    pretension: Pretension | None = None
+
+
+class Tendon(TendonSide):
+    """Both tendons, of round cross-section."""
+
+    length: TendonLength | None = written("2 m")
+    diameter: TendonDiameter | None = written("1.5 mm")
+    youngs_modulus: YoungsModulus | None = written("145 GPa")
+    pretension: Pretension | None = written("100 N")
+    flexor: TendonSide | None = None
+    extensor: TendonSide | None = None
+
+
+class SpringSide(Part):
+    """What differs on one side of the arm."""
+
+    stiffness: Stiffness | None = None
+
+
+class Spring(SpringSide):
+    """The series springs at the elbow ends of both tendons."""
+
+    stiffness: Stiffness | None = written("3 kN/m")
+    flexor: SpringSide | None = None
+    extensor: SpringSide | None = None
+
+
+class Spool(Part):
+    """The motor's spool."""
+
+    flexor_radius: Annotated[Values, Number("flexor_radius", **POSITIVE_LENGTH)] = written("30 mm")
+    ratio: Annotated[Values, Number("spool_ratio", 1e-3, 1e3)] = written(1.0)
+
+
+class Load(Part):
+    """What the hand carries."""
+
+    mass: Annotated[Values, Number("load_mass", 0.0, 1e4)] = written("0 kg")
+
+
+class Motion(Part):
+    """The states that each design goes through."""
+
+    direction: Directions = Field(
+        default=("flexion", "extension"), description="flexion, extension or both, in the order of the rows"
+    )
+    elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS, uncertain=False)] = written(
+        {"from": "0 deg", "to": "90 deg", "num": 91}
+    )
+    speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
+
+
+class Model(Part):
+    """How the model is read."""
+
+    slack: Literal["unilateral", "bilateral"] = Field(
+        default="unilateral",
+        description="unilateral: a tendon cannot push; bilateral: negative tension, as in the paper",
+    )
+    reference: Literal["published", "initial"] = Field(
+        default="published",
+        description="flexor travel from b1 + b2, as published, or from the path length at 0 degrees",
+    )
+
+
+class Output(Part):
+    """What is written."""
+
+    tables: Tables = Field(default=("designs", "states"), description="which tables to write")
+    states: StateColumns | None = Field(
+        default=None, description="results of the states to keep, such as status; default all of them"
+    )

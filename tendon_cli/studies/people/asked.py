@@ -1,0 +1,141 @@
+"""`[people]` of a study: whose arms it is about."""
+
+# No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
+
+import base64
+import zlib
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+
+from tendon_cli.errors import Fault
+from tendon_cli.studies.design import Seed, whole
+from tendon_cli.studies.fields import Single, fault
+from tendon_cli.studies.parts import FileName, Part
+from tendon_cli.studies.values import Values
+from tendon_cli.units import described
+
+if TYPE_CHECKING:
+    from tendon_cli.studies.people.population import Population
+    from tendon_cli.studies.people.survey import Survey
+
+MAX_COUNT = 10**6
+MAX_BYTES = 500_000_000
+"""Of a file of people."""
+
+
+def _count(value: int) -> int:
+    if not 1 <= value <= MAX_COUNT:
+        raise fault(f"{described(value)} is out of range, expected 1 to {MAX_COUNT:,}")
+    return value
+
+
+def _packed(text: str) -> str:
+    try:
+        unpacked(text)
+    except ValueError as error:
+        raise fault(str(error)) from None
+    return text
+
+
+class People(Part):
+    """Who wears the suit: persons drawn from a survey, or real ones from a file.
+
+    The study's anchors and elbow radius are those of the survey's mean man, and are scaled to each person.
+    """
+
+    source: Literal["ansur2"] = Field(default="ansur2", description="the survey that persons are drawn from")
+    statistics: FileName | None = Field(
+        default=None, description="in the place of source: means, deviations and correlations of one's own, in TOML"
+    )
+    statistics_content: Annotated[str, AfterValidator(_packed)] | None = Field(
+        default=None, description="what that file held, as tendon keeps it"
+    )
+    file: FileName | None = Field(default=None, description="a CSV of real persons, with units in its headers")
+    content: Annotated[str, AfterValidator(_packed)] | None = Field(
+        default=None, description="what the file held, as tendon keeps it"
+    )
+    sex: Literal["male", "female", "both"] = Field(
+        default="both", description="of those drawn; with a file, of those whose sex it does not say"
+    )
+    women: Annotated[Values | None, Single("women", 0.0, 1.0)] = Field(
+        default=None, description="share of women with both; default the survey's, 0.327"
+    )
+    count: Annotated[
+        int,
+        BeforeValidator(whole),
+        AfterValidator(_count),
+        WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MAX_COUNT}),
+    ] = Field(default=1000, description="how many are drawn")
+    seed: Seed = Field(default=1, description="the same seed draws the same persons")
+
+    @cached_property
+    def population(self) -> "Population":
+        """The persons; raises InputError where their file cannot be used, ValueError where it is not read yet."""
+        return self.read("people")
+
+    @cached_property
+    def survey(self) -> "Survey":
+        """Whom persons are drawn from or completed by, and whose mean man the study's anchors fit; raises likewise."""
+        from tendon_cli.studies.people.survey import ansur2, read_survey  # a study without people does without these
+
+        if self.statistics_content is not None:
+            return read_survey(unpacked(self.statistics_content), "people.statistics")
+        if self.statistics is not None:
+            raise ValueError("the file of statistics is read with the study")
+        return ansur2()
+
+    def read(self, where: str) -> "Population":
+        """The persons; `where` is what an error calls the place that they come from."""
+        from tendon_cli.studies.people.population import draw
+        from tendon_cli.studies.people.reading import read_population
+
+        women = self.women.single if self.women is not None else None
+        if self.content is not None:
+            return read_population(unpacked(self.content), where, self.survey, self.sex, women)
+        if self.file is not None:
+            raise ValueError("the file of people is read with the study")
+        return draw(self.survey, self.sex, self.count, self.seed, women)
+
+    def with_content(self, content: bytes) -> "People":
+        """The same with what its file holds in place of its name."""
+        return self.model_copy(update={"content": packed(content), "file": None})
+
+    def with_statistics(self, content: bytes) -> "People":
+        """The same with the statistics that their file holds in place of its name."""
+        return self.model_copy(update={"statistics_content": packed(content), "statistics": None})
+
+    def contradictions(self) -> Iterator[Fault]:
+        """Keys that do not go together."""
+        given = self.model_fields_set
+        if self.file is not None:
+            for key in ("source", "count", "seed", "content"):
+                if key in given:
+                    yield Fault(f"people.{key}", "stands beside file, which says who they are", "leave one of them out")
+        if self.statistics is not None:
+            for key in ("source", "statistics_content"):
+                if key in given:
+                    yield Fault(
+                        f"people.{key}", "stands beside statistics, which are whom to draw from", "leave one out"
+                    )
+        if self.women is not None and self.sex != "both":
+            yield Fault("people.women", f'is a share among both sexes, and sex is "{self.sex}"', 'sex = "both"')
+
+
+def packed(content: bytes) -> str:
+    """A file's content as text that a study can hold."""
+    return base64.b85encode(zlib.compress(content, 6)).decode("ascii")
+
+
+def unpacked(text: str) -> bytes:
+    """What `packed` was given; raises ValueError for anything else, and for more than any file of people has."""
+    try:
+        inflate = zlib.decompressobj()
+        content = inflate.decompress(base64.b85decode(text), MAX_BYTES + 1)
+    except (ValueError, zlib.error):
+        raise ValueError("not the packed content of a file of people") from None
+    if len(content) > MAX_BYTES or not inflate.eof:
+        raise ValueError("more than any file of people has, or cut short")
+    return content

@@ -1,0 +1,86 @@
+"""One person of a study: the same study on that arm alone, and how the arm comes from the body."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass
+
+from tendon_cli.errors import UsageError
+from tendon_cli.model.body import ANCHOR_ALONG, DIMENSIONS, FOREARM_COM_SHARE, FOREARM_MASS_SHARE
+from tendon_cli.quantities import QUANTITIES
+from tendon_cli.studies.people.population import NAMED, Population, named
+from tendon_cli.studies.people.survey import ansur2
+from tendon_cli.studies.study import Study
+from tendon_cli.studies.values import Values
+from tendon_cli.units import shorten
+
+_MANY = 5
+
+
+@dataclass(frozen=True)
+class Step:
+    """A dimension of the body, or a number of the arm and how it comes from the body; SI."""
+
+    quantity: str
+    """By its name in `QUANTITIES`."""
+    formula: str
+    value: float
+    source: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Worn:
+    """A study on the arm of one person."""
+
+    name: str
+    study: Study
+    """Without people, its arm that of the person."""
+    body: tuple[Step, ...]
+    arm: tuple[Step, ...]
+
+
+def worn_by(study: Study, name: str) -> Worn:
+    """A study as one person wears it: one of its own, or one of `NAMED`; raises UsageError for anyone else."""
+    person = _found(study, name)
+    body, reference = person.values[0], person.reference
+    value = {name: float(body[at]) for at, name in enumerate(DIMENSIONS)}
+    steps, numbers = [], {}
+    for anchor, dimension in ANCHOR_ALONG.items():
+        of_all: float = getattr(reference, dimension)
+        given = study.numbers[f"arm.{anchor}"]
+        numbers[anchor] = _scaled(given, value[dimension] / of_all)
+        formula = f"{given.array[0]:.6g} x {QUANTITIES[dimension].symbol} / {of_all:.6g} of the mean man"
+        steps.append(Step(anchor, formula, numbers[anchor].array[0]))
+    formulas = {
+        "forearm_mass": (FOREARM_MASS_SHARE, "weight", "Winter"),
+        "forearm_com": (FOREARM_COM_SHARE, "radiale_stylion_length", "Winter"),
+        "load_distance": (1.0, "forearm_grip_length", ""),
+    }
+    for key, (share, dimension, source) in formulas.items():
+        if key in study.arm.model_fields_set:
+            steps.append(Step(key, "as the study states it", float(study.numbers[f"arm.{key}"].array[0])))
+            continue
+        numbers[key] = Values.of(share * value[dimension])
+        symbol = QUANTITIES[dimension].symbol
+        steps.append(Step(key, f"{share:g} x {symbol}" if share != 1.0 else symbol, numbers[key].single, source))
+    arm = study.arm.model_copy(update=numbers)
+    measures = tuple(Step(name, QUANTITIES[name].long_name, value[name]) for name in DIMENSIONS)
+    return Worn(person.names[0], study.replaced({"arm": arm, "people": None}), measures, tuple(steps))
+
+
+def _found(study: Study, name: str) -> Population:
+    if name in NAMED:
+        return named(study.people.survey if study.people is not None else ansur2(), name)
+    people = study.people.population if study.people is not None else None
+    names = people.names if people is not None else ()
+    if people is not None and name in names:
+        return people.only(slice(names.index(name), names.index(name) + 1))
+    near = difflib.get_close_matches(name, [*NAMED, *names[:10_000]], n=1, cutoff=0.5)
+    known = [*NAMED, *names[:_MANY]] + (["..."] if len(names) > _MANY else [])
+    hint = f'did you mean "{near[0]}"?' if near else f"persons: {', '.join(map(shorten, known))}"
+    raise UsageError(f'there is no person "{shorten(name)}"', hint=hint)
+
+
+def _scaled(values: Values, scale: float) -> Values:
+    """The same numbers on another body; one value stays one, and an axis an axis."""
+    return Values(tuple((values.array * scale).tolist()), is_axis=values.is_axis)

@@ -1,0 +1,188 @@
+"""Means, deviations and correlations of a survey of bodies: what bodies are drawn from, and what completes them."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from tendon_cli.errors import InputError, StudyError
+from tendon_cli.model.body import DIMENSIONS, Body
+from tendon_cli.model.kinematics import Array
+from tendon_cli.studies.toml_scan import scan
+from tendon_cli.units import shorten
+
+SEXES = ("male", "female")
+
+PLAUSIBLE = dict(
+    zip(
+        DIMENSIONS,
+        ((0.8, 2.5), (15.0, 350.0), (0.12, 0.60), (0.10, 0.50), (0.12, 0.65), (0.10, 0.80), (0.10, 0.60), (0.07, 0.35)),
+        strict=True,
+    )
+)
+"""Least and largest value of each dimension that someone has, in SI: wide, so that what is outside is a slip."""
+_MOST_SCATTER = 1.0 / 3.0
+"""Deviation over mean, beyond which bodies drawn as normal would be below 0."""
+
+_SI = np.array([1.0 if name == "weight" else 1e-3 for name in DIMENSIONS])  # the survey has kg and mm
+
+
+@dataclass(frozen=True, eq=False)
+class Statistics:
+    """Bodies of one kind as a normal distribution; dimensions in the order of `DIMENSIONS`, SI units."""
+
+    persons: int
+    """How many were measured."""
+    mean: Array
+    """Shape (8,)."""
+    covariance: Array
+    """Shape (8, 8)."""
+
+    @cached_property
+    def factor(self) -> Array:
+        """Lower triangular L with L Lᵀ = covariance; raises ValueError where that is not positive definite."""
+        return cholesky(self.covariance)
+
+    @property
+    def mean_body(self) -> Body:
+        """The body that is average in every dimension."""
+        return Body(*self.mean)
+
+    def completed(self, values: Array) -> Array:
+        """Bodies of shape (n, 8) with what is missing (NaN) as expected of those given: linear regression on these."""
+        complete = values.copy()
+        missing = np.isnan(values)
+        patterns, pattern_of = np.unique(missing, axis=0, return_inverse=True)
+        for at, lacks in enumerate(patterns):
+            rows = pattern_of == at
+            given = ~lacks
+            if not lacks.any():
+                continue
+            solved = np.linalg.solve(self.covariance[np.ix_(given, given)], self.covariance[np.ix_(given, lacks)])
+            complete[np.ix_(rows, lacks)] = self.mean[lacks] + (values[np.ix_(rows, given)] - self.mean[given]) @ solved
+        return complete
+
+
+@dataclass(frozen=True, eq=False)
+class Survey:
+    """The statistics of men and of women."""
+
+    male: Statistics
+    female: Statistics
+
+    @property
+    def share_of_women(self) -> float:
+        """Women among the persons measured."""
+        return self.female.persons / (self.male.persons + self.female.persons)
+
+    def of(self, sex: str) -> Statistics:
+        """Those of one of `SEXES`."""
+        return self.male if sex == "male" else self.female
+
+    def both(self, women: float | None = None) -> Statistics:
+        """Mean and covariance of men and women mixed, `women` being the share of women."""
+        share = self.share_of_women if women is None else women
+        apart = self.female.mean - self.male.mean
+        covariance = (1.0 - share) * self.male.covariance + share * self.female.covariance
+        return Statistics(
+            self.male.persons + self.female.persons,
+            self.male.mean + share * apart,
+            covariance + share * (1.0 - share) * np.outer(apart, apart),
+        )
+
+
+@cache
+def ansur2() -> Survey:
+    """The survey that comes with tendon."""
+    return read_survey(resources.files(__package__).joinpath("ansur2_arm.toml").read_bytes(), "ansur2")
+
+
+def read_survey(given: bytes, where: str) -> Survey:
+    """Check and take over the statistics of a survey in TOML, in kg and mm; raises InputError."""
+    try:
+        text = given.decode("utf-8-sig")
+        scan(text)
+        content = tomllib.loads(text)
+        names = content["dimensions"]
+        if sorted(names) != sorted(DIMENSIONS):
+            raise InputError(f"its dimensions are {shorten(', '.join(names))}", where=where, hint=_dimensions_wanted())
+        order = [names.index(name) for name in DIMENSIONS]
+        return Survey(*(_statistics(content[sex], order, f"{where}, [{sex}]") for sex in SEXES))
+    except (StudyError, KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
+        problem = f"not statistics of a survey: {shorten(str(error)) or type(error).__name__}"
+        hint = "expected dimensions, and in [male] and [female] persons, mean, standard_deviation and correlation"
+        raise InputError(problem, where=where, hint=hint) from None
+
+
+def _dimensions_wanted() -> str:
+    return f"expected, in any order: {', '.join(DIMENSIONS)}"
+
+
+def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statistics:
+    size = len(DIMENSIONS)
+    mean, deviation = (np.array(table[key], dtype=np.float64) for key in ("mean", "standard_deviation"))
+    correlation = np.array(table["correlation"], dtype=np.float64)
+    persons = int(table["persons"])
+    if mean.shape != (size,) or deviation.shape != (size,) or correlation.shape != (size, size) or persons < 1:
+        raise InputError(f"not {size} means, {size} deviations, {size} x {size} correlations of persons", where=where)
+    if not (np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))):
+        raise InputError("a mean or standard deviation is not above 0", where=where)
+    for name, low_high, value, scatter in zip(
+        DIMENSIONS, PLAUSIBLE.values(), (mean[order] * _SI), deviation[order] * _SI, strict=True
+    ):
+        _check_dimension(name, low_high, value, scatter, where)
+    if np.any(np.diag(correlation) != 1.0) or np.any(correlation != correlation.T):
+        raise InputError("the correlation is not symmetric with ones on its diagonal", where=where)
+    mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
+    scale = deviation * _SI
+    found = Statistics(persons, mean * _SI, correlation * np.outer(scale, scale))
+    try:
+        cholesky(correlation)
+    except ValueError as error:
+        hint = "no bodies have such correlations; were they rounded, or taken from different samples?"
+        raise InputError(f"the correlation is not positive definite: {error}", where=where, hint=hint) from None
+    return found
+
+
+def _check_dimension(name: str, plausible: tuple[float, float], mean: float, deviation: float, where: str) -> None:
+    """Refuse a mean that nobody has, as in another unit, and bodies that would be below 0."""
+    low, high = plausible
+    unit, per = ("kg", 1.0) if name == "weight" else ("mm", 1e-3)
+    if not low <= mean <= high:
+        expected = f"expected {low / per:g} to {high / per:g} {unit}"
+        raise InputError(
+            f"the mean {name} is {mean / per:g} {unit}, {expected}", where=where, hint="statistics are in kg and mm"
+        )
+    if deviation > _MOST_SCATTER * mean:
+        raise InputError(
+            f"the deviation of {name} is {deviation / per:g} {unit} at a mean of {mean / per:g} {unit}",
+            where=where,
+            hint="bodies drawn so would be below 0",
+        )
+
+
+def cholesky(matrix: Array) -> Array:
+    """Lower triangular L with L Lᵀ = matrix, shape (n, n); raises ValueError where it is not positive definite.
+
+    Written out, so that a seed gives the same bodies to the last bit whatever linear algebra NumPy was built with.
+    """
+    size = len(matrix)
+    factor = np.zeros((size, size))
+    for row in range(size):
+        for column in range(row + 1):
+            rest = float(matrix[row, column])
+            for at in range(column):
+                rest -= float(factor[row, at]) * float(factor[column, at])
+            if column < row:
+                factor[row, column] = rest / factor[column, column]
+            elif rest <= 1e-12 * float(matrix[row, row]):
+                raise ValueError(f"{DIMENSIONS[row] if size == len(DIMENSIONS) else row} follows from the others")
+            else:
+                factor[row, row] = math.sqrt(rest)
+    return factor

@@ -1,0 +1,58 @@
+"""The commented studies that `tendon init` writes."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path
+
+from tendon_cli.errors import UsageError
+from tendon_cli.files import write_new
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.reading import YAML_SUFFIXES
+from tendon_cli.units import shorten
+
+TEMPLATES = {
+    "sweep": "which pretension and springs keep both tendons taut; every key, with a comment",
+    "design": "which spring, spool and pretension suit every load",
+    "people": "whom a suit serves",
+    "motor": "which motor it takes: torque, speed, power, work, backlash",
+    "friction": "what friction and bend of the sheath, and the doubt in them, do",
+}
+"""The starter studies, each with the question that it asks."""
+
+
+def starter(path: Path, template: str = "sweep") -> str:
+    """A starter study for a file of this name, YAML by its ending; raises UsageError for no template of that name."""
+    is_yaml = path.suffix.lower() in YAML_SUFFIXES
+    if template not in TEMPLATES:
+        hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
+        raise UsageError(f'there is no template "{shorten(template)}"', where="--template", hint=hint)
+    source = f"starter.{'yaml' if is_yaml else 'toml'}" if template == "sweep" else f"templates/{template}.toml"
+    name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
+    text = files("tendon_cli.studies").joinpath(source).read_text("utf-8").replace("@NAME@", name)
+    return _as_yaml(text) if is_yaml and template != "sweep" else text
+
+
+def _as_yaml(toml: str) -> str:
+    """A template in YAML: tables become indented keys, and lists, inline tables and texts stay as they stand."""
+    lines, indent = [], ""
+    for line in toml.replace("#:schema ", "# yaml-language-server: $schema=").splitlines():
+        table = re.match(r"\[(\w+)\]", line)
+        if table:
+            indent = "  "
+            lines.append(f"{table[1]}:{line[table.end() :]}")
+        else:
+            lines.append((indent + re.sub(r"\b(\w+) = ", r"\1: ", line)).rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def write_starter(path: Path, template: str = "sweep") -> None:
+    """Write a starter study; raises UsageError where a file stands there, OutputError where none can be written."""
+    if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
+        name = shorten(path.name)
+        raise UsageError(f"{name} ends in neither .toml nor .yaml", hint=f"tendon init {name}.toml")
+    if not write_new(path, starter(path, template).encode()):
+        raise UsageError(
+            "exists already, and is not overwritten", where=shorten(str(path), 1000), hint="name another file"
+        )

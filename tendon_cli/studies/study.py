@@ -1,0 +1,247 @@
+"""A whole study, and its keys: what each number is called in a file, in a table and in the model."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import cache, cached_property
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
+
+from tendon_cli.studies.cases import DESIGN_PARTS, case_tables, printable
+from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
+from tendon_cli.studies.design import Goals, Limits, Uncertainty
+from tendon_cli.studies.fields import Later, Single, fault
+from tendon_cli.studies.figure_checks import check_figures
+from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.linked import Linked, draw_axis, drawn
+from tendon_cli.studies.number import Number
+from tendon_cli.studies.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
+from tendon_cli.studies.people.asked import People
+from tendon_cli.studies.remarks import remarks
+from tendon_cli.studies.uncertain import Uncertain
+from tendon_cli.studies.values import Values
+
+SIDES = ("flexor", "extensor")
+CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
+LINKED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
+"""Axes of linked values, which no single key gives."""
+
+
+def _not_dots(name: str) -> str:
+    if set(name) == {"."}:
+        raise fault(f'"{name}" cannot name a run folder, expected a name such as fig07')
+    return name
+
+
+RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
+Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
+
+_SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
+
+
+def _with_known_columns(figures: tuple[FigureSpec, ...]) -> tuple[FigureSpec, ...]:
+    return check_figures(figures, {path: (key.column, key.number.quantity) for path, key in keys().items()})
+
+
+class Study(Part):
+    """A parameter study: every combination of its axes, in the order of the document, is one design."""
+
+    name: RunName = Field(
+        default="study", description="name of the run folder; without it, the stem of the file's name"
+    )
+    title: Title = Field(default="", description="for figures")
+    arm: Arm = Arm()
+    sheath: Sheath = Sheath()
+    tendon: Tendon = Tendon()
+    spring: Spring = Spring()
+    spool: Spool = Spool()
+    load: Load = Load()
+    motion: Motion = Motion()
+    model: Model = Model()
+    output: Output = Output()
+    cases: Annotated[tuple[Part, ...], Later(case_tables)] = Field(
+        default=(), description="one axis of linked values, such as persons"
+    )
+
+    limits: Limits = Limits()
+    design: Goals = Goals()
+    people: People | None = None
+    uncertainty: Uncertainty | None = None
+
+    figure: Annotated[tuple[FigureSpec, ...], AfterValidator(_with_known_columns)] = Field(
+        default=(), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
+    )
+
+    _axes: tuple[str, ...] | None = PrivateAttr(None)
+    _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
+
+    def replaced(self, parts: dict[str, Any]) -> Study:
+        """The same study with some of its tables replaced, and nothing remembered of the old ones."""
+        study = self.model_copy(update=parts)
+        for remembered in ("numbers", "linked", "hash"):
+            study.__dict__.pop(remembered, None)
+        return study
+
+    def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
+        """The same study with its design axes in the document's order, and the files that gave some of its numbers."""
+        study = self.model_copy()
+        object.__setattr__(study, "__pydantic_private__", {"_axes": axes, "_sources": sources})
+        return study
+
+    @cached_property
+    def numbers(self) -> dict[str, Values]:
+        """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
+        return {key: values for part in DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
+
+    @property
+    def of_the_body(self) -> tuple[str, ...]:
+        """Numbers that come from the body of each person, as the study has people and does not state them."""
+        if self.people is None:
+            return ()
+        from tendon_cli.studies.people.population import OF_THE_BODY  # a study without people does without it
+
+        stated = {f"arm.{name}" for name in self.arm.model_fields_set}
+        return tuple(key for key in OF_THE_BODY if key not in stated)
+
+    @cached_property
+    def linked(self) -> tuple[Linked, ...]:
+        """The linked axes but cases: persons and draws; where each person gets a draw of its own, persons alone."""
+        asked, axes = self.uncertainty if self.uncertain else None, []
+        if self.people is not None:
+            from tendon_cli.studies.people.population import person_axis
+
+            people = self.people.population
+            own = drawn(self.uncertain, len(people), asked.seed) if asked is not None and not asked.cross else {}
+            axes.append(person_axis(PERSON_AXIS, people, self.of_the_body, own))
+        if asked is not None and self.draws:
+            axes.append(draw_axis(DRAW_AXIS, self.uncertain, self.draws, asked.seed))
+        return tuple(axes)
+
+    @property
+    def draws(self) -> int:
+        """How many draws of the uncertain numbers are an axis; none where each person gets one of its own."""
+        asked = self.uncertainty
+        if asked is None or not self.uncertain or (self.people is not None and not asked.cross):
+            return 0
+        return asked.draws
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for the linked ones."""
+        found = tuple(key for key, values in self.numbers.items() if values.is_axis)
+        ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
+        linked = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
+        return (*(key for key, is_axis in linked.items() if is_axis), *ordered)
+
+    @property
+    def uncertain(self) -> dict[str, Uncertain]:
+        """Numbers that are known up to a distribution, by dotted key."""
+        return {key: values.uncertain for key, values in self.numbers.items() if values.uncertain is not None}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was made of its files."""
+        return tuple(str(source["note"]) for source in self.sources.values() if "note" in source)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader of its results has to know: of its files, and of numbers that it most likely does not mean."""
+        of_files = [str(warning) for source in self.sources.values() for warning in source.get("warnings", ())]
+        tables = [(name, getattr(self, name)) for name in (*DESIGN_PARTS, "motion", "limits")]
+        tables += [(f"cases.{at}", case) for at, case in enumerate(self.cases)]
+        return (*of_files, *remarks(item for name, table in tables for item in marked(table, name)))
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """The axes that a design must survive, slowest first; the others are choices.
+
+        Without `[design] conditions` those of load and arm, and every linked one; persons and draws are no choice ever.
+        """
+        asked = self.design.conditions
+        if asked is None:
+            return tuple(key for key in self.axes if key in LINKED_AXES or key.partition(".")[0] in ("load", "arm"))
+        return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS))
+
+    @property
+    def serve(self) -> float:
+        """The share of people, draws or conditions that is enough: 1, or 0.95 where there are people or draws."""
+        if self.design.serve is not None:
+            return self.design.serve.single
+        return 0.95 if {PERSON_AXIS, DRAW_AXIS} & set(self.axes) else 1.0
+
+    @property
+    def sources(self) -> dict[str, dict[str, Any]]:
+        """Files that gave numbers of this study, by the key they gave: name, hash, and what was read from them."""
+        return self._sources
+
+    def document(self) -> dict[str, Any]:
+        """The study with every default written out, in SI; reads back as the same study.
+
+        Numbers that come from the body of a person are left out: once written they would count as stated.
+        """
+        said = document(self)
+        for key in self.of_the_body:
+            del said["arm"][key.removeprefix("arm.")]
+        return said
+
+    def record(self) -> dict[str, Any]:
+        """What tables and `run.json` keep of a study."""
+        return {"study": self.document(), "axes": list(self.axes), "sources": self.sources}
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
+        content = {"study": self.document(), "axes": list(self.axes)}
+        return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Key:
+    """A number's dotted key, such as `tendon.flexor.pretension`."""
+
+    path: str
+    number: Number
+
+    @property
+    def column(self) -> str:
+        """The column that holds it: the key joined with `_`, the side last, three of the common ones shortened."""
+        common, side = split_side(self.path)
+        column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
+        return f"{column}_{side}" if side else column
+
+
+def split_side(path: str) -> tuple[str, str | None]:
+    """`tendon.flexor.length` into `tendon.length` and `flexor`; a common key has no side."""
+    parts = path.split(".")
+    if len(parts) == 3 and parts[1] in SIDES:
+        return f"{parts[0]}.{parts[2]}", parts[1]
+    return path, None
+
+
+@cache
+def keys() -> dict[str, Key]:
+    """Every number that may be an axis, by its dotted key, in the order of the schema."""
+    parts = (*DESIGN_PARTS, "motion")
+    return {
+        path: Key(path, number)
+        for part in parts
+        for path, number in _keys_of(Study, part)
+        if isinstance(number, Number)
+    }
+
+
+def _keys_of(owner: type[Part], name: str, prefix: str = "") -> list[tuple[str, Single]]:
+    part = part_of(owner.model_fields[name])
+    if part is None:
+        return []
+    found: list[tuple[str, Single]] = []
+    for inner, field in part.model_fields.items():
+        number = mark_of(field)
+        if number is not None:
+            found.append((f"{prefix}{name}.{inner}", number))
+        elif part_of(field):
+            found += _keys_of(part, inner, f"{prefix}{name}.")
+    return found

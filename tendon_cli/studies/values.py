@@ -1,0 +1,101 @@
+"""A number of a study: one value, a list, or an evenly spaced grid; exact until it is used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import lcm
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.studies.uncertain import Uncertain
+from tendon_cli.units import SI_UNIT, Measure
+
+MAX_AXIS_LENGTH = 10**7
+
+
+@dataclass(frozen=True)
+class Grid:
+    """`num` values from `start` to `stop`, both included, spaced evenly or, where `log`, by a constant factor."""
+
+    start: Measure
+    stop: Measure
+    num: int
+    log: bool = False
+
+    def array(self) -> npt.NDArray[np.float64]:
+        """The values in SI, shape (num,).
+
+        Even grids are computed in rational numbers and each value is rounded once, so that 0.7 to 1.0 in four steps
+        holds the same 0.8 as a list that says 0.8, on every machine.
+        """
+        if self.num == 1:
+            return np.array([self.start.si])
+        if self.log:
+            values = np.geomspace(self.start.si, self.stop.si, self.num)
+            values[0], values[-1] = self.start.si, self.stop.si
+            return values
+        first = self.start.exact
+        step = (self.stop.exact - first) / (self.num - 1)
+        common = lcm(first.denominator, step.denominator)
+        offset = first.numerator * (common // first.denominator)
+        stride = step.numerator * (common // step.denominator)
+        return np.fromiter(((offset + stride * i) / common for i in range(self.num)), np.float64, self.num)
+
+
+@dataclass(frozen=True)
+class Values:
+    """What a study says for one key. It is an axis of the product unless it is a single value.
+
+    `source` is what gives the numbers: a tuple of SI values, or a grid that is only written out when it is needed.
+    """
+
+    source: tuple[float, ...] | Grid
+    is_axis: bool
+    uncertain: Uncertain | None = None
+    """How a single value is distributed around the one in `source`, where the study says so."""
+
+    @classmethod
+    def of(cls, value: float) -> Values:
+        """A single SI value."""
+        return cls((value,), is_axis=False)
+
+    def __len__(self) -> int:
+        return self.source.num if isinstance(self.source, Grid) else len(self.source)
+
+    @cached_property
+    def array(self) -> npt.NDArray[np.float64]:
+        """All values in SI, in the order given."""
+        values = self.source.array() if isinstance(self.source, Grid) else np.array(self.source, dtype=np.float64)
+        values.flags.writeable = False
+        return values
+
+    @property
+    def extremes(self) -> tuple[float, float]:
+        """Smallest and largest value in SI, without writing a grid out."""
+        ends = (self.source.start.si, self.source.stop.si) if isinstance(self.source, Grid) else self.source
+        return min(ends), max(ends)
+
+    @property
+    def single(self) -> float:
+        """The value in SI where there is only one; raises ValueError for an axis."""
+        if self.is_axis or isinstance(self.source, Grid):
+            raise ValueError("an axis has no single value")
+        return self.source[0]
+
+    def document(self, dimension: str) -> object:
+        """The same numbers as a study file would say them, in SI; grids stay as short as they were written."""
+        if isinstance(self.source, Grid):
+            grid = self.source
+            spacing = {"spacing": "log"} if grid.log else {}
+            return {"from": grid.start.document(), "to": grid.stop.document(), "num": grid.num, **spacing}
+        said = [_said(value, dimension) for value in self.source]
+        if self.uncertain is not None:
+            return self.uncertain.document(said[0])
+        return said if self.is_axis else said[0]
+
+
+def _said(value: float, dimension: str) -> float | str:
+    """A number in SI as a study may say it: only angles cannot stand without their unit."""
+    return f"{value!r} {SI_UNIT[dimension]}" if dimension == "angle" else value
