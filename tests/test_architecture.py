@@ -174,12 +174,12 @@ def test_reading_a_study_loads_no_heavy_library(tmp_path):
     assert loaded_by(code) == []
 
 
-@pytest.mark.parametrize("module", ["", ".studies", ".study.study", ".study.load", ".model.actuator", ".units"])
+@pytest.mark.parametrize("module", ["", ".studies", ".studies.study", ".studies.load", ".model.actuator", ".units"])
 def test_importing_the_study_or_the_model_loads_no_heavy_library(module):
     assert loaded_by(f"import tendon_cli{module}") == []
 
 
-@pytest.mark.parametrize("module", ["figures.draw", "check.check", "report.report", "rows"])
+@pytest.mark.parametrize("module", ["figures.draw", "checks.check", "reports.report", "rows"])
 def test_what_draws_nothing_loads_no_matplotlib(module):
     assert not {"matplotlib", "scipy", "pandas"}.intersection(loaded_by(f"import tendon_cli.{module}"))
 

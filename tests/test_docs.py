@@ -137,7 +137,7 @@ def test_who_walks_from_a_study_to_a_written_part_finds_every_name():
     pairs += [(name, file) for file, name in re.findall(r"`([\w/]+\.py)` `(\w+)`", walk)]
     assert len(pairs) >= 8
     for name, file in pairs:
-        source = next(path for path in (package / file, package / "sweep" / file) if path.exists()).read_text()
+        source = next(path for path in (package / file, package / "engine" / file) if path.exists()).read_text()
         assert re.search(rf"^ *(def|class) {name}\b", source, re.MULTILINE), (name, file)
     for file in re.findall(r"`([a-z_]+(?:/[a-z_]+)*\.(?:py|h))`", text):
         assert list(package.rglob(file)), file

@@ -106,7 +106,7 @@ def test_what_is_stopped_leaves_nothing_behind(study, workplace, monkeypatch):
 
     monkeypatch.setattr(Choices, "part", stopping)
     with pytest.raises(Stopped):
-        tendon_cli.answers(tendon_cli.load_study(study(GOOD)), workplace / "out", jobs=1)
+        tendon_cli.design(tendon_cli.load_study(study(GOOD)), workplace / "out", jobs=1)
     assert asked == [0, 1, 2]
     assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
 
