@@ -11,7 +11,7 @@ import tendon_cli
 
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
-GROUND = {"errors", "files", "quantities", "units", "version"}
+GROUND = {"errors", "files", "quantities", "say", "units", "version"}
 ROOMS = ("figures", "friction", "engine")
 BELOW_THE_ROOMS = {"studies", "tables", "model", *GROUND}
 THE_FACE = ""
@@ -26,6 +26,7 @@ MAY_IMPORT = {
     "quantities": set(),
     "units": {"errors", "quantities"},
     "model": {"quantities", "units", "errors"},
+    "say": {"quantities", "units"},
     "tables": GROUND,
     "studies": {"model", *GROUND},
     "figures": {"startup", *BELOW_THE_ROOMS},

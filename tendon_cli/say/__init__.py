@@ -1,0 +1,28 @@
+"""Numbers, quantities, shares, limits and columns in words: once, for every text, figure and page."""
+
+from tendon_cli.say.limits import LimitWords, conflict, conflict_label, limit_words
+from tendon_cli.say.words import (
+    WIDTH,
+    column,
+    duration,
+    factor_of,
+    filled,
+    interval,
+    listed,
+    number,
+    parameter,
+    percent,
+    quantity,
+    sampled_share,
+    share,
+    side_of,
+    size,
+    window,
+)  # fmt: skip
+from tendon_cli.units import counted
+
+__all__ = [
+    "WIDTH", "LimitWords", "column", "conflict", "conflict_label", "counted", "duration", "factor_of", "filled",
+    "interval", "limit_words", "listed", "number", "parameter", "percent", "quantity", "sampled_share", "share",
+    "side_of", "size", "window",
+]  # fmt: skip
