@@ -10,8 +10,6 @@ from types import FrameType
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # mallopt(3) of the GNU C library
 _MOST_MMAP_THRESHOLD = 32 * 1024 * 1024
-_OURS: set[int] = set()
-"""Processes that spare time: this one, or none."""
 
 
 def _quit(number: int, _frame: FrameType | None) -> None:
@@ -32,17 +30,11 @@ def hear_interrupts() -> None:
 
 def spare_time() -> None:
     """Leave out what the libraries do at the start and the end of a process that no command needs."""
-    _OURS.add(os.getpid())
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # else numpy starts a thread per core, for matrices nobody has
     gc.set_threshold(100_000)  # else Python looks for garbage a hundred times while it reads modules, which leave none
     atexit.register(gc.freeze)  # and once more, at the end, in all that the process is about to give back
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else pydantic looks into every installed package
     os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # as fast as its own, and gives back what it frees
-
-
-def is_ours() -> bool:
-    """Whether this process is a command's, and nobody else's."""
-    return os.getpid() in _OURS
 
 
 def keep_freed_memory() -> None:

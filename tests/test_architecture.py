@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "say": {"quantities", "units"},
     "tables": GROUND,
     "studies": {"model", *GROUND},
-    "figures": {"startup", *BELOW_THE_ROOMS},
+    "figures": BELOW_THE_ROOMS,
     "friction": BELOW_THE_ROOMS,
     "kernel": {"model"},
     "space": {"model", "studies", *GROUND},

@@ -1,7 +1,8 @@
 """matplotlib, imported so that nothing in the working directory or the environment reaches a figure.
 
-A `matplotlibrc` in the working directory, MATPLOTLIBRC and MPLBACKEND can change every figure, and some values stop
-the import itself. The canvases are used directly, so no backend is ever chosen. Only figures modules import this one.
+A `matplotlibrc` in the working directory, MATPLOTLIBRC and MPLBACKEND can change every figure: each is drawn with the
+settings that matplotlib ships (`style.house_style`). The canvases are used directly, so no backend is ever chosen. Only
+modules of figures import this one.
 """
 
 from __future__ import annotations
@@ -14,27 +15,34 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from tendon_cli.startup import is_ours
+from tendon_cli.errors import InputError
+from tendon_cli.files import open_file
+
+_LOCAL = Path("matplotlibrc")
+"""Read by matplotlib before all others."""
 
 
 @contextlib.contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Let matplotlib read the settings that it ships, and no others: it looks in the working directory first."""
+def _shipped_settings() -> Iterator[None]:
+    """Have matplotlib read the settings that it ships; raises InputError for a matplotlibrc here that would stop it."""
     # Notes on caches and settings files are not for the people who asked for a figure.
     logging.getLogger("matplotlib").setLevel(logging.CRITICAL)
     spec = importlib.util.find_spec("matplotlib")
     if "matplotlib" in sys.modules or spec is None or spec.origin is None:
         yield
         return
-    own = {"MATPLOTLIBRC": str(Path(spec.origin).parent / "mpl-data/matplotlibrc"), "MPLBACKEND": "agg"}
-    before = {name: os.environ.get(name) for name in own}
-    exists = os.path.exists
-    os.environ.update(own)
-    os.path.exists = lambda path: path != "matplotlibrc" and exists(path)
+    shipped = {"MATPLOTLIBRC": str(Path(spec.origin).parent / "mpl-data/matplotlibrc"), "MPLBACKEND": "agg"}
+    before = {name: os.environ.get(name) for name in shipped}
+    os.environ.update(shipped)
     try:
+        _check_file(_LOCAL)
         yield
+    except Exception as error:
+        if not _LOCAL.exists():
+            raise
+        hint = "rename it, or start from another folder"
+        raise InputError(f"matplotlib cannot use these settings: {error}", where=str(_LOCAL), hint=hint) from error
     finally:
-        os.path.exists = exists
         for name, value in before.items():
             if value is None:
                 del os.environ[name]
@@ -42,27 +50,13 @@ def _undisturbed() -> Iterator[None]:
                 os.environ[name] = value
 
 
-@contextlib.contextmanager
-def _undocumented() -> Iterator[None]:
-    """Spare a third of the import: how the properties of each artist are set is not written into its documentation.
-
-    Only in a process of a command, where nobody asks for it; left as it is where matplotlib does it otherwise by now.
-    """
-    from matplotlib.artist import Artist
-
-    name = "_update_set_signature_and_docstring"
-    if not is_ours() or name not in vars(Artist):
-        yield
-        return
-    before = vars(Artist)[name]
-    setattr(Artist, name, classmethod(lambda _artist: None))
-    try:
-        yield
-    finally:
-        setattr(Artist, name, before)
+def _check_file(file: Path) -> None:
+    """Raise OSError for a pipe or a device, which matplotlib would wait for."""
+    if file.exists() and not file.is_dir():
+        open_file(file).close()
 
 
-with _undisturbed(), _undocumented():
+with _shipped_settings():
     import matplotlib as mpl
     from matplotlib import ticker
     from matplotlib.artist import Artist

@@ -28,21 +28,10 @@ for drawn, kind in ((page.figure, "png"), (page.figure, "pdf"), (arm.figure, "sv
     print(hashlib.sha256(render(drawn, kind)).hexdigest())
 """
 
-DOCUMENTED = """
-import sys
-from tendon_cli import startup
-if sys.argv[1] == "command":
-    startup.spare_time()
-from tendon_cli.figures.engine import Artist, Axes
-class Mine(Artist):
-    "Defined afterwards."
-print("Properties" in (Axes.set.__doc__ or ""), "Properties" in (Mine.set.__doc__ or ""))
-"""
-
-SETTINGS = b"axes.facecolor: red\nfont.size: 40\nsvg.hashsalt: x\naxes.formatter.use_locale: True\nbackend: nonsense\n"
+SETTINGS = b"axes.facecolor: red\nfont.size: 40\nsvg.hashsalt: x\nbackend: nonsense\n"
 HOSTILE: dict[str, tuple[dict[str, str], bytes]] = {
     "settings": ({"LANG": "de_DE.UTF-8", "LC_ALL": "tr_TR.UTF-8"}, SETTINGS),
-    "not text": ({"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"}, b"\xff\xfe\x00 : {"),
+    "odd": ({"SOURCE_DATE_EPOCH": "12345", "TZ": "Asia/Tokyo"}, b"\x00 : {"),
     "backend": ({"MPLBACKEND": "nonsense", "PYTHONHASHSEED": "7"}, b"text.usetex: True\n"),
     "no place": ({"MPLCONFIGDIR": "/proc/nowhere", "MATPLOTLIBRC": "/nowhere", "HOME": "/proc"}, b""),
 }
@@ -67,17 +56,6 @@ def draw(
     return subprocess.run(command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True)
 
 
-def test_what_a_command_spares_is_left_out_of_nothing_else(table_path: Path, tmp_path: Path) -> None:
-    """A third of matplotlib's import is documentation: a command does without, a library's user has it."""
-    for whose, expected in (("command", "False True"), ("library", "True True")):
-        command = [sys.executable, "-c", DOCUMENTED, whose]
-        said = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
-        assert said.stdout.split("\n")[0] == expected, whose
-    by_library = draw(table_path, tmp_path / "library", {}, None)
-    spared = draw(table_path, tmp_path / "command", {}, None, "from tendon_cli import startup; startup.spare_time()")
-    assert spared.stdout == by_library.stdout
-
-
 def test_bytes_do_not_depend_on_the_surroundings(table_path: Path, tmp_path: Path) -> None:
     calm = draw(table_path, tmp_path / "calm", {"PYTHONHASHSEED": "1"}, None)
     assert len(calm.stdout.splitlines()) == 3
@@ -86,6 +64,22 @@ def test_bytes_do_not_depend_on_the_surroundings(table_path: Path, tmp_path: Pat
         hostile = draw(table_path, tmp_path / f"hostile-{at}", extra, settings)
         assert not hostile.stderr, name
         assert hostile.stdout == calm.stdout, name
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00 : {", b"axes.formatter.use_locale: True\n", None])
+def test_settings_that_stop_matplotlib_are_refused_at_once(
+    table_path: Path, workplace: Path, content: bytes | None
+) -> None:
+    if content is None:
+        os.mkfifo("matplotlibrc")
+    else:
+        Path("matplotlibrc").write_bytes(content)
+    command = [sys.executable, "-m", "tendon_cli", "plot", str(table_path), "--out", "f.png"]
+    environment = os.environ | {"LC_ALL": "tr_TR.UTF-8"}
+    ran = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60, env=environment)
+    assert ran.returncode == 3
+    assert "matplotlibrc: matplotlib cannot use these settings" in ran.stderr
+    assert not Path("f.png").exists()
 
 
 def test_the_style_leaves_nothing_behind() -> None:
