@@ -10,12 +10,17 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
+
+from tendon_cli import __version__
 
 from . import release
 
 ROOT = Path(__file__).parent.parent
-PATTERNS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]["tendon_cli"]
-PYTHONS = ("3.11", "3.12", "3.13")
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+PROJECT = PYPROJECT["project"]
+PATTERNS = PYPROJECT["tool"]["setuptools"]["package-data"]["tendon_cli"]
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 NAME = "tendon_cli-1-cp311-abi3-any.whl"
 STUDY = '[tendon]\npretension = ["100 N", "150 N"]\n[load]\nmass = ["0 kg", "5 kg"]\n'
 KIND = "from tendon_cli.kernel import kind; print(kind())"
@@ -25,6 +30,22 @@ def test_every_file_of_the_package_goes_into_the_wheel():
     data = {file.relative_to(ROOT).as_posix() for pattern in PATTERNS for file in (ROOT / "tendon_cli").glob(pattern)}
     others = {name for name in release.of_the_package() if not name.endswith((".py", ".c", ".h"))}
     assert release.NEEDED <= others <= data
+
+
+def test_the_conda_recipe_asks_for_what_the_package_asks_for():
+    recipe = YAML(typ="safe").load((ROOT / "packaging/conda/recipe.yaml").read_text())
+    asked = {name.replace(" ", "").replace("matplotlib-base", "matplotlib") for name in recipe["requirements"]["run"]}
+    assert asked - {"python" + PROJECT["requires-python"]} == set(PROJECT["dependencies"])
+    assert recipe["context"]["version"] == __version__
+
+
+def test_the_image_is_built_of_what_a_release_is_built_of():
+    """What the Dockerfile copies is what .dockerignore lets through, and is all that the build needs."""
+    dockerfile, ignored = ((ROOT / name).read_text().splitlines() for name in ("Dockerfile", ".dockerignore"))
+    copies = [line.split()[1:-1] for line in dockerfile if line.startswith("COPY ") and "--from" not in line]
+    copied = {word for words in copies for word in words}
+    assert copied == {line[1:] for line in ignored if line.startswith("!")}
+    assert copied == release.OF_THE_SOURCE | {"constraints.txt", "tendon_cli"}
 
 
 def wheel_of(folder, names):

@@ -54,6 +54,23 @@ def test_a_task_of_the_slurm_array_sweeps_its_case(place, task):
     assert (place / "results" / f"task-{task}" / "run.json").exists()
 
 
+def test_one_sweep_on_the_nodes_of_a_slurm_job(place, tmp_path):
+    """A stand-in for srun starts the worker here; scheduler, worker and sweep are real, and leave only the run."""
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    srun = programs / "srun"
+    srun.write_text('#!/bin/sh\nexec "$@"\n')
+    srun.chmod(0o755)
+    path = os.pathsep.join([str(programs), str(Path(sys.executable).parent), os.environ["PATH"]])
+    done = run(["bash", "dask_slurm.sh", "suit.toml", "results/suit"], place, PATH=path, SLURM_CPUS_PER_TASK="1")
+    assert done.returncode == 0, done.stderr
+    plain = run(["tendon", "sweep", "suit.toml", "--out", "results/plain", "--no-figures", "--quiet"], place)
+    assert plain.returncode == 0, plain.stderr
+    first, second = (place / "results" / name / "designs.parquet" for name in ("suit", "plain"))
+    assert first.read_bytes() == second.read_bytes()
+    assert not list(place.glob("dask-*"))
+
+
 @pytest.mark.parametrize("friction", ["0.06", "0.3"])
 def test_the_steps_of_the_job_run_and_the_gate_closes(place, friction):
     job = YAML(typ="safe").load(place / "ci.yml")["jobs"]["check"]
