@@ -38,11 +38,10 @@ def load_study(path: "Name", settings: "Iterable[str]" = ()) -> "Study":
     >>> loaded.axes
     ('load.mass',)
     """
-    from pathlib import Path
-
+    from tendon_cli.files import path_of
     from tendon_cli.studies.load import load_study as load
 
-    return load(Path(path), (settings,) if isinstance(settings, str) else tuple(settings))
+    return load(path_of(path), (settings,) if isinstance(settings, str) else tuple(settings))
 
 
 def study(content: "Mapping[str, Any]") -> "Study":
@@ -171,11 +170,10 @@ def open_run(path: "Name") -> "Run":
     >>> run.to_xarray()["motor_torque"].dims
     ('direction', 'elbow_angle')
     """
-    from pathlib import Path
-
     from tendon_cli.engine.results import open_run as opened
+    from tendon_cli.files import result_path
 
-    return opened(Path(path))
+    return opened(result_path(path))
 
 
 def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> "Estimate":

@@ -8,10 +8,10 @@ import sys
 
 
 def main() -> None:
-    """`tendon`, which Ctrl-C ends quietly from here on."""
-    from tendon_cli.startup import quit_on_interrupts, spare_time
+    """`tendon`, which a signal ends quietly from here on."""
+    from tendon_cli.startup import quit_on_signals, spare_time
 
-    quit_on_interrupts()
+    quit_on_signals()
     spare_time()
     from tendon_cli.cli import main as run
 

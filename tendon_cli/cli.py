@@ -23,7 +23,7 @@ from tendon_cli.commands.show import show
 from tendon_cli.commands.state import state
 from tendon_cli.commands.sweep import sweep
 from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
-from tendon_cli.startup import hear_interrupts
+from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (
     as_output_error,
     flush_results,
@@ -86,11 +86,11 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 def _run(words: list[str], debug: bool) -> int:
     """The exit code of a command; every error becomes one message here."""
     try:
-        hear_interrupts()
+        end_on_signals()
         code = app(words, prog_name="tendon", standalone_mode=False)
         flush_results()
     except (typer.Abort, KeyboardInterrupt):
-        return 130
+        return exit_code()
     except SystemExit:  # only for a help page whose reader has left
         give_up_stdout()
         return OutputError.exit
@@ -100,7 +100,7 @@ def _run(words: list[str], debug: bool) -> int:
             traceback.print_exception(error)
         print_error(fault, as_json="--json" in words)
         return fault.exit
-    return code if isinstance(code, int) else 0
+    return exit_code(code if isinstance(code, int) else 0)
 
 
 def _as_fault(error: Exception) -> TendonError:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from tendon_cli.errors import OutputError, UsageError
+from tendon_cli.units import described, shorten
 
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -19,6 +20,39 @@ _KINDS = {
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
 }
+
+
+_MOST_BYTES_OF_A_NAME, _MOST_BYTES_OF_A_PATH = 255, 4095
+
+
+def path_of(given: object, *, in_utf8: bool = False) -> Path:
+    """The name of a file or folder that somebody gives, as a path; raises UsageError for what cannot be one.
+
+    Tables and what stands beside them need a name `in_utf8`.
+    """
+    text = os.fspath(given) if isinstance(given, (str, os.PathLike)) else None
+    if not isinstance(text, str):
+        raise UsageError(f"{described(given)} is no path, expected the name of a file or folder")
+    if not text.strip():
+        raise UsageError("the name is empty, expected one of a file or folder", hint=". is the current folder")
+    where = shorten(text)
+    try:
+        longest = max(len(os.fsencode(part)) for part in text.split("/"))
+        if in_utf8:
+            text.encode()
+    except UnicodeEncodeError:
+        raise UsageError("the name is not UTF-8, which tables cannot have", where=where) from None
+    if longest > _MOST_BYTES_OF_A_NAME or len(os.fsencode(text)) > _MOST_BYTES_OF_A_PATH:
+        problem = f"the name is too long, expected {_MOST_BYTES_OF_A_NAME} bytes at most"
+        raise UsageError(problem, where=where)
+    if "\0" in text:
+        raise UsageError("the name holds a NUL, which no file can have", where=where)
+    return Path(text)
+
+
+def result_path(given: object) -> Path:
+    """The name of a file or folder of results, as `path_of` takes it."""
+    return path_of(given, in_utf8=True)
 
 
 def open_file(path: Path) -> BinaryIO:
@@ -54,31 +88,27 @@ def _check_regular(status: os.stat_result, path: Path) -> None:
         raise OSError(number, f"it is {kind}, expected a file", str(path))
 
 
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a small file whole or not at all; what stood there before stays until then. Raises OutputError."""
-    temporary = temporary_of(path)
-    with output_errors(path):
-        temporary.unlink(missing_ok=True)
-        try:
-            _write(temporary, content)
-            temporary.replace(path)
-        except OSError:
-            temporary.unlink(missing_ok=True)
-            raise
-        sync_folder(path.parent)
+@contextlib.contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """The name under which to write a file that appears whole or not at all; whatever stops it, nothing is left.
 
-
-def write_shared(path: Path, content: bytes) -> None:
-    """Write a small file whole or not at all under a name that no lock guards: of several writers the last one wins."""
-    temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")
+    What stood there before stays until then; if several write at once, the last one wins. Raises OutputError.
+    """
     with output_errors(path):
+        temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")  # nobody else's
         try:
-            _write(temporary, content)
+            yield temporary
             temporary.replace(path)
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
         sync_folder(path.parent)
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a small file as `whole_file` does."""
+    with whole_file(path) as temporary:
+        _write(temporary, content)
 
 
 def check_ours(path: Path, mark: str, option: str) -> None:
@@ -97,12 +127,26 @@ def check_ours(path: Path, mark: str, option: str) -> None:
         )
 
 
+def write_locked(path: Path, content: bytes) -> None:
+    """Write a small file whole or not at all in a folder that its writer has locked: a name left by a kill is known."""
+    temporary = temporary_of(path)
+    with output_errors(path):
+        temporary.unlink(missing_ok=True)
+        try:
+            _write(temporary, content)
+            temporary.replace(path)
+        except BaseException:
+            temporary.unlink(missing_ok=True)
+            raise
+        sync_folder(path.parent)
+
+
 def write_new(path: Path, content: bytes) -> bool:
     """Write a small file whole or not at all, and over nothing; whether its name was free. Raises OutputError."""
     if os.path.lexists(path):
         return False
-    temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")  # nobody else's: no lock is held here
     with output_errors(path):
+        temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")
         try:
             _write(temporary, content)
             was_free = _name(temporary, path)
@@ -141,7 +185,7 @@ def _name(temporary: Path, path: Path) -> bool:
 
 
 def temporary_of(path: Path) -> Path:
-    """The name a file bears until it is whole; hidden, beside it, so that the rename stays within one file system."""
+    """The name that a file of a locked folder bears until it is whole."""
     return path.with_name(f".{path.name}.tmp")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,7 +15,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import output_errors, read_file, sync_folder, temporary_of
+from tendon_cli.files import read_file, whole_file
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.fields import nearest
@@ -203,18 +204,10 @@ def export(rows: TableRows, path: Path) -> int:
     """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
     if path.suffix.lower() != ".csv":
         raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")
-    temporary = temporary_of(path)
-    with output_errors(path):
-        temporary.unlink(missing_ok=True)
-        try:
-            with temporary.open("xb") as file:
-                count = write_csv(rows, _Unclosed(file))
-                file.flush()
-            temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
-        sync_folder(path.parent)
+    with whole_file(path) as temporary, temporary.open("xb") as file:
+        count = write_csv(rows, _Unclosed(file))
+        file.flush()
+        os.fsync(file.fileno())
     return count
 
 

@@ -1,31 +1,91 @@
-"""What lets a process of tendon start and end soon; a program that imports the package is left as it is."""
+"""What lets a process of tendon start soon and end cleanly; a program that imports the package is left as it is."""
 
 from __future__ import annotations
 
 import atexit
+import contextlib
 import gc
 import os
 import signal
+import threading
+from collections.abc import Callable, Iterator
 from types import FrameType
+from typing import Any
+
+Handler = Callable[[int, FrameType | None], None]
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # mallopt(3) of the GNU C library
 _MOST_MMAP_THRESHOLD = 32 * 1024 * 1024
+
+
+_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+_received: list[int] = []
 
 
 def _quit(number: int, _frame: FrameType | None) -> None:
     os._exit(128 + number)
 
 
-def quit_on_interrupts() -> None:
-    """End at once on Ctrl-C while modules are read, where nothing is begun that could be left half done."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, _quit)
+def _interrupt(number: int, _frame: FrameType | None) -> None:
+    """End what is being done as Ctrl-C does, so that nothing half-written stays; a second Ctrl-C ends it at once."""
+    if _received and number == signal.SIGINT:
+        _quit(number, None)
+    _received.append(number)
+    if len(_received) == 1:
+        raise KeyboardInterrupt
 
 
-def hear_interrupts() -> None:
-    """Have Ctrl-C raise KeyboardInterrupt again."""
-    if signal.getsignal(signal.SIGINT) is _quit:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+def quit_on_signals() -> None:
+    """End at once if a signal asks for it while modules are read: nothing has begun that could be left half done."""
+    _listen(_quit, {signal.default_int_handler, signal.SIG_DFL})
+
+
+def end_on_signals() -> None:
+    """Have a signal raise KeyboardInterrupt from here on."""
+    _received.clear()
+    _listen(_interrupt, {_quit})
+
+
+def _listen(handler: Handler, instead: set[Any]) -> None:
+    """Handle every signal that is handled by one of those now; what nohup has the process ignore stays ignored."""
+    if threading.current_thread() is threading.main_thread():
+        for number in _SIGNALS:
+            if signal.getsignal(number) in instead:
+                signal.signal(number, handler)
+
+
+def exit_code(code: int = 128 + signal.SIGINT) -> int:
+    """The exit code of a command that a signal has ended, as shells have it, else `code`."""
+    return 128 + _received[0] if _received else code
+
+
+@contextlib.contextmanager
+def stopped_by_signals(where: str, *, keeps_parts: bool = True) -> Iterator[threading.Event]:
+    """An event that SIGINT, SIGTERM and SIGHUP set; the work that heeds it ends in InterruptError.
+
+    `keeps_parts` says whether what was finished of the work stays. A second SIGINT ends the process at once.
+    """
+    from tendon_cli.errors import InterruptError, Stopped
+
+    event, first = threading.Event(), 0
+
+    def ask(number: int, _frame: FrameType | None) -> None:
+        nonlocal first
+        if first and number == signal.SIGINT:
+            os._exit(128 + number)
+        first = first or number
+        event.set()
+
+    on_main = threading.current_thread() is threading.main_thread()
+    heard = [number for number in _SIGNALS if on_main and signal.getsignal(number) is not signal.SIG_IGN]
+    before = [signal.signal(number, ask) for number in heard]
+    try:
+        yield event
+    except Stopped:
+        raise InterruptError(first, where=where, keeps_parts=keeps_parts) from None
+    finally:
+        for number, handler in zip(heard, before, strict=True):
+            signal.signal(number, handler)
 
 
 def spare_time() -> None:

@@ -20,9 +20,9 @@ THE_FACE = ""
 MAY_IMPORT = {
     "version": set(),
     "errors": set(),
-    "startup": set(),
+    "startup": {"errors"},
     "terminal": {"errors"},
-    "files": {"errors"},
+    "files": {"errors", "units"},
     "quantities": set(),
     "units": {"errors", "quantities"},
     "model": {"quantities", "units", "errors"},

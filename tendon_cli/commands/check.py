@@ -10,8 +10,10 @@ from tendon_cli.commands.report import tell_of_stale_page
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
-RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="folder of a sweep or a design")]
-Baseline = Annotated[Path | None, typer.Option(metavar="RUN", help="tell only what changed since this other run")]
+RunFolder = Annotated[Path, typer.Argument(parser=options.place, metavar="RUN", help="folder of a sweep or a design")]
+Baseline = Annotated[
+    Path | None, typer.Option(parser=options.place, metavar="RUN", help="tell only what changed since this other run")
+]
 Tolerance = Annotated[
     float, typer.Option(metavar="SHARE", help="of a column's scale, by which numbers of the runs may differ")
 ]

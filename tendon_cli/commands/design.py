@@ -8,15 +8,16 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.commands.report import tell_of_stale_page
-from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED
-from tendon_cli.startup import keep_freed_memory
+from tendon_cli.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.terminal import as_json_text, print_result, progress
 
 if TYPE_CHECKING:
     from tendon_cli.studies.study import Study
 
-AnswerFolder = Annotated[Path | None, typer.Option(metavar="DIR", help="folder; default results/<name>-design")]
+AnswerFolder = Annotated[
+    Path | None, typer.Option(parser=options.place, metavar="DIR", help="folder; default results/<name>-design")
+]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show what is asked, write nothing")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the answer that stands in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]

@@ -1,11 +1,13 @@
 """`tendon export`: a table as CSV."""
 
+import contextlib
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tendon_cli.commands import options
+from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
 CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="what to write")]
@@ -24,6 +26,9 @@ def export(
     from tendon_cli.rows import export as written
 
     rows = TableRows(table_in(source, table), tuple(where or ()), options.listed(columns))
+    with contextlib.suppress(OSError):
+        if file.samefile(source):
+            raise UsageError(f"{file.name}, which is read, would be written over", hint="choose another name")
     count = written(rows, file)
     text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
     print_result(as_json_text({"file": str(file), "rows": count, "columns": rows.names}) if as_json else text)

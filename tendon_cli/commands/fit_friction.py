@@ -12,13 +12,19 @@ from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
 Readings = Annotated[
-    Path, typer.Argument(metavar="CSV", help="readings of two load cells, one at each end of a sheath")
+    Path,
+    typer.Argument(
+        parser=options.source, metavar="CSV", help="readings of two load cells, one at each end of a sheath"
+    ),
 ]
 BendAngle = Annotated[
     str | None, typer.Option(metavar="ANGLE", help="total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")
 ]
 Route = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="way-points x, y, z of the sheath instead: its bend, with its error")
+    Path | None,
+    typer.Option(
+        parser=options.source, metavar="FILE", help="way-points x, y, z of the sheath instead: its bend, with its error"
+    ),
 ]
 PathSmoothing = Annotated[
     str | None, typer.Option(metavar="LENGTH", help="noise of the route's way-points, such as '0.5 mm'")
@@ -33,7 +39,9 @@ FitsDelay = Annotated[
     bool | None, typer.Option("--delay/--no-delay", help="fit a delay of one cell, or never; default: if found")
 ]
 IsRobust = Annotated[bool, typer.Option("--robust", help="let outliers weigh less")]
-FitFigure = Annotated[Path | None, typer.Option(metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")]
+FitFigure = Annotated[
+    Path | None, typer.Option(parser=options.place, metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")
+]
 Fragment = Annotated[
     Path | None, typer.Option(parser=options.place, metavar="FILE", help="write a fragment for [sheath] friction_from")
 ]

@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
+from tendon_cli.commands import options
 from tendon_cli.terminal import print_result
 
-StarterFile = Annotated[Path, typer.Argument(metavar="FILE", help="TOML or YAML, by its ending")]
+StarterFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE", help="TOML or YAML, by its ending")]
 Template = Annotated[
     str, typer.Option(metavar="NAME", help="of which question: sweep, design, people, motor or friction")
 ]

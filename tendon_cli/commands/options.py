@@ -7,21 +7,24 @@ from typing import Annotated
 
 import typer
 
-from tendon_cli.errors import UsageError
+
+def source(text: str | Path) -> Path:
+    """A file or folder to read; raises UsageError for what cannot be a name. A default is a path already."""
+    from tendon_cli.files import path_of
+
+    return path_of(text)
 
 
 def place(text: str | Path) -> Path:
-    """A file or folder to write to; raises UsageError for an empty name, which a path takes for the current folder.
+    """A file or folder of results; raises UsageError for what cannot be a name."""
+    from tendon_cli.files import result_path
 
-    A default is a path already.
-    """
-    if not str(text).strip():
-        raise UsageError("--out is empty, expected the name of a file or folder", hint="--out . is the current folder")
-    return Path(text)
+    return result_path(text)
 
 
 StudyFile = Annotated[
-    Path, typer.Argument(metavar="STUDY", help="study file, TOML or YAML; - reads it from standard input")
+    Path,
+    typer.Argument(parser=source, metavar="STUDY", help="study file, TOML or YAML; - reads it from standard input"),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -38,7 +41,10 @@ OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help
 
 # show, export
 Table = Annotated[
-    Path, typer.Argument(metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people")
+    Path,
+    typer.Argument(
+        parser=place, metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people"
+    ),
 ]
 TableName = Annotated[str | None, typer.Option("--table", metavar="NAME", help="which table of the folder")]
 Where = Annotated[list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")]

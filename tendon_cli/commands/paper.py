@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from tendon_cli.commands import options
-from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED
+from tendon_cli.startup import stopped_by_signals
 from tendon_cli.terminal import as_json_text, print_result, progress
 
 PaperFolder = Annotated[Path, typer.Option(parser=options.place, metavar="DIR", help="where to")]

@@ -10,7 +10,10 @@ from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
 Source = Annotated[
-    Path, typer.Argument(metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm")
+    Path,
+    typer.Argument(
+        parser=options.source, metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm"
+    ),
 ]
 DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
 TableName = Annotated[str | None, typer.Option(metavar="states|designs", help="which table of a run folder")]

@@ -8,8 +8,13 @@ import typer
 from tendon_cli.commands import options
 from tendon_cli.terminal import as_json_text, print_note, print_result
 
-RunFolder = Annotated[Path, typer.Argument(metavar="RUN", help="folder of a sweep, a design or the paper")]
-Page = Annotated[Path | None, typer.Option(metavar="FILE", help="where to; default report.html in the run's folder")]
+RunFolder = Annotated[
+    Path, typer.Argument(parser=options.place, metavar="RUN", help="folder of a sweep, a design or the paper")
+]
+Page = Annotated[
+    Path | None,
+    typer.Option(parser=options.place, metavar="FILE", help="where to; default report.html in the run's folder"),
+]
 
 
 def report(run: RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:

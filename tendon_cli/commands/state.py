@@ -20,7 +20,10 @@ def state(
         bool, typer.Option("--reversal", help="add what happens where the motion turns back there")
     ] = False,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="draw the motor over the cycle, and the turn with --reversal")
+        Path | None,
+        typer.Option(
+            parser=options.place, metavar="FILE", help="draw the motor over the cycle, and the turn with --reversal"
+        ),
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:

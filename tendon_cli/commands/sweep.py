@@ -8,9 +8,8 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.commands.report import tell_of_stale_page
-from tendon_cli.commands.stopping import stopped_by_signals
 from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
-from tendon_cli.startup import keep_freed_memory
+from tendon_cli.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.terminal import as_json_text, print_result, progress
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from typing import Any
 from tendon_cli.engine.design_rows import Totals
 from tendon_cli.engine.part import PartResult
 from tendon_cli.errors import FolderError
-from tendon_cli.files import output_errors, read_file, write_whole
+from tendon_cli.files import output_errors, read_file, write_locked
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.write import WrittenFile
@@ -53,7 +53,7 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 def write_record(folder: Path, record: dict[str, Any]) -> None:
     """Put the record in place, whole; raises OutputError."""
     record["checksum"] = checksum(record)
-    write_whole(folder / RECORD, (json.dumps(record, indent=2) + "\n").encode())
+    write_locked(folder / RECORD, (json.dumps(record, indent=2) + "\n").encode())
 
 
 def read_sealed(path: Path, is_sound: Callable[[dict[str, Any]], bool] = bool) -> dict[str, Any] | None:
@@ -175,7 +175,7 @@ class Journal:
     def start(self, header: dict[str, Any]) -> None:
         """Write the journal anew with its header and the parts that count; raises OutputError."""
         self.header = header
-        write_whole(self.path, b"".join([_line(header), *(_line(_entry(part)) for part in self.parts.values())]))
+        write_locked(self.path, b"".join([_line(header), *(_line(_entry(part)) for part in self.parts.values())]))
 
     def add(self, result: PartResult) -> None:
         """Record a finished part, on the disk before this returns; raises OutputError."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from tendon_cli.files import write_shared
+from tendon_cli.files import write_whole
 from tendon_cli.friction.result import Fit
 from tendon_cli.version import __version__
 
@@ -41,7 +41,7 @@ def fragment_text(fit: Fit) -> str:
 
 def write_fragment(fit: Fit, path: Path) -> None:
     """Write the fragment, whole or not at all; raises OutputError."""
-    write_shared(path, fragment_text(fit).encode())
+    write_whole(path, fragment_text(fit).encode())
 
 
 def _quoted(text: str) -> str:

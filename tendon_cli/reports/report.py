@@ -8,7 +8,7 @@ from tendon_cli.answers.folder import open_answer
 from tendon_cli.engine.record import RECORD
 from tendon_cli.engine.results import open_run
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import open_file, output_errors, write_shared
+from tendon_cli.files import open_file, output_errors, write_whole
 from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
 from tendon_cli.reports.paper_page import paper_page
@@ -25,7 +25,7 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
     if not _is_ours(target):
         raise UsageError("is no page of tendon, and is left as it is", where=str(target), hint="another --out")
     page = _page_of(folder).replace(MARK, f"{MARK}\n{origin_mark(folder)}", 1)
-    write_shared(target, page.encode())
+    write_whole(target, page.encode())
     return target
 
 

@@ -236,23 +236,10 @@ def test_a_pipe_or_a_device_as_record_or_journal_is_refused_at_once(sweep, workp
 # --- Where folders may be ---------------------------------------------------------------------------------------------
 
 
-def test_an_empty_name_of_a_folder_is_told(tendon, sweep, workplace):
-    ran = tendon("sweep", "study.toml", "--out", "", "--json")
-    assert (ran.exit, ran.json["error"]["kind"]) == (2, "usage")
-    assert "--out" in ran.json["error"]["message"]
-    assert [path.name for path in workplace.iterdir()] == ["study.toml"]
-
-
 def test_a_working_directory_that_is_gone_is_told(outside, sweep, workplace, tmp_path_factory):
     gone = tmp_path_factory.mktemp("gone")
     ran = outside("sweep", workplace / "study.toml", "--json", cwd=gone, preexec_fn=gone.rmdir)
     assert (ran.exit, "working directory" in ran.json["error"]["message"]) == (2, True)
-
-
-def test_a_folder_whose_name_is_not_utf_8_is_refused_before_anything_is_written(outside, sweep, workplace):
-    ran = outside("sweep", "study.toml", "--json", "--out", os.fsdecode(b"run\xff"))
-    assert (ran.exit, "UTF-8" in ran.json["error"]["message"]) == (2, True)
-    assert [path.name for path in workplace.iterdir()] == ["study.toml"]
 
 
 def test_a_study_whose_name_is_not_utf_8_is_swept(outside, sweep, workplace):

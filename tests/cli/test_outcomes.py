@@ -266,12 +266,12 @@ def test_a_reader_that_left_is_exit_5_and_one_line(outside, study):
 
 
 def test_an_error_that_nobody_expected_is_not_taken_for_one_of_stdout(outside, study):
-    """A name too long for the file system fails where nothing is written yet; the object must reach stdout."""
-    name = "x" * 300
+    """A folder inside a file fails where nothing is written yet; the object must reach stdout."""
+    name = f"{study}/run"
     ran = outside("sweep", study, "--no-figures", "--out", name, "--json")
     assert (ran.exit, ran.err, ran.json["error"]["kind"]) == (5, "", "output")
     assert name in ran.json["error"]["where"]
-    assert os.strerror(errno.ENAMETOOLONG) in ran.json["error"]["message"]
+    assert os.strerror(errno.ENOTDIR) in ran.json["error"]["message"]
     ran = outside("sweep", study, "--no-figures", "--out", name)
     assert (ran.exit, ran.out, name in ran.err) == (5, "", True)
     assert one_line(ran.err)

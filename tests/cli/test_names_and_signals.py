@@ -1,0 +1,160 @@
+"""Names that no file can have, several writers of one name, and signals at any moment: one answer in every command."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import tendon_cli as tendon_of_python
+from tendon_cli.errors import TendonError, UsageError
+from tendon_cli.files import path_of, result_path, whole_file, write_whole
+
+STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n[motion]\nspeed = "60 deg/s"\n'
+PLACES = [
+    ("sweep", "study.toml", "--out"), ("design", "study.toml", "--out"), ("paper", "--out"), ("check",),
+    ("check", "run", "--baseline"), ("show",), ("export",), ("export", "run"), ("plot",), ("plot", "run", "--out"),
+    ("report",), ("report", "run", "--out"), ("state",), ("state", "study.toml", "--plot"), ("sweep",), ("init",),
+    ("fit-friction",), ("fit-friction", "r.csv", "--plot"), ("fit-friction", "r.csv", "--out"),
+]  # fmt: skip
+
+
+@pytest.fixture
+def study(workplace):
+    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
+    return workplace / "study.toml"
+
+
+# --- Names ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", PLACES, ids=" ".join)
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [("", "the name is empty"), ("x" * 300, "the name is too long"), (f"a/{'ä' * 128}", "the name is too long"),
+     ("b/" * 2100, "the name is too long")],
+)  # fmt: skip
+def test_a_name_that_no_file_can_have_is_refused_alike_in_every_command(tendon, study, words, name, problem):
+    before = sorted(study.parent.rglob("*"))
+    rest = ["x.csv"] if words == ("export",) else []
+    ran = tendon(*words, name, *rest)
+    assert (ran.exit, problem in ran.err) == (2, True), ran.err
+    assert sorted(study.parent.rglob("*")) == before
+
+
+@pytest.mark.parametrize("words", [words for words in PLACES if words[-1] in ("--out", "--plot", "check", "report")])
+def test_a_name_that_is_not_utf_8_is_refused_alike(outside, study, words):
+    ran = outside(*words, b"a\xff".decode(errors="surrogateescape"))
+    assert (ran.exit, "the name is not UTF-8" in ran.err) == (2, True), ran.err
+
+
+@pytest.mark.parametrize("given", [None, 3, b"x", [], "", " ", "a\0b", "x" * 300, "\ud800", "y/" * 3000], ids=ascii)
+@pytest.mark.parametrize("take", [path_of, result_path, tendon_of_python.open_run, tendon_of_python.load_study])
+def test_from_python_it_is_a_tendon_error_too(workplace, given, take):
+    with pytest.raises(TendonError) as fault:
+        take(given)
+    assert fault.value.exit == 2
+
+
+# --- Writers ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_file_that_is_called_as_a_temporary_one_is_not_touched(tendon, study):
+    assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
+    for name in (".designs.csv.tmp", ".f.png.tmp", ".report.html.tmp", "run/.report.html.tmp"):
+        Path(name).write_text("mine", encoding="utf-8")
+    for words in (
+        ("export", "run", "designs.csv"),
+        ("plot", "run", "--out", "f.png", "-y", "max_tension"),
+        ("report", "run"),
+    ):
+        ran = tendon(*words)
+        assert ran.exit == 0, ran.err
+    assert all(path.read_text(encoding="utf-8") == "mine" for path in Path().rglob(".*.tmp"))
+    assert len(list(Path().rglob(".*.tmp"))) == 4
+
+
+def test_of_two_writers_of_one_file_each_writes_it_whole(tmp_path):
+    path = tmp_path / "table.csv"
+    with whole_file(path) as first:
+        first.write_bytes(b"first")
+        write_whole(path, b"second")
+        assert path.read_bytes() == b"second"
+    assert path.read_bytes() == b"first"
+    assert [item.name for item in tmp_path.iterdir()] == ["table.csv"]
+
+
+def test_a_table_is_not_exported_over_itself(tendon, workplace):
+    people = workplace / "people.csv"
+    people.write_text("name,weight (kg)\nAda,62.5\n", encoding="utf-8")
+    for name in ("people.csv", "./people.csv"):
+        ran = tendon("export", "people.csv", name)
+        assert (ran.exit, "would be written over" in ran.err) == (2, True)
+    assert people.read_text(encoding="utf-8").startswith("name,weight")
+
+
+# --- Signals ----------------------------------------------------------------------------------------------------------
+
+HELD = """
+import sys, time
+from pathlib import Path
+from tendon_cli import files
+write = files._write
+def slowly(temporary, content):
+    write(temporary, content)
+    Path("held").touch()
+    time.sleep(30)
+files._write = slowly
+from tendon_cli.__main__ import main
+main()
+"""
+SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize("words", [("plot", "run", "-y", "max_tension", "--out", "f.png"), ("report", "run")])
+def test_a_signal_while_a_file_is_written_leaves_none(tendon, study, words, number):
+    assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
+    before = {*study.parent.rglob("*"), Path("held").absolute()}
+    with subprocess.Popen([sys.executable, "-c", HELD, *words], stderr=subprocess.PIPE, text=True) as process:
+        while not Path("held").exists() and process.poll() is None:
+            time.sleep(0.01)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
+    assert (process.returncode, said) == (128 + number, "")
+    assert set(study.parent.rglob("*")) == before
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_at_the_very_start_ends_quietly(outside, study, number):
+    code = f"""
+import os, sys
+class Signals:
+    def find_spec(self, name, *_):
+        if name == "tendon_cli.cli":
+            sys.meta_path.remove(self)
+            os.kill(os.getpid(), {int(number)})
+sys.meta_path.insert(0, Signals())
+sys.argv[1:] = ["check", "run"]
+from tendon_cli.__main__ import main
+main()
+"""
+    ran = outside("-c", code, python=True)
+    assert (ran.exit, ran.out, ran.err) == (128 + number, "", "")
+
+
+def test_what_nohup_has_ignored_stays_ignored(outside, study):
+    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from tendon_cli.__main__ import main\n"
+    code += "import os; from tendon_cli import cli; run = cli._run\n"
+    code += "cli._run = lambda *given: (os.kill(os.getpid(), signal.SIGHUP), run(*given))[1]\nmain()"
+    ran = outside("-c", code, "--version", python=True)
+    assert ran.exit == 0
+
+
+def test_errors_of_names_are_of_usage():
+    with pytest.raises(UsageError):
+        path_of("")
+    assert os.fspath(path_of("a/b")) == "a/b"
