@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from tendon_cli.answers.candidates import Candidates, numbers_of
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import Solutions, solve
-from tendon_cli.model.limits import LIMIT_NAMES, NOTHING, Bounds
+from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 
 Pair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less; one alone that no pretension can keep."""
@@ -75,8 +75,7 @@ def nearest(candidates: Candidates) -> Candidates:
 
 def conflict(problem: Problem, limits: Pair, choices: int, nearest: Candidates) -> Conflict:
     """A conflict with the least relaxation of each of its limits."""
-    asked = {each.name for each in fields(Bounds)} | set(problem.motor.asked if problem.motor is not None else ())
-    relaxed = {limit: relaxation(problem, nearest, limit) for limit in limits if limit in asked}
+    relaxed = {limit: relaxation(problem, nearest, limit) for limit in limits if limit in problem.bounds}
     return Conflict(limits, choices, nearest, relaxed)
 
 

@@ -26,7 +26,7 @@ _STAGED = 64
 
 def work(problem: Problem) -> int:
     """How long one choice takes under all conditions, in states."""
-    return len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.motor is not None else 1)
+    return len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.bounds.of_motion else 1)
 
 
 def sampled(problem: Problem, choice: Candidates) -> Problem:

@@ -18,10 +18,10 @@ from tendon_cli.answers.numbers import model_design
 from tendon_cli.errors import Stopped
 from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import Bounds
-from tendon_cli.model.motor_window import MotorBounds, narrowed
+from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.studies.study import DRAW_AXIS, PERSON_AXIS, Study
 
@@ -42,8 +42,6 @@ class Problem:
     choices: Combinations
     conditions: Combinations
     bounds: Bounds
-    motor: MotorBounds | None = None
-    """Limits on the motor; None where there are none."""
     enough: float = 1.0
     """The share that a window must serve."""
     middle: bool = True
@@ -115,14 +113,11 @@ class Problem:
 
     def limit(self, name: str) -> float:
         """A limit in SI."""
-        of_motor = self.motor is not None and name in self.motor.asked
-        return float(getattr(self.motor if of_motor else self.bounds, name))
+        return float(self.bounds[name])
 
     def relaxed(self, name: str, value: float) -> Problem:
         """The same question with another value of one limit."""
-        if self.motor is not None and name in self.motor.asked:
-            return replace(self, motor=replace(self.motor, **{name: value}))
-        return self.within(replace(self.bounds, **{name: value}))
+        return self.within(self.bounds.changed(name, value))
 
     def within(self, bounds: Bounds) -> Problem:
         """The same question within other limits."""
@@ -139,7 +134,7 @@ class Problem:
 
     def ends(self, numbers: Numbers, count: int) -> Ends:
         """The same in half the time: windows where naming the limits costs nothing, else their ends alone."""
-        if self.motor is not None or kernel.kind() is None:
+        if self.bounds.of_motion or kernel.kind() is None:
             return self.windows(numbers, count)
         return Ends(**self._chunked(self._ends, numbers, count))
 
@@ -172,8 +167,8 @@ class Problem:
         else:
             ends = self._ends(design, shape)
             found = window.named(ends, design, self.angles, self.flexion, self.bounds)
-        if self.motor is not None:
-            return narrowed(found, design, self.angles, self.flexion, self.motor).window
+        if self.bounds.of_motion:
+            return narrowed(found, design, self.angles, self.flexion, self.bounds).window
         return found
 
     def _ends(self, design: Design, shape: tuple[int, int]) -> Ends:
@@ -192,7 +187,7 @@ class Problem:
         Raises Stopped between them where that is asked for.
         """
         under = len(self.conditions)
-        designs = max(1, _STATES_AT_ONCE // self.states_per_design // (1 if self.motor is None else _MOTOR_IN_NUMPY))
+        designs = max(1, _STATES_AT_ONCE // self.states_per_design // (_MOTOR_IN_NUMPY if self.bounds.of_motion else 1))
         beside = min(under, max(1, designs // min(count, 2 * math.isqrt(designs))))
         step = max(1, designs // beside)
         for condition in range(0, under, beside):

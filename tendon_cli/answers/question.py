@@ -8,7 +8,7 @@ import numpy as np
 
 from tendon_cli.answers.factors import PRETENSION, Combinations, Factor, factors_of
 from tendon_cli.answers.problem import Problem
-from tendon_cli.space.inputs import bounds_of, motor_bounds_of
+from tendon_cli.space.inputs import bounds_of
 from tendon_cli.studies.checks import case_numbers
 from tendon_cli.studies.study import DRAW_AXIS, PERSON_AXIS, Study, split_side
 
@@ -24,7 +24,6 @@ def question(study: Study) -> Problem:
         choices=Combinations(tuple(factor for factor in factors if factor.key not in conditions)),
         conditions=conditions_of([factor for factor in factors if factor.key in conditions]),
         bounds=bounds_of(study),
-        motor=motor_bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
         notes=(*study.warnings, *_left_out(study), *_of_people_and_draws(study)),

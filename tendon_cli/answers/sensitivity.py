@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from tendon_cli.answers.candidates import Candidates, numbers_of
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import solve
-from tendon_cli.model import limits
+from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import Bounds
-from tendon_cli.model.motor_window import MotorBounds, excess
+from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
+from tendon_cli.model.motor_window import excess
 from tendon_cli.space.inputs import OF_SHEATHS
 from tendon_cli.studies.study import SIDES
 
@@ -55,7 +55,7 @@ def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
     for end in ends:
         code = int(getattr(choice.solutions, f"{end}_by")[0])
         state = int(getattr(choice.solutions, f"{end}_state")[0])
-        is_set = state >= 0 or code >= limits.OF_THE_MOTOR
+        is_set = state >= 0 or (code >= 0 and _is_of_motion(LIMIT_NAMES[code]))
         if is_set and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
             found += _of_end(problem, choice, end, code, state)
     return sorted(found, key=lambda each: -abs(each.per_percent))
@@ -66,18 +66,18 @@ def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: in
     numbers = dict(numbers_of(problem, choice.columns))
     alone = problem.under(np.array([condition]))
     pretension = float(getattr(choice.solutions, f"pretension_{end}")[0])
-    design, name, motor = alone.design(numbers), limits.LIMIT_NAMES[code], problem.motor
-    of_motor = _OfMotor(alone, design, motor, code, state, pretension) if motor and name in motor.asked else None
-    bound, found = of_motor or _OfState(alone, code, state), []
+    design, name, found = alone.design(numbers), LIMIT_NAMES[code], []
+    of_motor = _OfMotor(alone, design, code, state, pretension) if _is_of_motion(name) else None
+    bound = of_motor or _OfState(alone, code, state, end == "to")
     for key, value in _numbers_at(alone, numbers).items():
         changed = {key: np.array([value + _STEP * 1j])}
         slope = bound.slope(alone.design(numbers, alone.condition_numbers | changed))
         found.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
-    if of_motor is not None:
-        speed = of_motor.bounds.speed
-        found.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
-    elif name not in {each.name for each in fields(Bounds)}:
+    if name not in problem.bounds:
         return found
+    if "motion.speed" in (need.key for need in LIMITS[name].needs):
+        speed = float(problem.bounds.speed)
+        found.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
     return [*found, Sensitivity(end, f"limits.{name}", problem.limit(name), bound.slope(design, name), steady=True)]
 
 
@@ -88,13 +88,14 @@ class _OfState:
     alone: Problem
     code: int
     state: int
+    upper: bool
 
     def slope(self, design: Design, bound: str | None = None) -> float:
         """How it moves with what is complex in a design, or with the bound itself."""
         flexion, angle = divmod(self.state, self.alone.angles.size)
         at = self.alone.angles[:, [angle]], self.alone.flexion[[flexion]]
         bounds = self.alone.bounds if bound is None else _stepped(self.alone.bounds, bound)
-        return float(limits.limit_end(self.code, design, *at, bounds).imag.item()) / _STEP
+        return float(limit_end(self.code, design, *at, bounds, upper=self.upper).imag.item()) / _STEP
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,26 +104,30 @@ class _OfMotor:
 
     alone: Problem
     design: Design
-    bounds: MotorBounds
     code: int
     state: int
     pretension: float
 
     def slope(self, design: Design, bound: str | None = None) -> float:
         """How it moves with what is complex in a design, or with a bound or the speed."""
-        bounds = self.bounds if bound is None else _stepped(self.bounds, bound)
+        given = self.alone.bounds
+        bounds = given if bound is None else _stepped(given, bound)
         return -self._excess(design, bounds, self.pretension) / self._excess(
-            self.design, self.bounds, self.pretension + _STEP * 1j
+            self.design, given, self.pretension + _STEP * 1j
         )
 
-    def _excess(self, design: Design, bounds: MotorBounds, pretension: complex) -> float:
-        name, alone = limits.LIMIT_NAMES[self.code], self.alone
+    def _excess(self, design: Design, bounds: Bounds, pretension: complex) -> float:
+        name, alone = LIMIT_NAMES[self.code], self.alone
         return excess(name, design, alone.angles, alone.flexion, bounds, pretension, self.state).imag
 
 
-def _stepped(bounds: Any, name: str) -> Any:
-    """Bounds of which one is complex."""
-    return replace(bounds, **{name: float(getattr(bounds, name)) + _STEP * 1j})
+def _stepped(bounds: Bounds, name: str) -> Bounds:
+    """Bounds of which one, or the speed, is complex."""
+    return bounds.changed(name, np.asarray((bounds.speed if name == "speed" else bounds[name]) + _STEP * 1j))
+
+
+def _is_of_motion(name: str) -> bool:
+    return name in LIMITS and LIMITS[name].of_motion
 
 
 def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:

@@ -19,9 +19,8 @@ from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.version import RESULTS_VERSION
 
 ROW_GROUP = 2**17
-_LIMITS = ("", *dict.fromkeys(LIMIT_NAMES))
-_LIMIT_AT = np.array([_LIMITS.index(name) for name in LIMIT_NAMES] + [0])
-"""By a limit's code; of NOTHING, which is -1, the last."""
+_LIMITS = ("", *LIMIT_NAMES)
+"""By a limit's code and one: NOTHING is -1."""
 
 
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
@@ -62,7 +61,7 @@ def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_fro
     for end in ("from", "to"):
         state = getattr(found, f"{end}_state")
         direction, angle = np.divmod(state, problem.angles.size)
-        rows[f"{end}_by"] = _LIMIT_AT[getattr(found, f"{end}_by")]
+        rows[f"{end}_by"] = getattr(found, f"{end}_by").astype(np.int64) + 1
         rows[f"{end}_condition"] = getattr(found, f"{end}_condition")
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
         rows[f"{end}_elbow_angle"] = np.where(state < 0, np.nan, problem.angles[0, angle])

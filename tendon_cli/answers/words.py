@@ -7,32 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from tendon_cli.answers.factors import Combinations
+from tendon_cli.model.limits import ALWAYS_BROKEN, LIMITS
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.study import keys
 from tendon_cli.units import UNITS
-
-_BELOW = {
-    "flexor slack": "the flexor goes slack",
-    "extensor slack": "the extensor goes slack",
-    "min_flexor_tension": "the flexor has less than {}",
-    "min_extensor_tension": "the extensor has less than {}",
-    "max_tension": "a tendon has more than {}",
-    "max_spring_extension": "a spring is extended by more than {}",
-    "peak_motor_torque": "the motor needs more than {}",
-    "max_contact_pressure": "the strap presses with more than {}",
-    "min_elbow_stiffness": "the elbow is less stiff than {}",
-    "max_pretension": "it is more than {}",
-    "min_spool_to_tendon": "a spool is less than {} tendons across",
-    "max_spool_travel": "the spool turns by more than {}",
-    "max_backlash": "the spool differs by more than {} between the directions",
-    "max_torque_band": "the motor torque differs by more than {} between the directions",
-    "peak_motor_speed": "the motor turns faster than {}",
-    "peak_motor_power": "the motor gives more than {}",
-    "max_motor_work_in": "the motor works more than {} a cycle",
-    "max_friction_loss": "friction takes more than {} a cycle",
-    "min_efficiency": "friction leaves less than {} of the motor's work",
-    "no equilibrium": "the flexor has passed the joint's centre",
-}
 
 
 def rounded(value: float, digits: int = 3) -> str:
@@ -72,4 +50,4 @@ def broken(limit: str, bounds: Mapping[str, float]) -> str:
     bound = shown(QUANTITIES[limit], bounds[limit]) if limit in bounds else ""
     if limit == "min_elbow_stiffness" and bounds.get(limit) == 0.0:
         return "the elbow is unstable"
-    return _BELOW[limit].format(bound)
+    return ALWAYS_BROKEN[limit] if limit in ALWAYS_BROKEN else LIMITS[limit].broken.format(bound)

@@ -15,14 +15,14 @@ import pyarrow.compute as pc
 from tendon_cli.figures.product import as_numpy
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.response import SLACK_TOLERANCE, pretension_shortfall
 from tendon_cli.space.inputs import Inputs
 from tendon_cli.space.plan import Plan
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.study import SIDES, Study
 from tendon_cli.tables.read import TableFiles
 
 NO_EQUILIBRIUM, SLACK = "no equilibrium", "slack"
-_NOT_A_COLUMN = {"max_pretension": "pretension"}
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def check_designs(table: TableFiles, study: Study, worst: int) -> LimitCheck:
     """Check all rows of a table of designs, part by part; of the breaches the `worst` are told with their states."""
     limits = dict(study.limits.items())
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
-    names += [name for name in (column_of(limit) for limit in limits) if name not in names]
+    names += [name for limit in limits for name in _columns_of(limit) if name not in names]
     found: list[tuple[float, int, Breach]] = []
     broken: dict[str, int] = {}
     designs = feasible = 0
@@ -95,7 +95,12 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
 
 def column_of(limit: str) -> str:
     """The column that a limit bounds."""
-    return _NOT_A_COLUMN.get(limit, limit)
+    return LIMITS[limit].column
+
+
+def _columns_of(limit: str) -> list[str]:
+    """That column, and those of the sides if they differ in it."""
+    return [column_of(limit), *(f"{column_of(limit)}_{side}" for side in SIDES)]
 
 
 def _breaches(table: pa.Table, limits: Mapping[str, float]) -> Iterator[Breach]:
@@ -111,49 +116,40 @@ def _breaches(table: pa.Table, limits: Mapping[str, float]) -> Iterator[Breach]:
         margin, needed = float(columns["margin"][row]), float(columns["required_pretension"][row])
         yield Breach(int(numbers[row]), SLACK, margin, 0.0, -margin / max(needed, 1e-300))
     for limit, bound in limits.items():
-        values = columns.get(column_of(limit))
-        if values is not None:
-            yield from _beyond(numbers, limit, bound, values)
+        for name in _columns_of(limit):
+            if name in columns:
+                yield from _beyond(numbers, limit, bound, columns[name])
 
 
 def _beyond(numbers: npt.NDArray[Any], limit: str, bound: float, values: npt.NDArray[np.float64]) -> Iterator[Breach]:
-    sign = 1.0 if limit.startswith("min_") else -1.0
-    magnitudes = np.abs(values) if limit.startswith("peak_") else values
-    short = sign * (bound - magnitudes)
+    short = LIMITS[limit].beyond(values, bound)
     scale = abs(bound) or 1.0
     for row in np.flatnonzero(short > SLACK_TOLERANCE * scale):
         yield Breach(int(numbers[row]), limit, float(values[row]), bound, float(short[row] / scale))
 
 
-_BADNESS: dict[str, Callable[[State], Array]] = {
+_OF_STATES: dict[str, Callable[[State], Array]] = {
     NO_EQUILIBRIUM: lambda state: np.where(np.isnan(state.elbow_torque), 1.0, 0.0),
     SLACK: lambda state: pretension_shortfall(state.coupling),
-    "min_flexor_tension": lambda state: -np.minimum(state.balance.flexor, state.flexor_tension_proximal),
-    "min_extensor_tension": lambda state: -np.minimum(state.balance.extensor, state.extensor_tension_proximal),
-    "max_tension": lambda state: np.maximum(
-        np.maximum(state.balance.flexor, state.flexor_tension_proximal),
-        np.maximum(state.balance.extensor, state.extensor_tension_proximal),
-    ),
-    "max_spring_extension": lambda state: np.maximum(
-        state.balance.flexor * state.flexor.spring, state.balance.extensor * state.extensor.spring
-    ),
-    "peak_motor_torque": lambda state: np.abs(state.motor_torque),
-    "max_contact_pressure": lambda state: state.balance.extensor,
-    "min_elbow_stiffness": lambda state: -state.elbow_stiffness,
 }
-"""What is largest in the state that breaks a limit worst; limits of a whole motion, or of no state, are not here."""
+"""What is largest in the worst state of what is no key of [limits]."""
 
 
 def _worst_state(limit: str, design: int, plan: Plan) -> tuple[str, float] | None:
     """Direction and elbow angle (rad) of the state that breaks a limit worst; None where no single state does."""
-    badness = _BADNESS.get(limit)
-    if badness is None:
+    if limit not in _OF_STATES and LIMITS[limit].forms is None:
         return None
-    inputs = Inputs(plan)
+    inputs, speed = Inputs(plan), plan.study.motion.speed
     worst, found = -np.inf, None
     for block in plan.blocks(range(design, design + 1)):
         directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
-        values = np.broadcast_to(badness(State.of(inputs.situation(block))), block.shape).reshape(len(directions), -1)
+        state = State.of(inputs.situation(block))
+        badness = (
+            _OF_STATES[limit](state)
+            if limit in _OF_STATES
+            else LIMITS[limit].beyond(LIMITS[limit].value(state, np.nan if speed is None else speed.single), 0.0)
+        )
+        values = np.broadcast_to(badness, block.shape).reshape(len(directions), -1)
         if np.isnan(values).all() or np.nanmax(values) <= worst:
             continue
         worst = float(np.nanmax(values))

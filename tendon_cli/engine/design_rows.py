@@ -87,15 +87,11 @@ class DesignRows:
         return found
 
 
-_LIMITS_OF_CYCLES = ("max_spool_travel", "max_motor_work_in", "max_friction_loss", "min_efficiency")
-"""Limits that do not have the name of their column."""
-
-
 def _cycles(inputs: Inputs, block: Block) -> extremes.Found:
     """What the motor of each design does over both strokes: the columns that a speed of the elbow adds.
 
-    In the shape of the block's designs, also by the names of their limits; none without a speed. States are taken
-    `VALUES_AT_ONCE` at once; between two elbow angles there are some more.
+    In the shape of the block's designs; none without a speed. States are taken `VALUES_AT_ONCE` at once; between two
+    elbow angles there are some more.
     """
     speed = inputs.plan.study.motion.speed
     if speed is None:
@@ -108,5 +104,4 @@ def _cycles(inputs: Inputs, block: Block) -> extremes.Found:
         halves = [_cycles(inputs, half) for half in block.halves(long)]
         return {name: np.concatenate([half[name] for half in halves], axis=long) for name in halves[0]}
     found = cycle(inputs.design(block), *inputs.motion(block), speed.single)
-    columns = {name: np.broadcast_to(getattr(found, name), shape) for name in OF_CYCLES}
-    return columns | {limit: columns[limit.partition("_")[2]] for limit in _LIMITS_OF_CYCLES}
+    return {name: np.broadcast_to(getattr(found, name), shape) for name in OF_CYCLES}

@@ -14,7 +14,7 @@ from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Found
-from tendon_cli.space.inputs import Inputs, bounds_of, motor_bounds_of
+from tendon_cli.space.inputs import Inputs, bounds_of
 from tendon_cli.space.plan import Block, Plan
 
 VALUES_AT_ONCE = 2**18
@@ -94,13 +94,13 @@ class PlanWindows:
         return found
 
     def _columns(self, block: Block, design: Design) -> Found:
-        study = self.inputs.plan.study
-        if (motor := motor_bounds_of(study)) is not None:  # limits over several states at once
+        bounds = bounds_of(self.inputs.plan.study)
+        if bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrowed  # only these pay for its import
 
             motion = self.inputs.motion(block)
-            whole = window.window(design, *motion, bounds_of(study))
-            ends: window.Ends = narrowed(whole, design, *motion, motor).window
+            whole = window.window(design, *motion, bounds)
+            ends: window.Ends = narrowed(whole, design, *motion, bounds).window
         else:
             ends = self._ends(block, design)
         return {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}

@@ -15,7 +15,6 @@ choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bi
 
 from __future__ import annotations
 
-import functools
 import importlib
 import os
 from collections.abc import Callable, Collection, Mapping
@@ -26,16 +25,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model import limits, window
+from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation, State
+from tendon_cli.model.bounds import SHARES, Bounds, held_forms
 from tendon_cli.model.extremes import Found, fold
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import Bounds
+from tendon_cli.model.limits import is_nothing
 
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 11
+VERSION = 12
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -118,25 +118,32 @@ def fold_window(
         states = np.arange(shape[-2])[:, np.newaxis] * total + first + np.arange(shape[-1])
         window.fold(found, at, bounds, states)
     else:
-        native().window(chosen, shape, _given(at), _held_to(at, bounds), found, first, total)
+        native().window(chosen, shape, _given(at), *_held_to(at, bounds), found, first, total)
 
 
-def _held_to(at: Situation, bounds: Bounds) -> dict[str, Array]:
-    """What compiled code takes of bounds, by the names of BOUNDS in `arrays.h`."""
-    given = limits.bounds_of_tension(at, bounds)
+def _held_to(at: Situation, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:
+    """What compiled code takes of bounds: those on one share, by the names of BOUNDS in `arrays.h`, and other forms."""
+    one = {f"{share}_{end}": _as_input(sign * np.inf) for share in SHARES for end, sign in _ENDS.items()}
+    forms = []
+    for held in held_forms(at, bounds):
+        shares = {share: getattr(held.form, share) for share in SHARES}
+        ends = {end: getattr(held, end) for end in _ENDS if getattr(held, end) is not None}
+        alone = [share for share, value in shares.items() if isinstance(value, float) and value == 1.0]
+        if len(alone) == 1 and sum(not is_nothing(value) for value in shares.values()) == 1:
+            for end, bound in ends.items():
+                tighter = np.maximum if end == "least" else np.minimum
+                one[f"{alone[0]}_{end}"] = _as_input(tighter(one[f"{alone[0]}_{end}"], bound))
+        else:
+            unbounded = {end: sign * np.inf for end, sign in _ENDS.items()}
+            forms.append({name: _as_input(value) for name, value in (shares | unbounded | ends).items()})
+    return one, tuple(forms)
 
-    def tightest(ufunc: np.ufunc, *chosen: int) -> Array:
-        start = np.full((1,) * 2, -np.inf if ufunc is np.maximum else np.inf)
-        return np.asarray(functools.reduce(ufunc, (given[limit] for limit in chosen if limit in given), start))
 
-    return {
-        "flexor_least": tightest(np.maximum, limits.FLEXOR_LEAST),
-        "flexor_most": tightest(np.minimum, limits.FLEXOR_MOST, limits.FLEXOR_SPRING),
-        "extensor_least": tightest(np.maximum, limits.EXTENSOR_LEAST),
-        "extensor_most": tightest(np.minimum, limits.EXTENSOR_MOST, limits.EXTENSOR_SPRING, limits.PRESSURE),
-        "torque_most": np.asarray(bounds.peak_motor_torque, dtype=np.float64),
-        "stiffness_least": np.asarray(bounds.min_elbow_stiffness, dtype=np.float64),
-    }
+_ENDS = {"least": -1.0, "most": 1.0}
+
+
+def _as_input(value: npt.ArrayLike) -> Array:
+    return np.ascontiguousarray(value, dtype=np.float64)
 
 
 def _given(at: Situation) -> dict[str, Array]:
@@ -164,7 +171,7 @@ def _given(at: Situation) -> dict[str, Array]:
         "extensor_pretension": design.extensor.pretension,
         "unilateral": design.unilateral,
     }
-    return {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in values.items()}
+    return {name: _as_input(value) for name, value in values.items()}
 
 
 def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:

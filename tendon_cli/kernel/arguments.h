@@ -12,6 +12,7 @@ static const char *const given_names[] = {GIVEN(NAME)};
 static const char *const result_names[] = {RESULTS(NAME)};
 static const char *const extreme_names[] = {EXTREMES(NAME)};
 static const char *const bound_names[] = {BOUNDS(NAME)};
+static const char *const form_names[] = {FORM(NAME)};
 static const char *const end_names[] = {WINDOW(NAME)};
 
 #define MOST_HELD (LIMITED + COLUMNS + ACCUMULATORS + 2 * MOST_AXES)

@@ -25,9 +25,13 @@
     X(max_slack) X(lowest_elbow_torque) X(highest_elbow_torque) X(lowest_motor_torque) X(highest_motor_torque)         \
     X(min_elbow_stiffness) X(first_slack_angle) X(required_pretension) X(margin) X(slack) X(unstable) X(no_equilibrium)
 
-/* What distal tensions, motor torque (by magnitude) and elbow stiffness are held to; infinite where nothing is asked. */
+/* What both distal tensions and the elbow stiffness are held to; infinite where nothing is asked. */
 #define BOUNDS(X)                                                                                                      \
-    X(flexor_least) X(flexor_most) X(extensor_least) X(extensor_most) X(torque_most) X(stiffness_least)
+    X(flexor_least) X(flexor_most) X(extensor_least) X(extensor_most) X(stiffness_least) X(stiffness_most)
+
+/* A form of several of them, flexor x + extensor y + stiffness k, is held to [least, most]; so many there may be. */
+#define FORM(X) X(flexor) X(extensor) X(stiffness) X(least) X(most)
+#define MOST_FORMS 8
 
 /* Between which pretensions a design keeps these, the states that bind, and the first that no pretension could help. */
 #define WINDOW(X) X(low) X(high) X(low_state) X(high_state) X(blocked)
@@ -36,7 +40,10 @@
 #define OF_ENUM(name) OF_##name,
 #define AT_ENUM(name) AT_##name,
 #define END_ENUM(name) END_##name,
-enum { GIVEN(IN_ENUM) INPUTS, BEFORE_BOUNDS = INPUTS - 1, BOUNDS(IN_ENUM) LIMITED };
+#define FORM_ENUM(name) FORM_##name,
+enum { FORM(FORM_ENUM) PER_FORM };
+enum { GIVEN(IN_ENUM) INPUTS, BEFORE_BOUNDS = INPUTS - 1, BOUNDS(IN_ENUM) BOUNDED };
+enum { LIMITED = BOUNDED + PER_FORM * MOST_FORMS };
 enum { WINDOW(END_ENUM) ENDS };
 enum { RESULTS(OF_ENUM) COLUMNS };
 enum { EXTREMES(AT_ENUM) ACCUMULATORS };
@@ -100,12 +107,13 @@ typedef struct {
     Array angle;
 } Extremes;
 
-/* Ends of windows over states: the inputs, the bounds, then an accumulator for each of WINDOW. The angles are those from
- * `first` on of `total` in each direction. */
+/* Ends of windows over states: the inputs, the bounds, the forms, then an accumulator for each of WINDOW. The angles are
+ * those from `first` on of `total` in each direction. */
 typedef struct {
     Walk walk;
     Array arrays[LIMITED + ENDS];
     long first, total;
+    int forms;
 } Window;
 
 #endif

@@ -122,20 +122,40 @@ static PyObject *call_extremes(PyObject *self, PyObject *args) {
     return finish(&held, ready ? kind->extremes : NULL, &what);
 }
 
-/* window(kind, shape, given, bounds, found, first, total): fold all states into the arrays of `found`, over designs
- * alone; the angles are those from `first` on of `total`. */
+/* Forms, a dictionary each, after the bounds; returns zero, with an exception, where something is wrong. */
+static int take_forms(Window *what, Held *held, PyObject *forms) {
+    Py_ssize_t count = PyTuple_Size(forms);
+    if (count > MOST_FORMS) {
+        PyErr_SetString(PyExc_ValueError, "more forms than there is room for");
+        return 0;
+    }
+    for (what->forms = 0; what->forms < count; what->forms++) {
+        PyObject *form = PyTuple_GetItem(forms, what->forms); /* borrowed */
+        if (!PyDict_Check(form)) {
+            PyErr_SetString(PyExc_TypeError, "a form is a dictionary of arrays");
+            return 0;
+        }
+        Array *to = what->arrays + BOUNDED + PER_FORM * what->forms;
+        if (!take_all(to, held, form, form_names, PER_FORM, &what->walk, 0)) return 0;
+    }
+    return 1;
+}
+
+/* window(kind, shape, given, bounds, forms, found, first, total): fold all states into the arrays of `found`, over
+ * designs alone; the angles are those from `first` on of `total`. */
 static PyObject *call_window(PyObject *self, PyObject *args) {
     const char *name;
-    PyObject *shape, *given, *bounds, *found;
+    PyObject *shape, *given, *bounds, *forms, *found;
     static _Thread_local Window what;
     static _Thread_local Held held;
-    if (!PyArg_ParseTuple(args, "sO!O!O!O!ll", &name, &PyTuple_Type, &shape, &PyDict_Type, &given, &PyDict_Type, &bounds,
-                          &PyDict_Type, &found, &what.first, &what.total))
+    if (!PyArg_ParseTuple(args, "sO!O!O!O!O!ll", &name, &PyTuple_Type, &shape, &PyDict_Type, &given, &PyDict_Type,
+                          &bounds, &PyTuple_Type, &forms, &PyDict_Type, &found, &what.first, &what.total))
         return NULL;
     const Kind *kind = kind_of(name);
     int ready = kind && begin(&what.walk, what.arrays, &held, shape, given) &&
-                take_all(what.arrays + INPUTS, &held, bounds, bound_names, LIMITED - INPUTS, &what.walk, 0) &&
-                take_all(what.arrays + LIMITED, &held, found, end_names, ENDS, &what.walk, 1);
+                take_all(what.arrays + INPUTS, &held, bounds, bound_names, BOUNDED - INPUTS, &what.walk, 0) &&
+                take_forms(&what, &held, forms) &&
+                take_all(what.arrays + BOUNDED + PER_FORM * what.forms, &held, found, end_names, ENDS, &what.walk, 1);
     return finish(&held, ready ? kind->window : NULL, &what);
 }
 
@@ -151,7 +171,7 @@ static PyObject *call_kinds(PyObject *self, PyObject *none) {
 static PyMethodDef methods[] = {
     {"rows", call_rows, METH_VARARGS, "rows(kind, shape, given, keys, columns, first, count)"},
     {"extremes", call_extremes, METH_VARARGS, "extremes(kind, shape, given, angle, found)"},
-    {"window", call_window, METH_VARARGS, "window(kind, shape, given, bounds, found, first, total)"},
+    {"window", call_window, METH_VARARGS, "window(kind, shape, given, bounds, forms, found, first, total)"},
     {"kinds", call_kinds, METH_NOARGS, "kinds()"},
     {NULL, NULL, 0, NULL},
 };

@@ -1,7 +1,8 @@
 /* Between which pretensions designs keep every limit in all their states: a fold over `lines_at`, `model/window.py`.
  *
- * Over v = F - shortfall a limited quantity is a line, base + gain v, which may be `most` at most: so a limit is an upper
- * end where the gain is positive, a lower one where it is negative, and where it is zero pretension changes nothing.
+ * No limit is known here by name. Held are both tensions, the elbow stiffness, and forms of all three; over
+ * v = F - shortfall each is a line, base + gain v. So a bound on it is an end from the side that the gain says, and where
+ * the gain is zero pretension changes nothing.
  */
 
 #include "beside.h"
@@ -14,38 +15,50 @@ typedef struct {
     Lanes low, high, low_at, high_at, blocked;
 } Tightest;
 
-INLINE void limit(Lanes *low, Lanes *high, Mask *hopeless, Lanes base, Lanes gain, Lanes most) {
-    Lanes end = (most - base) / gain, none = same(INFINITY);
-    *low = larger(pick(gain < 0.0, end, -none), *low), *high = smaller(pick(gain > 0.0, end, none), *high);
-    *hopeless |= (gain == 0.0) & (base - most > TOLERANCE * magnitude(most));
-}
-
-/* Which bounds are asked for. */
+/* The ends of one state of each design. */
 typedef struct {
-    int flexor_least, extensor_least, flexor_most, extensor_most, torque, stiffness;
+    Lanes low, high;
+    Mask hopeless;
+} Range;
+
+/* Which bounds any of some designs has, and which inputs change from angle to angle. */
+typedef struct {
+    int bound[LIMITED], moving[LIMITED], moves;
 } Asked;
 
+/* A line that is held: `below` where it may not be less than the bound, else not more. */
+INLINE void bounded(Range *r, Lanes base, Lanes gain, Lanes bound, int below) {
+    Lanes end = (bound - base) / gain, none = same(INFINITY);
+    Lanes short_of = below ? bound - base : base - bound;
+    Mask rises = gain > 0.0, falls = gain < 0.0;
+    r->low = larger(pick(below ? rises : falls, end, -none), r->low);
+    r->high = smaller(pick(below ? falls : rises, end, none), r->high);
+    r->hopeless |= (gain == 0.0) & (short_of > TOLERANCE * magnitude(bound));
+}
+
 /* A state more of each design, with what each is held to; `place` is its number. */
-INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *asked, const Drive *d, Lanes place) {
-    Lanes low = same(0.0), high = same(INFINITY);
-    Mask hopeless = ~l->able;
-    if (asked->flexor_least) low = larger((in[IN_flexor_least] - l->x) / l->x_gain, low);
-    if (asked->extensor_least) low = larger((in[IN_extensor_least] - l->y) / l->y_gain, low);
-    if (asked->flexor_most) high = smaller((in[IN_flexor_most] - l->x) / l->x_gain, high);
-    if (asked->extensor_most) high = smaller((in[IN_extensor_most] - l->y) / l->y_gain, high);
-    if (asked->torque) {
-        Lanes base = l->x * d->motor_x - l->y * d->motor_y, gain = l->x_gain * d->motor_x - l->y_gain * d->motor_y;
-        limit(&low, &high, &hopeless, base, gain, in[IN_torque_most]);
-        limit(&low, &high, &hopeless, -base, -gain, in[IN_torque_most]);
+INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *asked, int forms, Lanes place) {
+    Range r = {same(0.0), same(INFINITY), ~l->able};
+    const int *bound = asked->bound;
+    if (bound[IN_flexor_least]) r.low = larger((in[IN_flexor_least] - l->x) / l->x_gain, r.low);
+    if (bound[IN_extensor_least]) r.low = larger((in[IN_extensor_least] - l->y) / l->y_gain, r.low);
+    if (bound[IN_flexor_most]) r.high = smaller((in[IN_flexor_most] - l->x) / l->x_gain, r.high);
+    if (bound[IN_extensor_most]) r.high = smaller((in[IN_extensor_most] - l->y) / l->y_gain, r.high);
+    Lanes k = l->stiffness - l->x * l->arm_slope, k_gain = -(l->x_gain * l->arm_slope);
+    if (bound[IN_stiffness_least]) bounded(&r, k, k_gain, in[IN_stiffness_least], 1);
+    if (bound[IN_stiffness_most]) bounded(&r, k, k_gain, in[IN_stiffness_most], 0);
+    for (int form = 0; form < forms; form++) {
+        const Lanes *f = in + BOUNDED + PER_FORM * form;
+        const int *its = bound + BOUNDED + PER_FORM * form;
+        Lanes base = f[FORM_flexor] * l->x + f[FORM_extensor] * l->y + f[FORM_stiffness] * k;
+        Lanes gain = f[FORM_flexor] * l->x_gain + f[FORM_extensor] * l->y_gain + f[FORM_stiffness] * k_gain;
+        if (its[FORM_least]) bounded(&r, base, gain, f[FORM_least], 1);
+        if (its[FORM_most]) bounded(&r, base, gain, f[FORM_most], 0);
     }
-    if (asked->stiffness) {
-        Lanes base = -(l->stiffness - l->x * l->arm_slope), gain = l->x_gain * l->arm_slope;
-        limit(&low, &high, &hopeless, base, gain, -in[IN_stiffness_least]);
-    }
-    low = l->shortfall + low, high = l->shortfall + high;
+    Lanes low = l->shortfall + r.low, high = l->shortfall + r.high;
     t->low_at = pick(low > t->low, place, t->low_at), t->low = larger(low, t->low);
     t->high_at = pick(high < t->high, place, t->high_at), t->high = smaller(high, t->high);
-    t->blocked = pick(hopeless, smaller(place, t->blocked), t->blocked);
+    t->blocked = pick(r.hopeless, smaller(place, t->blocked), t->blocked);
 }
 
 /* The tighter of an end and what was found before; of equal ends that of the first state. */
@@ -58,30 +71,40 @@ INLINE void settle(char *const *end, char *const *at, long count, Lanes ends, La
     }
 }
 
-/* Which bounds any of some designs has. */
-INLINE Asked asked_of(const Lanes *in) {
-    Lanes none = same(INFINITY);
-    return (Asked){any(in[IN_flexor_least] > -none), any(in[IN_extensor_least] > -none),
-                   any(in[IN_flexor_most] < none),   any(in[IN_extensor_most] < none),
-                   any(in[IN_torque_most] < none),   any(in[IN_stiffness_least] > -none)};
+INLINE Asked asked_of(const Window *w, const Lanes *in, int inputs) {
+    Asked asked;
+    asked.moves = 0;
+    for (int i = INPUTS; i < inputs; i++) {
+        asked.bound[i] = any(magnitude(in[i]) < INFINITY);
+        if (w->arrays[i].step[w->walk.axes - 1]) asked.bound[i] = 1, asked.moving[asked.moves++] = i;
+    }
+    return asked;
 }
 
 INLINE void fold_states(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction) {
     const Window *w = what;
+    int inputs = BOUNDED + PER_FORM * w->forms;
     double first = (double)(direction * w->total + w->first);
-    Lanes none = same(INFINITY), nowhere = same(-1.0);
-    Asked asked = asked_of(in);
+    Lanes none = same(INFINITY), nowhere = same(-1.0), now[LIMITED];
+    Asked asked = asked_of(w, in, inputs);
     Tightest t = {-none, none, nowhere, nowhere, none};
+    for (int i = INPUTS; i < inputs; i++) now[i] = in[i];
     for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
+        for (int i = 0; i < asked.moves; i++) {
+            int input = asked.moving[i];
+            now[input] = across(of, input, at * w->arrays[input].step[w->walk.axes - 1]);
+        }
         Angle here = angle_across(of, at);
         Lines l = lines_at(d, &here);
-        tighten(&t, &l, in, &asked, d, same(first + (double)at));
+        tighten(&t, &l, now, &asked, w->forms, same(first + (double)at));
     }
-    char *const(*found)[LANES] = of->at + LIMITED;
+    char *const(*found)[LANES] = of->at + inputs;
     settle(found[END_low], found[END_low_state], of->count, t.low, t.low_at, 1.0);
     settle(found[END_high], found[END_high_state], of->count, t.high, t.high_at, -1.0);
     for (long lane = 0; lane < of->count; lane++)
         if (t.blocked[lane] < *(double *)found[END_blocked][lane]) *(double *)found[END_blocked][lane] = t.blocked[lane];
 }
 
-static void window(Window *w) { over_designs(&w->walk, w->arrays, LIMITED, ENDS, fold_states, w); }
+static void window(Window *w) {
+    over_designs(&w->walk, w->arrays, BOUNDED + PER_FORM * w->forms, ENDS, fold_states, w);
+}

@@ -18,7 +18,7 @@ from tendon_cli.model import statics
 from tendon_cli.model.actuator import Situation, State
 from tendon_cli.model.design import Design, changed
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import contact_pressure, spool_to_tendon
+from tendon_cli.model.limits import LIMITS, contact_pressure
 from tendon_cli.model.portions import Kind, Place, StateAxes, cut
 from tendon_cli.model.response import SLACK_TOLERANCE
 
@@ -209,25 +209,23 @@ def finished(found: Found, states: int) -> Found:
 def judged(columns: Found, limits: Mapping[str, float]) -> dict[str, npt.NDArray[np.bool_]]:
     """Which designs are taut in every state, stable in each, and within every limit on a column as well, SI.
 
-    A limit bounds the column of its name: from below (min_), above (max_) or in magnitude (peak_), with the tolerance
-    of slack. Limits on what `columns` have not are left out, and what is no number keeps them.
+    Limits are kept with the tolerance of slack. Those on what `columns` have not are left out, and what is no number
+    keeps them.
     """
     taut, stable = columns["slack_fraction"] == 0.0, ~(columns["min_elbow_stiffness"] < limits["min_elbow_stiffness"])
     feasible = taut & stable
-    for name, limit in limits.items():
-        if name in columns and name != "min_elbow_stiffness":
-            beyond = limit - columns[name] if name.startswith("min_") else np.abs(columns[name]) - limit
-            feasible = feasible & ~(beyond > SLACK_TOLERANCE * abs(limit))
+    for name, bound in limits.items():
+        column = name if LIMITS[name].of_design else LIMITS[name].column
+        if column in columns and name != "min_elbow_stiffness":
+            feasible = feasible & ~(LIMITS[name].beyond(columns[column], bound) > SLACK_TOLERANCE * abs(bound))
     return {"taut": taut, "stable": stable, "feasible": feasible}
 
 
 def of_design(design: Design, found: Found) -> Found:
-    """What limits bound of designs that no state has: the pretension, contact pressure (Pa), and spool over tendon."""
-    values = {
-        "max_pretension": np.maximum(design.flexor.pretension, design.extensor.pretension),
-        "max_contact_pressure": contact_pressure(design, found["max_extensor_distal"][..., np.newaxis, np.newaxis]),
-        "min_spool_to_tendon": spool_to_tendon(design),
-    }
+    """What limits bound of designs that no state has, by the limit's name, and the contact pressure (Pa)."""
+    pressure = contact_pressure(design, found["max_extensor_distal"][..., np.newaxis, np.newaxis])
+    values = {name: limit.of_design(design) for name, limit in LIMITS.items() if limit.of_design is not None}
+    values["max_contact_pressure"] = pressure
     shape = found["slack"].shape
     return {name: np.broadcast_to(value, (*shape, 1, 1))[..., 0, 0] for name, value in values.items()}
 

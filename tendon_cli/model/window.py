@@ -1,8 +1,8 @@
 """The window of pretension: between which pretensions of both sides a design keeps every limit, exactly.
 
-Every limit on a state is a half-line in the common pretension (`limits`), so a design's window over its states is one
-interval, and each of its ends belongs to one limit in one state. Nothing is searched. It is a fold over states:
-`begin`, `fold` in any portions, `finished`. Arguments broadcast as in `actuator`; SI units, angles in radians.
+Every limit on a form of a state (`limits`) is a half-line in the common pretension, so a design's window over its
+states is one interval, and each of its ends belongs to one limit in one state. Nothing is searched. It is a fold over
+states: `begin`, `fold` in any portions, `finished`. Arguments broadcast as in `actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -14,9 +14,18 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
+from tendon_cli.model.bounds import Bounds, ends_of
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real
-from tendon_cli.model.limits import NO_EQUILIBRIUM, NOTHING, PRETENSION, SPOOL, Bounds, Codes, lines_of, spool_to_tendon
+from tendon_cli.model.limits import (
+    EXTENSOR_SLACK,
+    FLEXOR_SLACK,
+    LIMIT_NAMES,
+    NO_EQUILIBRIUM,
+    NOTHING,
+    PRETENSION,
+    Codes,
+)
 from tendon_cli.model.response import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
@@ -60,15 +69,15 @@ def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> 
     """The windows of designs over their states, which lie along the last two axes of the broadcast product."""
     at = Situation.of(design, elbow_angle, flexion)
     low, high, low_by, high_by, blocked = _of_states(at, bounds)
-    given = (low, high, low_by, high_by, blocked, spool_to_tendon(design), np.asarray(bounds.max_pretension))
-    shape = np.broadcast_shapes(*(each.shape for each in given), (1, 1))
+    ceiling, fixed = np.asarray(bounds.get("max_pretension", np.inf)), _broken_by_design(design, bounds)
+    shape = np.broadcast_shapes(*(each.shape for each in (low, high, low_by, high_by, blocked, fixed, ceiling)), (1, 1))
     found = begin(shape[:-2])
     fold(found, at, bounds, np.arange(shape[-2] * shape[-1]).reshape(shape[-2:]))
     ends = finished(found, design, bounds)
     return Window(
         **vars(ends),
-        low_by=_by(ends.low_state, low_by, ends, blocked, upper=False),
-        high_by=_by(ends.high_state, high_by, ends, blocked, upper=True),
+        low_by=_by(ends.low_state, low_by, ends, blocked, fixed, upper=False),
+        high_by=_by(ends.high_state, high_by, ends, blocked, fixed, upper=True),
     )
 
 
@@ -101,20 +110,31 @@ def fold(found: Found, at: Situation, bounds: Bounds, states: Positions) -> None
 
 def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
     """The ends, from the tightest over all states and from what holds for the whole design."""
-    is_thin = _over_design(spool_to_tendon(design) < bounds.min_spool_to_tendon * (1.0 - SLACK_TOLERANCE))
-    ceiling = _over_design(np.asarray(bounds.max_pretension))
+    fixed = _over_design(_broken_by_design(design, bounds)) != NOTHING
+    ceiling = _over_design(np.asarray(bounds.get("max_pretension", np.inf)))
     low, high, stuck = found["low"], found["high"], np.isfinite(found["blocked"])
-    shut = stuck | is_thin
-    state = np.where(is_thin, -1.0, found["blocked"])
+    empty = stuck | fixed
+    state = np.where(fixed, -1.0, found["blocked"])
     by_floor, by_ceiling = ~(low > 0.0), (ceiling < high) | np.isinf(high)
-    low_state = np.where(shut, state, np.where(by_floor, -1.0, found["low_state"]))
-    high_state = np.where(shut, state, np.where(by_ceiling, -1.0, found["high_state"]))
+    low_state = np.where(empty, state, np.where(by_floor, -1.0, found["low_state"]))
+    high_state = np.where(empty, state, np.where(by_ceiling, -1.0, found["high_state"]))
     return Ends(
-        low=np.where(shut, np.nan, np.maximum(low, 0.0)),
-        high=np.where(shut, np.nan, np.minimum(high, ceiling)),
+        low=np.where(empty, np.nan, np.maximum(low, 0.0)),
+        high=np.where(empty, np.nan, np.minimum(high, ceiling)),
         low_state=low_state.astype(np.int64),
         high_state=high_state.astype(np.int64),
     )
+
+
+def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
+    """The first limit on a number of the design that it breaks whatever its pretension, by its code, or NOTHING."""
+    code = np.full((1, 1), NOTHING, dtype=np.int8)
+    for limit in bounds.asked:
+        if limit.of_design is not None and LIMIT_NAMES.index(limit.name) != PRETENSION:
+            bound = bounds[limit.name]
+            broken = limit.beyond(limit.of_design(design), bound) > SLACK_TOLERANCE * np.abs(bound)
+            code = np.where(broken & (code == NOTHING), np.int8(LIMIT_NAMES.index(limit.name)), code)
+    return code
 
 
 def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
@@ -122,43 +142,42 @@ def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds
 
     The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1).
     """
-    limits = []
+    limits, fixed = [], _broken_by_design(design, bounds)
     for state, upper in ((ends.low_state, False), (ends.high_state, True)):
         direction, angle = np.divmod(np.maximum(state, 0)[..., np.newaxis, np.newaxis], elbow_angle.size)
         at = Situation.of(design, elbow_angle.ravel()[angle], flexion.ravel()[direction])
         _, _, low_by, high_by, blocked = _of_states(at, bounds)
-        limits.append(_by(state, high_by if upper else low_by, ends, blocked, upper=upper))
+        limits.append(_by(state, high_by if upper else low_by, ends, blocked, fixed, upper=upper))
     return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
 
 
-def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, *, upper: bool) -> Codes:
-    """The limits that bind at ends, from those of all states."""
+def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, fixed: Codes, *, upper: bool) -> Codes:
+    """The limits that bind at ends, from those of all states and of the designs."""
     shape = (*state.shape, *np.broadcast_shapes(codes.shape, blocked.shape)[-2:])
     place = np.maximum(state, 0) % (shape[-1] * shape[-2])
     of_state, reason = (_at(np.broadcast_to(each, shape).reshape(*state.shape, -1), place) for each in (codes, blocked))
     of_none = np.where(np.isfinite(ends.high), PRETENSION, NOTHING) if upper else np.asarray(NOTHING)
     open_by = np.where(state < 0, of_none, of_state)
-    return np.where(np.isnan(ends.low), np.where(state < 0, SPOOL, reason), open_by).astype(np.int8)
+    return np.where(np.isnan(ends.low), np.where(state < 0, _over_design(fixed), reason), open_by).astype(np.int8)
 
 
 def _of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
-    """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep.
-
-    Each line bounds from one side, which its slope says, or not at all where pretension changes nothing.
-    """
-    shortfall, (slack, *others) = lines_of(at, bounds)
-    low, high = slack.end, np.full((), np.inf)
-    low_by = high_by = np.asarray(slack.limit, dtype=np.int8)
+    """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep."""
+    shortfall, slack = at.response.shortfall, _slack_code(at)
+    low, high, low_by, high_by = np.zeros(()), np.full((), np.inf), slack, slack
     blocked = np.where(np.isnan(shortfall), np.int8(NO_EQUILIBRIUM), np.int8(NOTHING))
-    for line in others:
-        end, gain = line.end, line.gain
-        below = np.where(gain < 0.0, end, -np.inf)
-        above = np.where(gain > 0.0, end, np.inf)
-        hopeless = (gain == 0.0) & (line.base - line.most > SLACK_TOLERANCE * np.abs(line.most))
-        blocked = np.where(hopeless & (blocked == NOTHING), line.limit, blocked)
-        low_by, low = np.where(below > low, line.limit, low_by), np.maximum(low, below)
-        high_by, high = np.where(above < high, line.limit, high_by), np.minimum(high, above)
+    for code, end, is_lower, gain, hopeless in ends_of(at, bounds):
+        below = np.where(is_lower & (gain != 0.0), end, -np.inf)
+        above = np.where(~is_lower & (gain != 0.0), end, np.inf)
+        blocked = np.where(hopeless & (blocked == NOTHING), np.int8(code), blocked)
+        low_by, low = np.where(below > low, np.int8(code), low_by), np.maximum(low, below)
+        high_by, high = np.where(above < high, np.int8(code), high_by), np.minimum(high, above)
     return shortfall + low, shortfall + high, low_by, high_by, blocked
+
+
+def _slack_code(at: Situation) -> Codes:
+    """Which side goes slack first as pretension falls."""
+    return np.where(at.coupling.elbow_torque < 0.0, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
 
 
 def _at(values: npt.NDArray[Kind], where: Positions) -> npt.NDArray[Kind]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from tendon_cli.answers.coverage import grouped, share_served
 from tendon_cli.answers.question import question
-from tendon_cli.model.limits import Bounds
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.window import window as window_of
 from tendon_cli.paper.runs import Array, PaperTables
 from tendon_cli.studies.load import study_from

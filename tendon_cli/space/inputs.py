@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors, Real, kinematics
-from tendon_cli.model.limits import Bounds
 from tendon_cli.space.plan import Block, Plan
 from tendon_cli.studies.checks import PRETENSION, case_numbers
-from tendon_cli.studies.design import MOTION_LIMITS
 from tendon_cli.studies.study import SIDES, Study, split_side
-
-if TYPE_CHECKING:
-    from tendon_cli.model.motor_window import MotorBounds
 
 Flags = npt.NDArray[np.bool_]
 Values = npt.NDArray[np.float64]
@@ -184,19 +180,9 @@ def design_of(number: Callable[[str, str | None], Any]) -> Design:
 
 
 def bounds_of(study: Study) -> Bounds:
-    """The limits of a study that are half-lines in pretension, as the model holds states to them."""
-    known = {each.name for each in fields(Bounds)}
-    return Bounds(**{name: value for name, value in study.limits.items() if name in known})
-
-
-def motor_bounds_of(study: Study) -> MotorBounds | None:
-    """The limits of a study on the motor; None where it has none."""
-    limits = {name: value for name, value in study.limits.items() if name in MOTION_LIMITS}
-    if study.motion.speed is None or not limits:
-        return None
-    from tendon_cli.model.motor_window import MotorBounds  # only these limits pay for its import
-
-    return MotorBounds(study.motion.speed.single, **limits)
+    """The limits of a study, as the model holds states to them."""
+    speed = study.motion.speed
+    return Bounds(speed=math.nan if speed is None else speed.single, **study.limits)
 
 
 _MOST_LOOKED_INTO = 2**18

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault
+from tendon_cli.model.limits import LIMITS, SPEED, Need
 from tendon_cli.studies.contents import numbers_in
-from tendon_cli.studies.design import CHOICE_RESULTS, MOTION_LIMITS
+from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.study import LINKED_AXES, SIDES, Study, keys, split_side
@@ -78,18 +79,22 @@ def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Limits of what cannot be known without another key."""
-    needs_width = "max_contact_pressure" in study.limits and not _has_contact_width(study)
-    if needs_width and not any(key.endswith("arm.contact_width") for key in at_fault):
-        problem = "needs the width of the strap around the elbow"
-        yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_width = "40 mm"')
-    for name in MOTION_LIMITS:
-        if name in study.limits and study.motion.speed is None and "motion.speed" not in at_fault:
-            yield Fault(f"limits.{name}", "needs the speed of the elbow", 'such as motion.speed = "60 deg/s"')
+    for name in study.limits:
+        for need in LIMITS[name].needs:
+            if not is_stated(study, need) and not any(key.endswith(need.key) for key in at_fault):
+                yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
 
 
-def _has_contact_width(study: Study) -> bool:
-    key = "arm.contact_width"
-    return key in study.numbers or (bool(study.cases) and all(key in case_numbers(case) for case in study.cases))
+def is_stated(study: Study, need: Need) -> bool:
+    """Whether a study, or each of its cases, says what a limit needs."""
+    if need == SPEED:
+        return study.motion.speed is not None
+    cases = [case_numbers(case) for case in study.cases]
+    table, _, name = need.key.rpartition(".")
+    sides = [need.key, *(f"{table}.{side}.{name}" for side in SIDES[:1])]
+    return any(key in study.numbers for key in sides) or (
+        bool(cases) and all(any(key in case for key in sides) for case in cases)
+    )
 
 
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

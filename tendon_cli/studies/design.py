@@ -3,28 +3,18 @@
 # No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, create_model
 
+from tendon_cli.model.limits import LIMITS, Limit
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import Single, fault
 from tendon_cli.studies.parts import Part, Words, written
 from tendon_cli.studies.values import Values
 from tendon_cli.units import described
 
 MOST_DRAWS = 2**20
-MOTION_LIMITS = (
-    "max_spool_travel",
-    "max_backlash",
-    "max_torque_band",
-    "peak_motor_speed",
-    "peak_motor_power",
-    "max_motor_work_in",
-    "max_friction_loss",
-    "min_efficiency",
-)
-"""Limits that need `[motion] speed`."""
-
 CHOICE_RESULTS = (
     "pretension_from",
     "pretension_to",
@@ -41,29 +31,19 @@ CHOICE_RESULTS = (
 """Columns of choices.parquet that a goal may name, besides the axes of the choices."""
 
 
-class Limits(Part, Mapping[str, float]):
+def _field_of(limit: Limit) -> tuple[Any, Any]:
+    """The field of a limit in a study, and its default."""
+    number = Single(limit.name, *limit.accepts)
+    if limit.default is None:
+        return Annotated[Values | None, number], None
+    return Annotated[Values, number], written(f"{limit.default:g} {QUANTITIES[limit.name].unit}")
+
+
+class _Limits(Part, Mapping[str, float]):
     """Limits of a design, each named as the column that it bounds: min_ from below, max_ and peak_ from above.
 
-    As a mapping it has the limits that are given, and min_elbow_stiffness, with their values in SI.
+    As a mapping it has the limits that are given, and those with a default, with their values in SI.
     """
-
-    min_flexor_tension: Annotated[Values | None, Single("min_flexor_tension", 0.0, 1e7)] = None
-    min_extensor_tension: Annotated[Values | None, Single("min_extensor_tension", 0.0, 1e7)] = None
-    max_tension: Annotated[Values | None, Single("max_tension", 0.0, 1e9)] = None
-    max_spring_extension: Annotated[Values | None, Single("max_spring_extension", 0.0, 100.0)] = None
-    peak_motor_torque: Annotated[Values | None, Single("peak_motor_torque", 0.0, 1e7)] = None
-    max_contact_pressure: Annotated[Values | None, Single("max_contact_pressure", 0.0, 1e12)] = None
-    min_elbow_stiffness: Annotated[Values, Single("min_elbow_stiffness", -1e6, 1e6)] = written("0 N m/rad")
-    max_pretension: Annotated[Values | None, Single("max_pretension", 0.0, 1e7)] = None
-    min_spool_to_tendon: Annotated[Values | None, Single("min_spool_to_tendon", 0.0, 1e6)] = None
-    max_spool_travel: Annotated[Values | None, Single("max_spool_travel", 0.0, 1e6)] = None
-    max_backlash: Annotated[Values | None, Single("max_backlash", 0.0, 1e6)] = None
-    max_torque_band: Annotated[Values | None, Single("max_torque_band", 0.0, 1e7)] = None
-    peak_motor_speed: Annotated[Values | None, Single("peak_motor_speed", 0.0, 1e6)] = None
-    peak_motor_power: Annotated[Values | None, Single("peak_motor_power", 0.0, 1e9)] = None
-    max_motor_work_in: Annotated[Values | None, Single("max_motor_work_in", 0.0, 1e9)] = None
-    max_friction_loss: Annotated[Values | None, Single("max_friction_loss", 0.0, 1e9)] = None
-    min_efficiency: Annotated[Values | None, Single("min_efficiency", -1e6, 1.0)] = None
 
     def __getitem__(self, name: str) -> float:
         """The value of a limit in SI; raises KeyError for one that is not given."""
@@ -77,6 +57,17 @@ class Limits(Part, Mapping[str, float]):
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
+
+
+if TYPE_CHECKING:
+    Limits = _Limits
+else:  # a field for each limit of the model's table
+    Limits = create_model(
+        "Limits",
+        __base__=_Limits,
+        __doc__=_Limits.__doc__,
+        **{name: _field_of(limit) for name, limit in LIMITS.items()},
+    )
 
 
 class Goals(Part):

@@ -1,7 +1,5 @@
 """Limits on the motor in `tendon design`: windows end where the cycle reaches them, and conflicts name them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -96,7 +94,7 @@ def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end
 
     def moved(key, number):
         if key == "motion.speed":
-            changed = replace(problem, motor=replace(problem.motor, speed=number))
+            changed = problem.within(problem.bounds.changed("speed", number))
         elif key.startswith("limits."):
             changed = problem.relaxed(limit, number)
         elif key == "load.mass":

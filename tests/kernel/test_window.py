@@ -8,7 +8,7 @@ import pytest
 from tendon_cli import kernel
 from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation
-from tendon_cli.model.limits import Bounds
+from tendon_cli.model.bounds import Bounds
 
 from .filling import each_kind, needs_code, same_bits
 from .test_extremes import situation_of

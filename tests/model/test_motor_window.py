@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.cycle import cycle
-from tendon_cli.model.limits import LIMIT_NAMES, Bounds
-from tendon_cli.model.motor_window import MotorBounds, narrowed
+from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import window
 
 from .designs import baseline, design
@@ -21,8 +22,9 @@ COLUMNS = {"max_motor_work_in": "motor_work_in", "max_friction_loss": "friction_
 def both(bounds):
     ratio, load = np.array(RATIOS).reshape(-1, 1, 1, 1), np.array(LOADS).reshape(1, -1, 1, 1)
     many = design(baseline(ratio=ratio, load_mass=load))
-    found = window(many, ANGLES, WAYS, Bounds())
-    return found, narrowed(found, many, ANGLES, WAYS, bounds)
+    return window(many, ANGLES, WAYS, Bounds()), narrowed(
+        window(many, ANGLES, WAYS, bounds), many, ANGLES, WAYS, bounds
+    )
 
 
 def kept(name, most, ratio, load, pretension):
@@ -41,7 +43,7 @@ def kept(name, most, ratio, load, pretension):
     ],
 )  # fmt: skip
 def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, most):
-    found, left = both(MotorBounds(SPEED, **{name: most}))
+    found, left = both(Bounds(speed=SPEED, **{name: most}))
     code = LIMIT_NAMES.index(name)
     for row, ratio in enumerate(RATIOS):
         for column, load in enumerate(LOADS):
@@ -58,7 +60,7 @@ def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, most):
 
 
 def test_ends_are_exact():
-    found, left = both(MotorBounds(SPEED, max_friction_loss=11.0, max_backlash=0.02))
+    found, left = both(Bounds(speed=SPEED, max_friction_loss=11.0, max_backlash=0.02))
     cut = found.is_open & (left.window.high < found.high)
     assert cut.any()
     for row, column in np.argwhere(cut):
@@ -68,8 +70,8 @@ def test_ends_are_exact():
 
 def test_limits_together_leave_what_each_leaves():
     limits = {"max_backlash": 0.009, "max_friction_loss": 11.0, "peak_motor_speed": 4.2, "max_spool_travel": 3.9}
-    found, left = both(MotorBounds(SPEED, **limits))
-    each = [both(MotorBounds(SPEED, **{name: most}))[1].window for name, most in limits.items()]
+    found, left = both(Bounds(speed=SPEED, **limits))
+    each = [both(Bounds(speed=SPEED, **{name: most}))[1].window for name, most in limits.items()]
     low, high = np.max([one.low for one in each], axis=0), np.min([one.high for one in each], axis=0)
     open_ = left.window.is_open
     np.testing.assert_array_equal(open_, low <= high)
@@ -79,7 +81,7 @@ def test_limits_together_leave_what_each_leaves():
 
 
 def test_a_limit_that_no_pretension_keeps_is_the_reason():
-    found, left = both(MotorBounds(SPEED, max_friction_loss=0.01))
+    found, left = both(Bounds(speed=SPEED, max_friction_loss=0.01))
     was_open = found.is_open
     assert np.isnan(left.window.low[was_open]).all()
     assert {LIMIT_NAMES[code] for code in left.window.low_by[was_open]} == {"max_friction_loss"}
@@ -94,7 +96,7 @@ def test_an_interval_in_two_is_counted_and_the_widest_used():
     many = design(baseline(load_mass=3.0, ratio=0.7, pretension=pretension.reshape(-1, 1, 1)))
     power = np.broadcast_to(cycle(many, ANGLES, WAYS, SPEED).peak_motor_power, pretension.shape)
     most = float(np.quantile(power, 0.5))
-    left = narrowed(found, one, ANGLES, WAYS, MotorBounds(SPEED, peak_motor_power=most))
+    left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, peak_motor_power=most))
     allowed = power <= most
     runs = int((np.diff(allowed.astype(int), prepend=0) == 1).sum())
     assert int(left.intervals) == runs
@@ -105,16 +107,16 @@ def test_an_interval_in_two_is_counted_and_the_widest_used():
 def test_without_an_upper_end_the_window_ends_where_a_limit_does():
     one = design(baseline(load_mass=3.0))
     found = window(one, ANGLES, WAYS, Bounds(min_elbow_stiffness=-np.inf))
-    left = narrowed(found, one, ANGLES, WAYS, MotorBounds(SPEED, max_spool_travel=7.0))
+    left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=7.0))
     assert np.isinf(found.high)
     at = design(baseline(load_mass=3.0, pretension=float(left.window.high)))
     assert float(cycle(at, ANGLES, WAYS, SPEED).spool_travel) == pytest.approx(7.0, rel=1e-9)
-    free = narrowed(found, one, ANGLES, WAYS, MotorBounds(SPEED, max_spool_travel=1e9))
+    free = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=1e9))
     assert np.isinf(free.window.high)
 
 
 def test_one_direction_has_no_differences_to_limit():
     one = design(baseline(load_mass=3.0))
     found = window(one, ANGLES, WAYS[:1], Bounds())
-    left = narrowed(found, one, ANGLES, WAYS[:1], MotorBounds(SPEED, max_backlash=1e-9, max_torque_band=1e-9))
+    left = narrowed(found, one, ANGLES, WAYS[:1], Bounds(speed=SPEED, max_backlash=1e-9, max_torque_band=1e-9))
     assert (float(left.window.low), float(left.window.high)) == (float(found.low), float(found.high))
