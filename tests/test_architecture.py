@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "quantities": set(),
     "units": {"errors", "quantities"},
     "model": {"quantities", "units", "errors"},
-    "say": {"quantities", "units"},
+    "say": {"model", "quantities", "units"},
     "tables": GROUND,
     "studies": {"model", *GROUND},
     "figures": BELOW_THE_ROOMS,

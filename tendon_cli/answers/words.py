@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tendon_cli.answers.factors import Combinations
-from tendon_cli.model.limits import ALWAYS_BROKEN, LIMITS
+from tendon_cli.model.limits import ALWAYS, LIMITS
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.study import keys
 from tendon_cli.units import UNITS
@@ -50,4 +50,4 @@ def broken(limit: str, bounds: Mapping[str, float]) -> str:
     bound = shown(QUANTITIES[limit], bounds[limit]) if limit in bounds else ""
     if limit == "min_elbow_stiffness" and bounds.get(limit) == 0.0:
         return "the elbow is unstable"
-    return ALWAYS_BROKEN[limit] if limit in ALWAYS_BROKEN else LIMITS[limit].broken.format(bound)
+    return (ALWAYS[limit] if limit in ALWAYS else LIMITS[limit].words).broken.format(bound)

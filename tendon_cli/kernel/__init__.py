@@ -29,8 +29,8 @@ from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation, State
 from tendon_cli.model.bounds import SHARES, Bounds, held_forms
 from tendon_cli.model.extremes import Found, fold
+from tendon_cli.model.forms import is_nothing
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import is_nothing
 
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""

@@ -14,6 +14,7 @@ import numpy as np
 
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
+from tendon_cli.model.forms import DesignLimit, Form, is_nothing
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
@@ -21,9 +22,6 @@ from tendon_cli.model.limits import (
     LIMIT_NAMES,
     LIMITS,
     PRETENSION,
-    Form,
-    Limit,
-    is_nothing,
 )
 from tendon_cli.model.response import SLACK_TOLERANCE
 
@@ -53,12 +51,12 @@ class Bounds(Mapping[str, "Real"]):
         return Bounds(**{"speed": self.speed, **self._values, name: value})
 
     @property
-    def asked(self) -> list[Limit]:
+    def asked(self) -> list[DesignLimit]:
         """The limits that hold for any design, in the order of the table."""
         return [limit for limit in LIMITS.values() if limit.name in self and limit.is_asked(self[limit.name])]
 
     @property
-    def of_motion(self) -> list[Limit]:
+    def of_motion(self) -> list[DesignLimit]:
         """Those of them that compare states of the whole motion."""
         return [limit for limit in self.asked if limit.of_motion]
 
@@ -85,7 +83,7 @@ def held_forms(at: Situation, bounds: Bounds) -> list[Held]:
     ]
 
 
-def _held(limit: Limit, form: Form, bound: Real) -> Held:
+def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
     ends = [None if end is None else end - np.asarray(form.constant) for end in limit.range_of(bound)]
     shares = {name: getattr(form, name) for name in SHARES if not is_nothing(getattr(form, name))}
     code = LIMIT_NAMES.index(limit.name)

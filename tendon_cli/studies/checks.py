@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault
-from tendon_cli.model.limits import LIMITS, SPEED, Need
+from tendon_cli.model.forms import Need
+from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.studies.contents import numbers_in
 from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, create_model
 
-from tendon_cli.model.limits import LIMITS, Limit
+from tendon_cli.model.forms import DesignLimit
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import Single, fault
 from tendon_cli.studies.parts import Part, Words, written
@@ -31,7 +32,7 @@ CHOICE_RESULTS = (
 """Columns of choices.parquet that a goal may name, besides the axes of the choices."""
 
 
-def _field_of(limit: Limit) -> tuple[Any, Any]:
+def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """The field of a limit in a study, and its default."""
     number = Single(limit.name, *limit.accepts)
     if limit.default is None:
