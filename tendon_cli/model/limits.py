@@ -136,7 +136,8 @@ _ALL = (
     ),
     DesignLimit(
         "max_torque_band", (0.0, 1e7), LimitWords(
-            "torque differs too much", "torque difference", "the motor torque differs by more than {} between directions",
+            "torque differs too much", "torque difference",
+            "the motor torque differs by more than {} between directions",
             "keeps the directions within {} of torque", "makes the motor torque differ by more than {}",
         ),
         needs=(SPEED,), lines=lambda motor: motor.between(motor.torque),

@@ -1,6 +1,7 @@
 """Numbers, quantities, shares, limits and columns in words: once, for every text, figure and page."""
 
-from tendon_cli.say.limits import LimitWords, conflict, conflict_label, limit_words
+from tendon_cli.model.forms import LimitWords
+from tendon_cli.say.limits import conflict, conflict_label, limit_words
 from tendon_cli.say.words import (
     WIDTH,
     column,

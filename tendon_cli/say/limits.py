@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from tendon_cli.model.forms import LimitWords as LimitWords
+from tendon_cli.model.forms import LimitWords
 from tendon_cli.model.limits import ALWAYS, LIMITS
 from tendon_cli.say.words import quantity
 
