@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.engine.results import share
-from tendon_cli.units import UNITS, counted
+from tendon_cli.units import counted, factor_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from tendon_cli.cube.rows import TableRows
     from tendon_cli.engine.estimate import Estimate
     from tendon_cli.engine.results import Run
-    from tendon_cli.rows import TableRows
 
 
 def run_text(run: Run) -> str:
@@ -70,9 +70,9 @@ def rows_text(rows: TableRows, shown: pa.Table, total: int, width: int) -> str:
 
 def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
     """A column's cells, its name and unit first, all of one width."""
-    quantity = rows.quantity(name)
+    quantity = rows.of.held[name]
     unit = quantity.shown_in if quantity is not None else "1"
-    factor = float(UNITS[unit].factor) if unit in UNITS else 1.0
+    factor = factor_of(unit)
     texts = [name, "" if unit == "1" else unit]
     for value in values:
         if isinstance(value, float):

@@ -128,6 +128,11 @@ class Measure:
         return min(said, key=len) if said else f"{self.text} {self.unit.symbol}"
 
 
+def factor_of(symbol: str) -> float:
+    """SI values per value in a unit: what both are divided by to be shown; 1 for what is no unit."""
+    return float(UNITS[symbol].factor) if symbol in UNITS else 1.0
+
+
 def terminating(value: Fraction) -> str | None:
     """A rational number in decimal digits, where these come to an end and can be read back."""
     with localcontext(prec=200) as context:

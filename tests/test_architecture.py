@@ -29,18 +29,18 @@ MAY_IMPORT = {
     "say": {"model", "quantities", "units"},
     "tables": GROUND,
     "studies": {"model", *GROUND},
-    "figures": BELOW_THE_ROOMS,
+    "cube": {"engine", "space", *BELOW_THE_ROOMS},
+    "figures": {"cube", *BELOW_THE_ROOMS},
     "friction": BELOW_THE_ROOMS,
     "kernel": {"model"},
     "space": {"model", "studies", *GROUND},
     "engine": {"kernel", "space", *BELOW_THE_ROOMS},
     "answers": {"engine", "space", "kernel", "figures", *BELOW_THE_ROOMS},
-    "checks": {"answers", "space", *ROOMS, *BELOW_THE_ROOMS},
-    "reports": {"answers", "summary", "space", *ROOMS, *BELOW_THE_ROOMS},
-    "paper": {"answers", "space", *ROOMS, *BELOW_THE_ROOMS},
+    "checks": {"answers", "cube", "space", *ROOMS, *BELOW_THE_ROOMS},
+    "reports": {"answers", "cube", "summary", "space", *ROOMS, *BELOW_THE_ROOMS},
+    "paper": {"answers", "cube", "space", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", "space", *BELOW_THE_ROOMS},
-    "rows": BELOW_THE_ROOMS,
-    "summary": {"rows", "engine", "space", *BELOW_THE_ROOMS},
+    "summary": {"cube", "engine", "space", *BELOW_THE_ROOMS},
 }
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
@@ -180,7 +180,7 @@ def test_importing_the_study_or_the_model_loads_no_heavy_library(module):
     assert loaded_by(f"import tendon_cli{module}") == []
 
 
-@pytest.mark.parametrize("module", ["figures.draw", "checks.check", "reports.report", "rows"])
+@pytest.mark.parametrize("module", ["figures.draw", "checks.check", "reports.report", "cube.rows"])
 def test_what_draws_nothing_loads_no_matplotlib(module):
     assert not {"matplotlib", "scipy", "pandas"}.intersection(loaded_by(f"import tendon_cli.{module}"))
 

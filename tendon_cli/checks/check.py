@@ -12,9 +12,9 @@ from tendon_cli.answers.folder import open_answer
 from tendon_cli.checks.compare import Change, Comparison, check_studies, compare_tables, flips, shared_rows
 from tendon_cli.checks.limits import check_designs
 from tendon_cli.checks.text import comparison_text, record_of, verdict_text
+from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import open_run
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.product import Product, product_of
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import TableFiles, open_table
 
@@ -43,7 +43,7 @@ def check(folder: Path, *, worst: int = WORST) -> Checked:
     run = open_run(folder)
     table = _designs(folder, run.record)
     found = check_designs(table, recorded_study(table.facts["study"]), worst)
-    return Checked(found.holds, verdict_text(found, product_of(table), run.record["name"]), record_of(found))
+    return Checked(found.holds, verdict_text(found, cube_of(table), run.record["name"]), record_of(found))
 
 
 def _answer(record: dict[str, Any]) -> Checked:
@@ -67,7 +67,7 @@ def compare(
     tables = [_designs(each, run.record) for each, run in zip((folder, baseline), runs, strict=True)]
     ours, theirs = (recorded_study(table.facts["study"]) for table in tables)
     check_studies(ours, theirs, apart)
-    here, there = (product_of(table) for table in tables)
+    here, there = (cube_of(table) for table in tables)
     shared = shared_rows(here, there, ours, theirs)
     changes: tuple[Change, ...] = compare_tables(here, there, shared, tolerance)
     flipped, count = flips(here, there, shared, worst)
@@ -89,7 +89,7 @@ def _designs(folder: Path, record: dict[str, Any]) -> TableFiles:
     return open_table(folder / "designs.parquet")
 
 
-def _states(folder: Path, baseline: Path, records: list[dict[str, Any]]) -> tuple[Product, Product] | None:
+def _states(folder: Path, baseline: Path, records: list[dict[str, Any]]) -> tuple[Cube, Cube] | None:
     if any("states" not in record["study"]["output"]["tables"] for record in records):
         return None
-    return product_of(open_table(folder / "states.parquet")), product_of(open_table(baseline / "states.parquet"))
+    return cube_of(open_table(folder / "states.parquet")), cube_of(open_table(baseline / "states.parquet"))

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.axes import Ints, RowAxis
+from tendon_cli.cube.cube import Cube
 from tendon_cli.engine.columns import JUDGEMENTS
 from tendon_cli.engine.record import differences
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import Ints, RowAxis
-from tendon_cli.figures.product import Product
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.schema import key_words
@@ -122,7 +122,7 @@ def check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
         raise UsageError(f"the baseline is of another study: {'; '.join(lines[:4])}", hint=hint)
 
 
-def shared_rows(here: Product, there: Product, ours: Study, theirs: Study) -> Shared:
+def shared_rows(here: Cube, there: Cube, ours: Study, theirs: Study) -> Shared:
     """What two tables have in common, by the values of their axes; raises UsageError where that is nothing."""
     by_key = {axis.key: axis for axis in there.axes}
     at_here, at_there, axes = {}, {}, []
@@ -161,7 +161,7 @@ def _token(value: Any) -> str:
     return value if isinstance(value, str) else f"{float(value):.12g}"
 
 
-def compare_tables(here: Product, there: Product, shared: Shared, tolerance: float) -> tuple[Change, ...]:
+def compare_tables(here: Cube, there: Cube, shared: Shared, tolerance: float) -> tuple[Change, ...]:
     """Columns of both tables that differ by more than a share of their scale; flags and words exactly."""
     columns = [name for name in _results(here) if name in _results(there)]
     scale = dict.fromkeys(columns, 0.0)
@@ -179,14 +179,14 @@ def compare_tables(here: Product, there: Product, shared: Shared, tolerance: flo
     return tuple(sorted(found.values(), key=lambda change: -change.share))
 
 
-def _results(product: Product) -> list[str]:
+def _results(cube: Cube) -> list[str]:
     """Columns that are computed; the others say which design or state a row is."""
     known = {*OF_DESIGNS, *OF_CYCLES, *OF_STATES, *FLAGS}
-    return [name for name in product.files.schema.names if name in known] if product.files is not None else []
+    return [name for name in cube.files.schema.names if name in known] if cube.files is not None else []
 
 
 def _together(
-    here: Product, there: Product, shared: Shared, columns: Sequence[str]
+    here: Cube, there: Cube, shared: Shared, columns: Sequence[str]
 ) -> Iterator[tuple[int, dict[str, Values], dict[str, Values]]]:
     """The common rows of both, a bounded number at once, with the number of the first."""
     total, by_key = math.prod(shared.shape), {axis.key: axis for axis in there.axes}
@@ -199,13 +199,13 @@ def _together(
 
 
 def _row_numbers(
-    product: Product, at: Mapping[str, Ints], axes: Sequence[RowAxis], places: Sequence[Ints], flat: Ints
+    cube: Cube, at: Mapping[str, Ints], axes: Sequence[RowAxis], places: Sequence[Ints], flat: Ints
 ) -> Ints:
     rows = np.zeros(len(flat), dtype=np.int64)
     for axis, place in zip(axes, places, strict=True):
         rows += at[axis.column][place] * axis.stride
     varied = {axis.column for axis in axes}
-    return rows + sum(int(at[axis.column][0]) * axis.stride for axis in product.axes if axis.column not in varied)
+    return rows + sum(int(at[axis.column][0]) * axis.stride for axis in cube.axes if axis.column not in varied)
 
 
 def _change(
@@ -233,7 +233,7 @@ def _worse(before: Change | None, now: Change) -> Change:
     return replace(max(before, now, key=lambda change: change.share), rows=before.rows + now.rows)
 
 
-def flips(here: Product, there: Product, shared: Shared, most: int) -> tuple[tuple[Flip, ...], int]:
+def flips(here: Cube, there: Cube, shared: Shared, most: int) -> tuple[tuple[Flip, ...], int]:
     """Designs that are feasible in one of the runs only, the worst first; and how many there are."""
     found: list[Flip] = []
     count = 0

@@ -9,8 +9,8 @@ from typing import Any
 
 from tendon_cli.checks.compare import Change, Comparison, Flip
 from tendon_cli.checks.limits import NO_EQUILIBRIUM, SLACK, Breach, LimitCheck, column_of
-from tendon_cli.figures.labels import Shown, number
-from tendon_cli.figures.product import Product
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import Shown, number
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.units import counted
 
@@ -31,7 +31,7 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def verdict_text(found: LimitCheck, product: Product, name: str) -> str:
+def verdict_text(found: LimitCheck, cube: Cube, name: str) -> str:
     """One line where all is well, else what is broken and where, the worst first."""
     if found.holds:
         all_of_them = (
@@ -40,12 +40,12 @@ def verdict_text(found: LimitCheck, product: Product, name: str) -> str:
         return f"{name}: {all_of_them} limits"
     lines = [f"{name}: {found.designs - found.feasible:,} of {found.designs:,} designs are not within their limits"]
     lines += [f"  {limit:<22} broken by {counted(count, 'design')}" for limit, count in found.broken.items()]
-    lines += ["worst first", *(f"  {_breach(each, product)}" for each in found.breaches)]
+    lines += ["worst first", *(f"  {_breach(each, cube)}" for each in found.breaches)]
     return "\n".join(lines)
 
 
-def _breach(breach: Breach, product: Product) -> str:
-    design = f"design {breach.design}{_at(product, breach.design)}"
+def _breach(breach: Breach, cube: Cube) -> str:
+    design = f"design {breach.design}{_at(cube, breach.design)}"
     if breach.limit == NO_EQUILIBRIUM:
         said = "has a state without equilibrium"
     elif breach.limit == SLACK:
@@ -65,12 +65,12 @@ def _state(breach: Breach) -> str:
     return f"; worst in {breach.direction} at {number(math.degrees(breach.elbow_angle))} deg"
 
 
-def _at(product: Product, design: int) -> str:
+def _at(cube: Cube, design: int) -> str:
     """A design's place on the axes."""
     said = []
-    for axis in product.axes:
+    for axis in cube.axes:
         value = axis.values[design // axis.stride % axis.length]
-        said.append(f"{axis.column} {value if axis.is_text else product.shown(axis.column).text(float(value))}")
+        said.append(f"{axis.column} {value if axis.is_text else cube.shown(axis.column).text(float(value))}")
     return f" ({', '.join(said)})" if said else ""
 
 
@@ -78,43 +78,43 @@ def _shown(column: str, value: float) -> str:
     return Shown.of(column, QUANTITIES[column]).text(value) if column in QUANTITIES else number(value)
 
 
-def comparison_text(found: Comparison, product: Product, names: tuple[str, str]) -> str:
+def comparison_text(found: Comparison, cube: Cube, names: tuple[str, str]) -> str:
     """One line where nothing changed, else columns and designs that did, the worst first."""
     what = f"{counted(found.designs, 'design')}, {counted(found.states, 'state')} in common"
     if found.holds:
         return f"{names[0]}: nothing changed since {names[1]} ({what})"
     lines = [f"{names[0]}: changed since {names[1]} ({what})"]
-    lines += [f"  {_change(each, product)}" for each in found.changes]
+    lines += [f"  {_change(each, cube)}" for each in found.changes]
     if found.flipped:
         lines.append(f"feasible in one run only: {counted(found.flipped, 'design')}, worst first")
-        lines += [f"  {_flip(each, product)}" for each in found.flips]
+        lines += [f"  {_flip(each, cube)}" for each in found.flips]
     return "\n".join(lines)
 
 
-def _change(change: Change, product: Product) -> str:
+def _change(change: Change, cube: Cube) -> str:
     head = f"{change.table}.{change.column}: {counted(change.rows, 'row')}"
     if change.difference is None:
-        return f"{head}, first at {_where(change.where, product)}"
+        return f"{head}, first at {_where(change.where, cube)}"
     by = "null in one only" if math.isinf(change.difference) else f"by {_shown(change.column, change.difference)}"
     share = "" if math.isinf(change.share) else f" ({change.share:.3g} of its scale)"
-    return f"{head}, most {by}{share} at {_where(change.where, product)}"
+    return f"{head}, most {by}{share} at {_where(change.where, cube)}"
 
 
-def _flip(flip: Flip, product: Product) -> str:
+def _flip(flip: Flip, cube: Cube) -> str:
     now = "feasible now, was not" if flip.now else "not feasible now, was"
     margins = [None if each is None else _shown("margin", each) for each in (flip.margin_before, flip.margin_now)]
     moved = f"; margin {margins[0]}, now {margins[1]}" if None not in margins else ""
-    return f"{_where(flip.where, product)}: {now}{moved}"
+    return f"{_where(flip.where, cube)}: {now}{moved}"
 
 
-def _where(where: Mapping[str, float | str], product: Product) -> str:
+def _where(where: Mapping[str, float | str], cube: Cube) -> str:
     said = []
     for column, value in where.items():
         shown = Shown.of(column, QUANTITIES[column]) if column in QUANTITIES else None
         if isinstance(value, str):
             said.append(f"{column} {value}")
         else:
-            said.append(f"{column} {(shown or product.shown(column)).text(value)}")
+            said.append(f"{column} {(shown or cube.shown(column)).text(value)}")
     return ", ".join(said) or "the only row"
 
 

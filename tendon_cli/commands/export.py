@@ -22,10 +22,10 @@ def export(
     as_json: options.AsJson = False,
 ) -> None:
     """Write a table as CSV, in SI and with units in the header, for tools that cannot read Parquet."""
-    from tendon_cli.rows import TableRows, table_in
-    from tendon_cli.rows import export as written
+    from tendon_cli.cube.rows import export as written
+    from tendon_cli.cube.rows import rows_in
 
-    rows = TableRows(table_in(source, table), tuple(where or ()), options.listed(columns))
+    rows = rows_in(source, table, where or (), options.listed(columns))
     with contextlib.suppress(OSError):
         if file.samefile(source):
             raise UsageError(f"{file.name}, which is read, would be written over", hint="choose another name")

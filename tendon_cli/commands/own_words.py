@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from tendon_cli.errors import TendonError
 
 if TYPE_CHECKING:
-    from tendon_cli.rows import TableRows
+    from tendon_cli.cube.rows import TableRows
 
 Words = Iterable[tuple[str, str]]
 """Words that may stand there, each with what it means."""
@@ -82,21 +82,24 @@ def _filters(line: Given) -> Words:
 
 def _values_of(rows: "TableRows", name: str) -> list[str]:
     """What a column holds, as a filter takes it, where these are few values."""
-    from tendon_cli.units import UNITS
+    from tendon_cli.units import UNITS, factor_of
 
-    column = rows.find(name, "--where")
+    try:
+        column = rows.of.find(name, "--where")
+    except TendonError:
+        return []
     found: dict[Any, None] = {}
     for stretch in islice(rows.table.stretches([column]), _MOST_STRETCHES):
         found |= dict.fromkeys(stretch[column].unique().drop_null().to_pylist())
         if len(found) > _MOST_VALUES:
             return []
-    quantity = rows.quantity(column)
+    quantity = rows.of.held[column]
     if quantity is None:
         words = [str(value).lower() if isinstance(value, bool) else str(value) for value in found]
         return [word for word in words if word.isprintable()]
     if quantity.shown_in not in UNITS:
         return [f"{value:.6g}" for value in found]
-    factor = float(UNITS[quantity.shown_in].factor)
+    factor = factor_of(quantity.shown_in)
     return [f"{value / factor:.6g} {quantity.shown_in}".removesuffix(" 1") for value in found]
 
 
@@ -104,7 +107,8 @@ def _rows(line: Given) -> "TableRows | None":
     """The table that the line names, unverified; None where there is none."""
     if not line.source:
         return None
-    from tendon_cli.rows import TableRows, file_of, table_in
+    from tendon_cli.cube.rows import TableRows
+    from tendon_cli.cube.source import file_of, table_in
     from tendon_cli.tables.read import TableFiles
 
     try:
@@ -136,7 +140,7 @@ def _templates(_line: Given) -> Words:
 
 def _tables(line: Given) -> Words:
     """The tables of the folder that the line names, else all that there may be."""
-    from tendon_cli.rows import TABLES
+    from tendon_cli.cube.source import TABLES
 
     found = [name for name in TABLES if line.source and (Path(line.source) / f"{name}.parquet").exists()]
     return [(name, "") for name in found or TABLES]

@@ -31,12 +31,12 @@ def show(
 
     A CSV of people is shown as tendon reads it.
     """
-    from tendon_cli.rows import TableRows, table_in, write_csv
+    from tendon_cli.cube.rows import rows_in, write_csv
     from tendon_cli.summary import rows_text
 
     if as_json and as_csv:
         raise UsageError("--json and --csv exclude each other")
-    rows = TableRows(table_in(Path(source), table), tuple(where or ()), options.listed(columns))
+    rows = rows_in(Path(source), table, where or (), options.listed(columns), sort)
     shown, total = rows.head(head, sort)
     if as_csv:
         text = io.BytesIO()

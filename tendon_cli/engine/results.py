@@ -19,6 +19,7 @@ from tendon_cli.engine.design_rows import Totals
 from tendon_cli.engine.part import PartResult
 from tendon_cli.engine.record import RECORD, Journal, lost, read_record
 from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.states import StatesOf
 from tendon_cli.engine.suits import feasible_suits, suits
 from tendon_cli.errors import FolderError, InputError, UsageError
 from tendon_cli.space.inputs import Inputs
@@ -71,6 +72,8 @@ class Run:
         if name in self.tables:
             return self.tables[name]
         if name not in self.record["study"]["output"]["tables"]:
+            if name == "states":
+                return StatesOf(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
             hint = f'[output] tables needs "{name}"'
             raise UsageError(f"the run has no table {name}", where=str(self.folder or "in memory"), hint=hint)
         from tendon_cli.tables.read import open_table

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.labels import plain
 from tendon_cli.figures.engine import Axes
-from tendon_cli.figures.labels import plain
 from tendon_cli.figures.style import (
     FAINT,
     INK,

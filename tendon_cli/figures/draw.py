@@ -11,17 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tendon_cli.cube.cube import Cube, Table, cube_of, cube_to_come
+from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
 from tendon_cli.figures.curves.plan import CurvePlan, plan_curves
 from tendon_cli.figures.maps.plan import MapPlan, long_axes, plan_maps
-from tendon_cli.figures.product import Product, product_of, product_to_come
-from tendon_cli.figures.where import choose, conditions
-from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import TableFiles, open_table
-from tendon_cli.units import shorten
+from tendon_cli.tables.read import open_table
 
 if TYPE_CHECKING:
     from tendon_cli.figures.engine import Figure
@@ -44,19 +42,19 @@ class Drawn:
     """Why there is no slack map, where there is none."""
 
 
-def plot(source: Path | TableFiles, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
+def plot(source: Path | Table, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
     """Draw a table, or of a run folder the one that has what is asked for; returns the files, page by page.
 
     `out` is a file (its ending gives the format), or a folder; by default the working directory. Further pages get
     -2, -3 before the ending. Raises UsageError, InputError for a table of another kind, OutputError.
     """
     spec = spec or FigureSpec()
-    table = source if isinstance(source, TableFiles) else table_of(source, spec)
+    table = table_of(source, spec) if isinstance(source, Path) else source
     targets = _targets(table, spec, out)
     return list(_written(pages_of(table, spec), targets))
 
 
-def pages_of(table: TableFiles, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
+def pages_of(table: Table, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
     """The pages of a figure; raises UsageError where it does not fit the table, InputError for one of another kind.
 
     Without a wish states are drawn as curves, and designs as slack maps where they have two axes for one.
@@ -64,9 +62,9 @@ def pages_of(table: TableFiles, spec: FigureSpec | None = None, finish: Finish |
     from tendon_cli.figures.style import house_style
 
     spec = spec or FigureSpec()
-    product = product_of(table)
+    cube = cube_of(table)
     with house_style():
-        pages = _pages(product, spec, *_planned(product, spec))
+        pages = _pages(cube, spec, *_planned(cube, spec))
         for page in pages:
             if finish is not None:
                 finish(spec, page.figure)
@@ -81,14 +79,14 @@ def check_figures_of(study: Study) -> None:
     found: list[Fault] = []
     for at, spec in enumerate(study.figure):
         key = f"figure.{at}"
-        if spec.table not in study.output.tables:
-            hint = f'[output] tables needs "{spec.table}"'
-            found.append(Fault(f"{key}.quantity", f"{spec.quantity[0]} is of {spec.table}, which is not written", hint))
+        if spec.table == "designs" and spec.table not in study.output.tables:
+            hint = '[output] tables needs "designs"'
+            found.append(Fault(f"{key}.quantity", f"{spec.quantity[0]} is of designs, which is not written", hint))
             continue
         try:
-            product = product_to_come(study, spec.table)
-            _planned(product, spec)
-            null = [name for name in spec.quantity if product.is_null(name)]
+            cube = cube_to_come(study, spec.table)
+            _planned(cube, spec)
+            null = [name for name in spec.quantity if cube.is_null(name)]
             if len(null) == len(spec.quantity):
                 found.append(Fault(f"{key}.quantity", f"{', '.join(null)}: null in every row of this study"))
         except UsageError as error:
@@ -116,9 +114,6 @@ def draw_run(study: Study, folder: Path, out: Path | None = None) -> Drawn:
         except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
             warnings.append(_warning("the slack map", error))
     for spec in study.figure:
-        if spec.table not in study.output.tables:
-            warnings.append(f'figure "{spec.name}" is not drawn: {spec.table} is not written')
-            continue
         try:
             files += draw_declared(spec, folder, out)
         except InputError:
@@ -134,62 +129,45 @@ def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: 
     Returns the files written. Raises UsageError where it does not fit the tables, InputError for a damaged or missing
     one, OutputError.
     """
-    pages = pages_of(open_table(run / f"{spec.table}.parquet"), spec, finish)
+    pages = pages_of(table_of(run, spec, spec.table), spec, finish)
     targets = [(out or run) / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
     return list(_written(pages, targets))
 
 
-def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> TableFiles:
-    """The table that a path means: a table, or of a run folder the one that has what is asked for.
-
-    Raises InputError where there is none, UsageError for a study, or for a table that the run does not have.
-    """
-    if path.suffix.lower() in (".toml", ".yaml", ".yml"):
-        hint = f"`tendon sweep {path}` runs it, `tendon plot --arm {path}` draws its arm"
-        raise UsageError("is a study, expected a run folder or a table of one", where=str(path), hint=hint)
-    if not path.is_dir() or path.suffix == ".parquet":
-        return open_table(path)
-    found = {name: path / f"{name}.parquet" for name in ("states", "designs") if (path / f"{name}.parquet").exists()}
-    if not found:
-        raise InputError("holds neither designs.parquet nor states.parquet", where=str(path), hint="run `tendon sweep`")
-    if wanted is not None:
-        if wanted not in found:
-            hint = nearest(wanted, found) or f"it has {', '.join(found)}"
-            raise UsageError(f'the run has no table "{shorten(wanted)}"', where=str(path), hint=hint)
-        return open_table(found[wanted])
-    tables = [open_table(file) for file in found.values()]
-    asked = {*spec.quantity, *filter(None, [spec.x])}
-    return next((table for table in tables if asked <= set(product_of(table).columns)), tables[0])
+def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> Table:
+    """The table that a path means, or of a run folder the one that has what is asked for; raises as `table_in`."""
+    asked = [*spec.quantity, *filter(None, (spec.x, spec.colour, spec.panels)), *(each.name for each in spec.filters)]
+    return table_of_study(path, wanted, asked)
 
 
-def _planned(product: Product, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
+def _planned(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:
     """What a figure shows of a table; raises UsageError where it does not fit."""
-    asked = conditions(product, spec.filters)
-    chosen = choose(product, asked)
+    asked = cube.of.conditions(spec.filters)
+    chosen = cube.choose(asked)
     is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels)
-    on_axes = all(product.axis(each.column) for each in asked)
-    if product.kind == "designs" and is_plain and on_axes and len(long_axes(product, chosen)) > 1:
-        return plan_maps(product, chosen), asked
-    return plan_curves(product, chosen, spec), asked
+    on_axes = all(cube.axis(each.column) for each in asked)
+    if cube.kind == "designs" and is_plain and on_axes and len(long_axes(cube, chosen)) > 1:
+        return plan_maps(cube, chosen), asked
+    return plan_curves(cube, chosen, spec), asked
 
 
-def _pages(product: Product, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]) -> list[Page]:
+def _pages(cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]) -> list[Page]:
     width, height = read_size(spec.size)
     if isinstance(plan, MapPlan):
         from tendon_cli.figures.maps.data import map_data
         from tendon_cli.figures.maps.draw import draw_maps
 
-        return draw_maps(map_data(product, plan, spec), width, height)
+        return draw_maps(map_data(cube, plan, spec), width, height)
     from tendon_cli.figures.curves.data import curve_data
     from tendon_cli.figures.curves.draw import draw_curves
 
-    return draw_curves(curve_data(product, plan, asked, spec), width, height)
+    return draw_curves(curve_data(cube, plan, asked, spec), width, height)
 
 
-def _slack_maps(designs: TableFiles, folder: Path) -> list[Path]:
+def _slack_maps(designs: Table, folder: Path) -> list[Path]:
     """slack_map.png, and slack_map-2.png and so on where the panels need more pages; of one axis as lines."""
-    product = product_of(designs)
-    long = long_axes(product, choose(product, []))
+    cube = cube_of(designs)
+    long = long_axes(cube, cube.choose([]))
     if not long:
         raise UsageError("no axis other than the load has more than one value")
     pages = pages_of(designs, FigureSpec(size="page" if len(long) > 1 else "120 mm"))
@@ -202,7 +180,7 @@ def _written(pages: list[Page], targets: list[Path], *, must_fit: bool = True) -
             yield page.save(target if number == 1 else target.with_stem(f"{target.stem}-{number}"), must_fit=must_fit)
 
 
-def _targets(table: TableFiles, spec: FigureSpec, out: Path | None) -> list[Path]:
+def _targets(table: Table, spec: FigureSpec, out: Path | None) -> list[Path]:
     """The first file to write in each format."""
     from tendon_cli.figures.style import FORMATS
 
@@ -210,8 +188,8 @@ def _targets(table: TableFiles, spec: FigureSpec, out: Path | None) -> list[Path
         if out.suffix[1:].lower() not in FORMATS:
             raise UsageError(f'"{out.name}" has no ending of a figure', where="--out", hint=".png, .svg or .pdf")
         return [out]
-    product = product_of(table)
-    words = (re.sub(r"[^\w.-]+", "_", str(product.study.get("name", ""))), product.kind, *spec.quantity[:3])
+    cube = cube_of(table)
+    words = (re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", ""))), cube.kind, *spec.quantity[:3])
     return [(out or Path()) / f"{spec.name or '-'.join(filter(None, words))}.{kind}" for kind in spec.format]
 
 

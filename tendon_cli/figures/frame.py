@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.cube.labels import plain, without_formulas
 from tendon_cli.figures.engine import Figure
-from tendon_cli.figures.labels import plain, without_formulas
 from tendon_cli.figures.style import new_figure, save
 
 _TITLE_LINE, _NOTE_LINE, _KEY_LINE, _PAD = 4.0, 3.3, 4.4, 1.5

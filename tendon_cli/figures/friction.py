@@ -9,10 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.labels import plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.engine import Axes, Figure, Line2D
 from tendon_cli.figures.frame import Frame
-from tendon_cli.figures.labels import plain
 from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style
 
 _PULLED, _DRAGGED, _ASIDE, _LINE = "#0063a6", "#b4490a", "#a6a6a6", "#1a1a1a"

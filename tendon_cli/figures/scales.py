@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.labels import Shown, number, plain
 from tendon_cli.figures.engine import Axes, ticker
-from tendon_cli.figures.labels import Shown, number, plain
 
 _FEW = 6
 """Up to so many values each one has its tick."""

@@ -13,15 +13,15 @@ import pyarrow as pa
 from tendon_cli.answers.factors import Factor
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import question
-from tendon_cli.figures.axes import evenly
-from tendon_cli.figures.labels import Shown
-from tendon_cli.figures.product import as_numpy
+from tendon_cli.cube.axes import evenly, thinned
+from tendon_cli.cube.columns import as_numpy
+from tendon_cli.cube.labels import Shown
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.reports import html
 from tendon_cli.reports.data import NO_DATA
 from tendon_cli.reports.packed import packed, packed_classes
 from tendon_cli.reports.people import people_record
-from tendon_cli.reports.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning, thinned
+from tendon_cli.reports.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning
 from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
 from tendon_cli.reports.sweep_page import ending
 from tendon_cli.studies.load import recorded_study

@@ -10,8 +10,8 @@ import pyarrow as pa
 from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.left_out import windows_of
 from tendon_cli.answers.problem import Problem
-from tendon_cli.figures.axes import evenly
-from tendon_cli.figures.labels import Shown
+from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.labels import Shown
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports.packed import packed_classes

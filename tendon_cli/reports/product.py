@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.figures.labels import Shown
+from tendon_cli.cube.labels import Shown
 from tendon_cli.reports.packed import packed, packed_classes
 
 MOST_CELLS = 700_000
@@ -44,16 +43,6 @@ class PageAxis:
             return {**label, "values": None, "names": [self.names[at] for at in self.kept], "is_log": False}
         values = [_rounded(value) for value in self.shown.scaled(self.values[self.kept])]
         return {**label, "values": values, "names": None, "is_log": self.is_log}
-
-
-def thinned(lengths: Sequence[int], most: int) -> list[npt.NDArray[np.int64]]:
-    """Positions on each axis, evenly chosen with both ends, so that their product is at most `most`."""
-    kept = list(lengths)
-    while math.prod(kept) > most:
-        longest = max(range(len(kept)), key=lambda axis: kept[axis])
-        kept[longest] = max(2, math.ceil(kept[longest] * 0.75)) if kept[longest] > 2 else 1
-    spread = (np.linspace(0, length - 1, count) for length, count in zip(lengths, kept, strict=True))
-    return [np.unique(np.round(each).astype(np.int64)) for each in spread]
 
 
 def said_of_thinning(axes: Sequence[PageAxis], left_out: Sequence[str]) -> str:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.figures.axes import evenly
-from tendon_cli.figures.labels import Shown
+from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.labels import Shown
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.cube.axes import thinned
+from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import Run
-from tendon_cli.figures.product import Product, product_of
 from tendon_cli.reports import html
 from tendon_cli.reports.data import NO_DATA
 from tendon_cli.reports.product import (
@@ -20,7 +21,6 @@ from tendon_cli.reports.product import (
     outcomes,
     quantities,
     said_of_thinning,
-    thinned,
 )
 from tendon_cli.reports.states import MOST_DESIGNS, curves_of_sweep, states_record
 from tendon_cli.studies.load import recorded_study
@@ -39,18 +39,18 @@ WORTH = (
 def sweep_page(folder: Path, run: Run) -> str:
     """The page of a finished sweep's folder."""
     table = open_table(folder / "designs.parquet")
-    product = product_of(table)
-    axes = _axes(product)
+    cube = cube_of(table)
+    axes = _axes(cube)
     positions = {axis.shown.column: axis.kept for axis in axes}
-    rows = product.rows(list(positions), positions)
-    names = _columns(product)
-    columns = product.gather(rows, [*names, "feasible", "stable", "taut", "slack_fraction", "min_elbow_stiffness"])
+    rows = cube.rows(list(positions), positions)
+    names = _columns(cube)
+    columns = cube.gather(rows, [*names, "feasible", "stable", "taut", "slack_fraction", "min_elbow_stiffness"])
     nowhere = np.isnan(columns["min_elbow_stiffness"].astype(float)) & (columns["slack_fraction"] > 0)
     chosen = {OUTCOME: outcomes(columns, nowhere)} | {name: columns[name] for name in names}
-    labels = {name: product.shown(name) for name in names}
+    labels = {name: cube.shown(name) for name in names}
     maps, left_out = quantities(chosen, labels)
-    document = dict(product.study)
-    states, arms = _states(product, recorded_study(table.facts["study"]), axes)
+    document = dict(cube.study)
+    states, arms = _states(cube, recorded_study(table.facts["study"]), axes)
     data = NO_DATA | {
         "kind": "sweep", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arms": arms,
         "table": _table(axes, maps, rows.size),
@@ -60,28 +60,28 @@ def sweep_page(folder: Path, run: Run) -> str:
     return html.html_page(title, _sections(title, run, document, said_of_thinning(axes, left_out)), data)
 
 
-def _axes(product: Product) -> list[PageAxis]:
-    kept = thinned([axis.length for axis in product.axes], MOST_CELLS)
+def _axes(cube: Cube) -> list[PageAxis]:
+    kept = thinned([axis.length for axis in cube.axes], MOST_CELLS)
     found = []
-    for axis, positions in zip(product.axes, kept, strict=True):
+    for axis, positions in zip(cube.axes, kept, strict=True):
         values = axis.values
         names = tuple(str(value) for value in values) if axis.is_text else ()
-        label = product.shown(axis.column)
+        label = cube.shown(axis.column)
         found.append(PageAxis(label, None if axis.is_text else values, names, axis.is_log, positions))
     return found
 
 
-def _columns(product: Product) -> list[str]:
+def _columns(cube: Cube) -> list[str]:
     """Numbers that are results, the most wanted first."""
-    known = [name for name, quantity in product.columns.items() if quantity is not None]
-    keys = {axis.column for axis in product.axes}
+    known = [name for name, quantity in cube.columns.items() if quantity is not None]
+    keys = {axis.column for axis in cube.axes}
     results = known[known.index("min_flexor_tension") :]
     return [*(name for name in WORTH if name in results), *(n for n in results if n not in WORTH and n not in keys)]
 
 
-def _states(product: Product, study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
+def _states(cube: Cube, study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     kept = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS)
-    position = {axis.key: of.kept[at] for axis, of, at in zip(product.axes, axes, kept, strict=True)}
+    position = {axis.key: of.kept[at] for axis, of, at in zip(cube.axes, axes, kept, strict=True)}
     found = curves_of_sweep(study, [position[key] for key in study.axes])
     return states_record(study, kept, [("", found)])
 

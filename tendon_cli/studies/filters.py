@@ -23,6 +23,7 @@ _ORDER: dict[str, Callable[[Any, Any], Any]] = {"<": operator.lt, ">": operator.
 _AS_PRINTED = 1e-3
 """A value is met by what a figure prints of it, four digits; the nearest one counts."""
 _ROUNDING = 1e-9
+_TRUTHS = {"true": 1.0, "yes": 1.0, "1": 1.0, "false": 0.0, "no": 0.0, "0": 0.0}
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,10 @@ class Filter:
     """=, !=, <, <=, >, >= or in."""
     values: tuple[str, ...]
 
-    def on(self, column: str, quantity: Quantity | None) -> Condition:
-        """What it asks of a column of this quantity, or of words; raises UsageError for a value that cannot be."""
+    def on(self, column: str, quantity: Quantity | None, *, is_truth: bool = False) -> Condition:
+        """What it asks of a column of this quantity, of truths, or of words; raises UsageError for what cannot be."""
+        if is_truth:
+            return Condition(self.text, column, self.relation, tuple(self._truth(column, each) for each in self.values))
         if quantity is not None:
             return Condition(
                 self.text, column, self.relation, tuple(self._number(each, quantity) for each in self.values)
@@ -44,6 +47,13 @@ class Filter:
         if self.relation[0] in "<>":
             raise UsageError(f"{column} holds words, which have no order", where="--where", hint="=, != or in")
         return Condition(self.text, column, self.relation, tuple(map(_unquoted, self.values)))
+
+    def _truth(self, column: str, text: str) -> float:
+        wanted = _TRUTHS.get(_unquoted(text).lower())
+        if wanted is None or self.relation[0] in "<>":
+            hint = f"{column} = yes, or {column} = no"
+            raise UsageError(f'"{shorten(self.text)}": {column} is true or false', where="--where", hint=hint)
+        return wanted
 
     def _number(self, text: str, quantity: Quantity) -> float:
         try:

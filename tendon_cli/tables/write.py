@@ -109,7 +109,7 @@ class RowGroups:
         known, arrays = self._with_nan, []
         for column in self._columns:
             values = self._buffers[column.name][: self._filled]
-            arrays.append(_array(column, values, nulls=_has_nan(values) if known is None else column.name in known))
+            arrays.append(array_of(column, values, nulls=_has_nan(values) if known is None else column.name in known))
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group)
         self.rows += self._filled
         self._filled, self._with_nan = 0, set()
@@ -212,7 +212,7 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     }
 
 
-def _array(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
+def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
     """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
 
     Built from buffers, because the library's own conversions import pandas.

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from tendon_cli import quantities
+from tendon_cli.cube.cube import cube_of
 from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
-from tendon_cli.figures.product import product_of
 from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
@@ -41,9 +41,9 @@ def curves(axes):
 
 
 def derived(run, name, rows=None):
-    product = product_of(open_table(run.folder / "states.parquet"))
+    cube = cube_of(open_table(run.folder / "states.parquet"))
     wanted = np.arange(len(run.states)) if rows is None else rows
-    return product.gather(wanted, (name,))[name]
+    return cube.gather(wanted, (name,))[name]
 
 
 def test_an_elongation_is_what_the_tension_makes_of_the_compliance(runs):
@@ -71,9 +71,9 @@ def test_the_side_counts_where_the_sides_differ(new_sweep, tmp_path):
     swept_ = new_sweep(
         SMALL + '[spring.flexor]\nstiffness = "2 kN/m"\n[tendon.extensor]\npretension = "150 N"\n', tmp_path
     )
-    product = product_of(swept_.table("states"))
+    cube = cube_of(swept_.table("states"))
     names = ("flexor_spring_elongation", "extensor_spring_elongation", "extensor_elongation")
-    read = product.gather(np.arange(len(swept_.states)), names)
+    read = cube.gather(np.arange(len(swept_.states)), names)
     states = swept_.states
     np.testing.assert_allclose(read["flexor_spring_elongation"], states["flexor_tension_distal"] / 2000.0)
     np.testing.assert_allclose(read["extensor_spring_elongation"], states["extensor_tension_distal"] / 3000.0)
@@ -128,7 +128,7 @@ def test_filters_choose_and_an_axis_of_one_value_plays_no_part(new_sweep, tmp_pa
 
 
 def test_a_figure_of_a_table_that_is_not_written_is_one_clear_error(new_sweep, tmp_path):
-    text = '[output]\ntables = ["designs"]\n' + figure('name = "a"\nquantity = "motor_torque"')
+    text = '[output]\ntables = ["states"]\n' + figure('name = "a"\nquantity = "margin"')
     run, figures = drawn(new_sweep, tmp_path, text)
     assert not figures.files
     assert figures.warnings[0].startswith('figure "a" is not drawn: ')

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from tendon_cli.cube.labels import plain
 from tendon_cli.figures.engine import mpl
-from tendon_cli.figures.labels import plain
 from tendon_cli.figures.style import house_style, new_figure, render, wrapped
 from tests.figures.runs import designs, grid
 

@@ -5,21 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.product import Product, product_of
-from tendon_cli.figures.where import choose, conditions
-from tendon_cli.studies.filters import read_filter
 from tests.figures.runs import LOADS, grid, states
 
 
 @pytest.fixture(scope="module")
-def product(tmp_path_factory: pytest.TempPathFactory) -> Product:
+def cube(tmp_path_factory: pytest.TempPathFactory) -> Cube:
     content = {
         "cases": [{"name": "child, 7"}, {"name": "adult"}],
         "tendon": {"pretension": grid("0 N", "100 N", 4)},
         "load": {"mass": LOADS},
     }
-    return product_of(states(tmp_path_factory.mktemp("where") / "run", content))
+    return cube_of(states(tmp_path_factory.mktemp("where") / "run", content))
 
 
 @pytest.mark.parametrize(
@@ -44,15 +42,15 @@ def product(tmp_path_factory: pytest.TempPathFactory) -> Product:
         ("case != adult", "case", [0]),
     ],
 )
-def test_what_is_left(product: Product, text: str, column: str, left: list[int]) -> None:
-    chosen = choose(product, conditions(product, [read_filter(text)]))
+def test_what_is_left(cube: Cube, text: str, column: str, left: list[int]) -> None:
+    chosen = cube.choose(cube.of.conditions([text]))
     assert list(chosen[column]) == left
-    assert all(len(at) == product.axis(other).length for other, at in chosen.items() if other != column)
+    assert all(len(at) == cube.axis(other).length for other, at in chosen.items() if other != column)
 
 
-def test_filters_add_up(product: Product) -> None:
-    filters = conditions(product, map(read_filter, ("load_mass > 0 kg", "load_mass < 10 kg")))
-    assert list(choose(product, filters)["load_mass"]) == [1, 2]
+def test_filters_add_up(cube: Cube) -> None:
+    filters = cube.of.conditions(["load_mass > 0 kg", "load_mass < 10 kg"])
+    assert list(cube.choose(filters)["load_mass"]) == [1, 2]
 
 
 @pytest.mark.parametrize(
@@ -71,25 +69,25 @@ def test_filters_add_up(product: Product) -> None:
         ("load_mass = " + "9" * 600, "not a filter", "such as"),
     ],
 )
-def test_what_is_refused(product: Product, text: str, problem: str, hint: str) -> None:
+def test_what_is_refused(cube: Cube, text: str, problem: str, hint: str) -> None:
     with pytest.raises(UsageError) as refused:
-        choose(product, conditions(product, [read_filter(text)]))
+        cube.choose(cube.of.conditions([text]))
     assert problem in refused.value.message
     assert hint in (refused.value.hint or "")
     assert len(refused.value.message) < 200
 
 
-def test_nothing_left_lists_the_values(product: Product) -> None:
+def test_nothing_left_lists_the_values(cube: Cube) -> None:
     with pytest.raises(UsageError) as refused:
-        choose(product, conditions(product, [read_filter("load_mass = 4 kg")]))
+        cube.choose(cube.of.conditions(["load_mass = 4 kg"]))
     assert refused.value.hint == "values: 0 kg, 3 kg, 5 kg, 10 kg"
     with pytest.raises(UsageError) as refused:
-        choose(product, conditions(product, [read_filter("elbow_angle = 7 deg")]))
+        cube.choose(cube.of.conditions(["elbow_angle = 7 deg"]))
     assert refused.value.hint == "values: 0 deg, 6 deg, 12 deg, …, 90 deg"
 
 
-def test_a_filter_on_a_result_holds_by_its_values(product: Product) -> None:
-    (found,) = conditions(product, [read_filter("motor_torque >= 2 N m")])
+def test_a_filter_on_a_result_holds_by_its_values(cube: Cube) -> None:
+    (found,) = cube.of.conditions(["motor_torque >= 2 N m"])
     assert list(found.holds(np.array([1.0, 2.0, 3.0, np.nan]))) == [False, True, True, False]
-    (unequal,) = conditions(product, [read_filter("motor_torque != 2 N m")])
+    (unequal,) = cube.of.conditions(["motor_torque != 2 N m"])
     assert list(unequal.holds(np.array([1.0, 2.0, np.nan]))) == [True, False, False]

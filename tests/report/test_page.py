@@ -14,9 +14,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.cube.axes import thinned
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.reports.packed import FEW, packed
-from tendon_cli.reports.product import thinned
 from tendon_cli.reports.report import write_report
 
 

@@ -11,7 +11,8 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from tendon_cli.figures.labels import Shown, shown
+from tendon_cli.cube.columns import quantity_in
+from tendon_cli.cube.labels import Shown
 from tendon_cli.figures.scales import Scale, scale_of
 from tendon_cli.tables.read import TableFiles
 
@@ -67,7 +68,7 @@ class ChoiceTable:
     def shown(self, column: str) -> Shown | None:
         """How a column is shown; None for names."""
         field = self.table.schema.field(column)
-        return None if pa.types.is_dictionary(field.type) else shown(self.table.schema, column)
+        return None if pa.types.is_dictionary(field.type) else Shown.of(column, quantity_in(field))
 
     def near(self, choice: dict[str, Any], axes: Sequence[str]) -> dict[str, Any]:
         """The values of other axes, of the grid and nearest to those of a choice."""

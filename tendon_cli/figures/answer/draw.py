@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.cube.columns import quantity_in
+from tendon_cli.cube.labels import Shown
 from tendon_cli.figures.answer.data import ChoiceTable, Slice
 from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Frame, grid_shape
-from tendon_cli.figures.labels import Shown, shown
 from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import INK, OKABE_ITO, PAGE_WIDTH, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.tables.read import open_table
@@ -206,7 +207,7 @@ def draw_front(table: ChoiceTable, record: dict[str, Any]) -> Any:
     goals = [goal["column"] for goal in record["goals"]][:2]
     if len(goals) < 2 or not record["front"]:
         return None
-    axes = [shown(table.table.schema, goal) for goal in goals]
+    axes = [Shown.of(goal, quantity_in(table.table.schema.field(goal))) for goal in goals]
     parts = [part.filter(part["feasible"]) for _, part in table.table.parts([*goals, "feasible"])]
     clouds = [np.concatenate([part[goal].to_numpy() for part in parts]) for goal in goals]
     front = sorted(([row[goal] for goal in goals] for row in record["front"]), key=lambda pair: pair[0])

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm.dimensions import PAPER, arrow, dimension, round_length, scale_bar
 from tendon_cli.figures.arm.shape import ArmShape, ArmSizes, arm_sizes
-from tendon_cli.figures.axes import evenly
 from tendon_cli.figures.engine import Arc, Axes, Circle, Line2D
 from tendon_cli.figures.frame import Frame, Page
-from tendon_cli.figures.labels import number
 from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, house_style
 from tendon_cli.studies.study import Study
 

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm.draw import arm_page
 from tendon_cli.figures.arm.route import route_page
 from tendon_cli.figures.arm.shape import chosen_case
 from tendon_cli.figures.frame import Page
-from tendon_cli.figures.labels import number
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.reading import read_document
 from tendon_cli.studies.route import MAX_BYTES, read_route, smooth

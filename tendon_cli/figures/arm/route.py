@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.labels import number
 from tendon_cli.errors import InputError
 from tendon_cli.figures.engine import Axes, mpl
 from tendon_cli.figures.frame import Frame, Page
-from tendon_cli.figures.labels import number
 from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, SEQUENTIAL, house_style
 
 Floats = npt.NDArray[np.float64]

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.axes import LOAD
+from tendon_cli.cube.columns import Values
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import LOAD
 from tendon_cli.figures.captions import caption, value_texts
 from tendon_cli.figures.curves.plan import CurvePlan
-from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.data import MARGIN, margin_shown, meaning_of_margin
-from tendon_cli.figures.product import Columns, Product
 from tendon_cli.figures.scales import Scale, scale_of
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.quantities import Quantity
@@ -70,33 +71,33 @@ class CurveData:
     notes: tuple[str, ...]
 
 
-def curve_data(product: Product, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
+def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
     """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
-    masks = [each for each in asked if product.axis(each.column) is None]
-    told = [name for name in ("status", _STIFFNESS, "taut", "stable") if name in product.columns]
-    names = [*plan.quantities, *told, *(each.column for each in masks), plan.x_column, *product.defining]
-    texts = [axis.column for axis in product.axes if axis.is_text]
-    read = product.gather(plan.rows(product), [name for name in (*names, *texts) if name in product.columns])
+    masks = [each for each in asked if cube.axis(each.column) is None]
+    told = [name for name in ("status", _STIFFNESS, "taut", "stable") if name in cube.columns]
+    names = [*plan.quantities, *told, *(each.column for each in masks), plan.x_column, *cube.defining]
+    texts = [axis.column for axis in cube.axes if axis.is_text]
+    read = cube.gather(plan.rows(cube), [name for name in (*names, *texts) if name in cube.columns])
     kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
     for each in masks:
         kept &= each.holds(read[each.column])
-    curves = tuple(_curves(product, spec, read, name, kept) for name in plan.quantities)
+    curves = tuple(_curves(cube, spec, read, name, kept) for name in plan.quantities)
     if not any(np.isfinite(each.values).any() for each in curves):
         _raise_empty(plan, asked)
-    scale, label, x_values = _along_x(product, plan, read, spec)
+    scale, label, x_values = _along_x(cube, plan, read, spec)
     varied = [axis.column for axis in plan.parts if axis is not None]
-    said, _ = caption(product, spec, read, varied=varied)
-    meaning = [meaning_of_margin(product)] if MARGIN in plan.quantities else []
+    said, _ = caption(cube, spec, read, varied=varied)
+    meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
     data = CurveData(
-        spec.title or product.title, product.source, scale, label, x_values, curves, _colours(product, plan, spec),
-        _texts(product, plan, 2, spec), _texts(product, plan, 0, spec), not product.pushes,
-        _is_slack_below_zero(product, plan), _missing(plan, masks), (*meaning, *said, *plan.notes),
+        spec.title or cube.title, cube.source, scale, label, x_values, curves, _colours(cube, plan, spec),
+        _texts(cube, plan, 2, spec), _texts(cube, plan, 0, spec), not cube.pushes,
+        _is_slack_below_zero(cube, plan), _missing(plan, masks), (*meaning, *said, *plan.notes),
     )  # fmt: skip
     return _each_panel_once(_overlaid(data) if spec.overlay else data)
 
 
-def _curves(product: Product, spec: FigureSpec, read: Columns, name: str, kept: Truth) -> Curves:
-    quantity = margin_shown(product, spec) if name == MARGIN else product.shown(name, spec.units)
+def _curves(cube: Cube, spec: FigureSpec, read: Mapping[str, Values], name: str, kept: Truth) -> Curves:
+    quantity = margin_shown(cube, spec) if name == MARGIN else cube.shown(name, spec.units)
     values = np.where(kept, quantity.scaled(read[name]), np.nan)
     nowhere = np.zeros(values.shape, dtype=np.bool_)
     turned = slack = read["taut"] == 0.0 if "taut" in read and name != MARGIN else nowhere
@@ -105,15 +106,15 @@ def _curves(product: Product, spec: FigureSpec, read: Columns, name: str, kept: 
         slack, turned = (np.isin(read["status"], words) for words in (_SLACK_OF.get(side, _ANY_SLACK), _ANY_SLACK))
     unstable = read["stable"] == 0.0 if "stable" in read else nowhere
     if _STIFFNESS in read:
-        stiffness, limit = read[_STIFFNESS], product.limit("min_elbow_stiffness")
+        stiffness, limit = read[_STIFFNESS], cube.limit("min_elbow_stiffness")
         unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
     known = np.isfinite(values) & (name not in _OF_GEOMETRY)
     return Curves(quantity, values, slack & known, turned & known, unstable & known)
 
 
-def _is_slack_below_zero(product: Product, plan: CurvePlan) -> bool:
+def _is_slack_below_zero(cube: Cube, plan: CurvePlan) -> bool:
     """A margin, and in a model in which tendons push their tensions and lengths."""
-    ends = (MARGIN, *_OF_A_TENDON) if product.pushes else (MARGIN,)
+    ends = (MARGIN, *_OF_A_TENDON) if cube.pushes else (MARGIN,)
     return all(name.endswith(ends) for name in plan.quantities)
 
 
@@ -123,9 +124,11 @@ def _missing(plan: CurvePlan, masks: Sequence[Condition]) -> str:
     return "no value" if set(plan.quantities) <= {"first_slack_angle", "max_slack"} else "no equilibrium"
 
 
-def _along_x(product: Product, plan: CurvePlan, read: Columns, spec: FigureSpec) -> tuple[Scale | None, str, Floats]:
+def _along_x(
+    cube: Cube, plan: CurvePlan, read: Mapping[str, Values], spec: FigureSpec
+) -> tuple[Scale | None, str, Floats]:
     shape = read[plan.x_column].shape
-    quantity = None if product.columns[plan.x_column] is None else product.shown(plan.x_column, spec.units)
+    quantity = None if cube.columns[plan.x_column] is None else cube.shown(plan.x_column, spec.units)
     if plan.x_column != plan.x.column and quantity is not None:
         return None, quantity.label, quantity.scaled(read[plan.x_column])
     scale = scale_of(plan.x.values[plan.positions[plan.x.column]], quantity, is_log=plan.x.is_log)
@@ -135,16 +138,16 @@ def _along_x(product: Product, plan: CurvePlan, read: Columns, spec: FigureSpec)
     return scale, label, np.broadcast_to(places, shape)
 
 
-def _texts(product: Product, plan: CurvePlan, part: int, spec: FigureSpec) -> tuple[str, ...]:
+def _texts(cube: Cube, plan: CurvePlan, part: int, spec: FigureSpec) -> tuple[str, ...]:
     """The values that panels, colours or dashes stand for."""
     axis = plan.parts[part]
-    return () if axis is None else tuple(value_texts(product, axis, plan.positions[axis.column], spec.units))
+    return () if axis is None else tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
 
 
-def _colours(product: Product, plan: CurvePlan, spec: FigureSpec) -> tuple[tuple[str, Colour], ...]:
+def _colours(cube: Cube, plan: CurvePlan, spec: FigureSpec) -> tuple[tuple[str, Colour], ...]:
     if plan.colour is None:
         return (("", sequence(1)[0]),)
-    texts = _texts(product, plan, 1, spec)
+    texts = _texts(cube, plan, 1, spec)
     values = plan.colour.values[plan.positions[plan.colour.column]]
     if plan.colour.is_text:
         colours: Sequence[Colour] = [OKABE_ITO[at % len(OKABE_ITO)] for at in range(len(texts))]

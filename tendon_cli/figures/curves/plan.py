@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, Ints, RowAxis, evenly
+from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import ANGLE, DIRECTION, LOAD, Ints, RowAxis, evenly
-from tendon_cli.figures.product import Product
-from tendon_cli.figures.where import find_column, find_numbers
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import CASE_AXIS, keys
@@ -51,19 +50,19 @@ class CurvePlan:
         """Panels, colour, dashes, x: the order of the values' dimensions."""
         return self.panels, self.colour, self.dash, self.x
 
-    def rows(self, product: Product) -> Ints:
+    def rows(self, cube: Cube) -> Ints:
         """Rows of all lines, of shape (panels, colours, dashes, x)."""
         order = [axis.column for axis in self.parts if axis is not None]
         shape = [1 if axis is None else len(self.positions[axis.column]) for axis in self.parts]
-        return product.rows(order, self.positions).reshape(shape)
+        return cube.rows(order, self.positions).reshape(shape)
 
 
-def plan_curves(product: Product, chosen: Mapping[str, Ints], spec: FigureSpec) -> CurvePlan:
+def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> CurvePlan:
     """Give each axis its part; raises UsageError where the figure does not fit the table."""
-    quantities = _quantities(product, spec)
-    long = [axis for axis in product.axes if len(chosen[axis.column]) > 1]
-    named = _named(product, spec.colour, "--colour"), _named(product, spec.panels, "--panels")
-    x_column, x = _along_x(product, spec, [axis for axis in long if axis not in named])
+    quantities = _quantities(cube, spec)
+    long = [axis for axis in cube.axes if len(chosen[axis.column]) > 1]
+    named = _named(cube, spec.colour, "--colour"), _named(cube, spec.panels, "--panels")
+    x_column, x = _along_x(cube, spec, [axis for axis in long if axis not in named])
     free = [axis for axis in long if axis is not x]
     panels = named[1] or (_usual_panels(free) if spec.overlay else None)
     colour = None if spec.overlay else named[0] or _usual_colour(free, panels)
@@ -75,40 +74,40 @@ def plan_curves(product: Product, chosen: Mapping[str, Ints], spec: FigureSpec) 
         raise UsageError("one axis cannot play two parts", hint="x, colour and panels name different axes")
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
     most = {x: POINTS, colour: MOST_COLOURS, panels: most_panels}
-    positions, notes = _thinned(product, chosen, most)
-    for axis in product.axes:
+    positions, notes = _thinned(cube, chosen, most)
+    for axis in cube.axes:
         if axis not in parts:
             at = chosen[axis.column]
             positions[axis.column] = at[evenly(len(at), 1)]
     return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, tuple(notes))
 
 
-def _quantities(product: Product, spec: FigureSpec) -> tuple[str, ...]:
+def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
     if spec.quantity:
-        found = [find_numbers(product, name, "--quantity") for name in spec.quantity]
+        found = [cube.of.find_numbers(name, "--quantity") for name in spec.quantity]
         return tuple(dict.fromkeys(found))
-    if product.kind == "designs":
-        return (find_numbers(product, "margin", "--quantity"),)
-    kept = [name for name in OF_STATES if name in product.columns and name not in DERIVED]
+    if cube.kind == "designs":
+        return (cube.of.find_numbers("margin", "--quantity"),)
+    kept = [name for name in OF_STATES if name in cube.columns and name not in DERIVED]
     if not kept:
         raise UsageError("the table keeps no results", where="--quantity", hint="[output] states names those it keeps")
     return tuple(name for name in STATE_PAIRS if name in kept) or tuple(kept[:MOST_QUANTITIES])
 
 
-def _along_x(product: Product, spec: FigureSpec, long: list[RowAxis]) -> tuple[str, RowAxis]:
+def _along_x(cube: Cube, spec: FigureSpec, long: list[RowAxis]) -> tuple[str, RowAxis]:
     """The column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
-    angle = next((axis for axis in product.axes if axis.column == ANGLE), None)
+    angle = next((axis for axis in cube.axes if axis.column == ANGLE), None)
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
-        column = find_column(product, spec.x, "--x")
-        axis = product.axis(column)
+        column = cube.of.find(spec.x, "--x")
+        axis = cube.axis(column)
         if axis is not None:
             return column, axis
         runs = angle or runs
         if runs is not None:
-            return find_numbers(product, column, "--x"), runs
-    if runs is None and any(axis.length > 1 for axis in product.axes):
+            return cube.of.find_numbers(column, "--x"), runs
+    if runs is None and any(axis.length > 1 for axis in cube.axes):
         raise UsageError("no axis is left to run along x", where="--x", hint="colour and panels take other axes")
     if runs is None:
         hint = "`tendon state` prints a single design"
@@ -116,14 +115,14 @@ def _along_x(product: Product, spec: FigureSpec, long: list[RowAxis]) -> tuple[s
     return runs.column, runs
 
 
-def _named(product: Product, name: str | None, where: str) -> RowAxis | None:
+def _named(cube: Cube, name: str | None, where: str) -> RowAxis | None:
     """The axis of a column or key; none where the study has one value of it."""
     if name is None:
         return None
-    axis = next((axis for axis in product.axes if name in (axis.column, axis.key)), None)
+    axis = next((axis for axis in cube.axes if name in (axis.column, axis.key)), None)
     if axis is None and not any(name in (key.path, key.column) for key in keys().values()) and name != CASE_AXIS:
-        column = find_column(product, name, where)
-        names = ", ".join(axis.column for axis in product.axes)
+        column = cube.of.find(name, where)
+        names = ", ".join(axis.column for axis in cube.axes)
         raise UsageError(f"{column} is not an axis of the study", where=where, hint=f"axes: {names}")
     return axis
 
@@ -140,16 +139,15 @@ def _usual_panels(free: list[RowAxis]) -> RowAxis | None:
 
 
 def _thinned(
-    product: Product, chosen: Mapping[str, Ints], most: Mapping[RowAxis | None, int]
+    cube: Cube, chosen: Mapping[str, Ints], most: Mapping[RowAxis | None, int]
 ) -> tuple[dict[str, Ints], list[str]]:
     """Positions drawn on the axes that play a part, and what was left out of them."""
     positions: dict[str, Ints] = {}
     notes: list[str] = []
-    for axis in product.axes:
+    for axis in cube.axes:
         at = chosen[axis.column]
         kept = evenly(len(at), most.get(axis, len(at)))
         positions[axis.column] = at[kept]
         if len(kept) < len(at):
-            words = axis.column.replace("_", " ")
-            notes.append(f"{len(kept)} of {len(at)} values of {words} drawn, evenly chosen.")
+            notes.append(f"{len(kept)} of {len(at)} values of {axis.words} drawn, evenly chosen.")
     return positions, notes

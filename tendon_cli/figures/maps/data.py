@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.axes import RowAxis
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.axes import RowAxis
 from tendon_cli.figures.captions import caption, value_texts
-from tendon_cli.figures.labels import Shown
 from tendon_cli.figures.maps.plan import MapPlan
-from tendon_cli.figures.product import Product
 from tendon_cli.figures.scales import Scale, scale_of
 from tendon_cli.studies.figures import FigureSpec
 
@@ -57,32 +57,32 @@ class MapData:
     notes: tuple[str, ...]
 
 
-def map_data(product: Product, plan: MapPlan, spec: FigureSpec) -> MapData:
+def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     """Read what the panels show, and nothing else; raises UsageError where there is no margin."""
-    if MARGIN not in product.columns:
+    if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
-    rows = np.stack([plan.rows(product, panel) for panel in plan.panels])
-    limits = [key for key in (STIFFNESS, *product.study.get("limits", ())) if _column(key) in product.columns]
+    rows = np.stack([plan.rows(cube, panel) for panel in plan.panels])
+    limits = [key for key in (STIFFNESS, *cube.study.get("limits", ())) if _column(key) in cube.columns]
     limits = list(dict.fromkeys(limits))
-    names = (MARGIN, *map(_column, limits), *product.defining)
-    read = product.gather(rows, [name for name in names if name in product.columns])
+    names = (MARGIN, *map(_column, limits), *cube.defining)
+    read = cube.gather(rows, [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
-    x, y = (_scale(product, axis, plan, spec) for axis in (plan.x, plan.y))
-    margin = margin_shown(product, spec)
-    rooms = [_room(read[_column(key)], key, product.limit(key)) for key in limits]
+    x, y = (_scale(cube, axis, plan, spec) for axis in (plan.x, plan.y))
+    margin = margin_shown(cube, spec)
+    rooms = [_room(read[_column(key)], key, cube.limit(key)) for key in limits]
     margins, *rooms = (each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), *rooms))
-    titles = _titles(product, plan, spec)
+    titles = _titles(cube, plan, spec)
     found = [Panel(titles[at], margins[at], tuple(room[at] for room in rooms)) for at in range(len(titles))]
     panels, same = _each_once(found)
-    said, fixed = caption(product, spec, read, varied=[plan.x.column, plan.y.column])
+    said, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
     if len(panels) == 1 and not panels[0].title:
         panels = [replace(panels[0], title=next((text for text in fixed if text.endswith(" load")), ""))]
     in_row = len({panel[plan.titled[0].column] for panel in plan.panels}) if plan.titled else 1
-    notes = (meaning_of_margin(product), *said, *plan.notes, *same)
-    said_of = tuple(Limit(key, _words(product, spec, key)) for key in limits)
-    title = spec.title or product.title
-    return MapData(title, product.source, x, y, margin, said_of, tuple(panels), in_row, notes)
+    notes = (meaning_of_margin(cube), *said, *plan.notes, *same)
+    said_of = tuple(Limit(key, _words(cube, spec, key)) for key in limits)
+    title = spec.title or cube.title
+    return MapData(title, cube.source, x, y, margin, said_of, tuple(panels), in_row, notes)
 
 
 def _column(key: str) -> str:
@@ -97,25 +97,25 @@ def _room(values: Floats, key: str, limit: float) -> Floats:
     return np.where(np.abs(room) <= 1e-9 * np.maximum(np.abs(size), abs(limit)), 0.0, room)
 
 
-def _words(product: Product, spec: FigureSpec, key: str) -> str:
-    shown = product.shown(_column(key), spec.units)
+def _words(cube: Cube, spec: FigureSpec, key: str) -> str:
+    shown = cube.shown(_column(key), spec.units)
     if key == STIFFNESS:
-        return f"unstable: elbow stiffness below {shown.text(product.limit(key))} at some angle"
+        return f"unstable: elbow stiffness below {shown.text(cube.limit(key))} at some angle"
     sign = "≥" if key.startswith("min_") else "≤"
-    return f"{shown.name} {sign} {shown.text(product.limit(key))}"
+    return f"{shown.name} {sign} {shown.text(cube.limit(key))}"
 
 
-def margin_shown(product: Product, spec: FigureSpec) -> Shown:
+def margin_shown(cube: Cube, spec: FigureSpec) -> Shown:
     """The margin by its name; of sides that differ in pretension it is the least that both have in hand."""
-    margin = product.shown(MARGIN, spec.units)
-    if not _differ(product):
+    margin = cube.shown(MARGIN, spec.units)
+    if not _differ(cube):
         return margin
     return replace(margin, quantity=replace(margin.quantity, name="common margin of both pretensions", symbol="margin"))
 
 
-def meaning_of_margin(product: Product) -> str:
+def meaning_of_margin(cube: Cube) -> str:
     """What the margin is, in a sentence."""
-    if _differ(product):
+    if _differ(cube):
         return (
             "Margin: by how much both pretensions can be lowered together, or if negative must be raised, for no slack."
         )
@@ -125,8 +125,8 @@ def meaning_of_margin(product: Product) -> str:
     )
 
 
-def _differ(product: Product) -> bool:
-    return len(product.with_sides("pretension")) > 1
+def _differ(cube: Cube) -> bool:
+    return len(cube.with_sides("pretension")) > 1
 
 
 def _each_once(panels: Sequence[Panel]) -> tuple[list[Panel], list[str]]:
@@ -143,15 +143,15 @@ def _joined(titles: list[str]) -> str:
     return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
 
 
-def _scale(product: Product, axis: RowAxis, plan: MapPlan, spec: FigureSpec) -> Scale:
-    shown = None if axis.is_text else product.shown(axis.column, spec.units)
+def _scale(cube: Cube, axis: RowAxis, plan: MapPlan, spec: FigureSpec) -> Scale:
+    shown = None if axis.is_text else cube.shown(axis.column, spec.units)
     return scale_of(axis.values[plan.positions[axis.column]], shown, is_log=axis.is_log)
 
 
-def _titles(product: Product, plan: MapPlan, spec: FigureSpec) -> list[str]:
+def _titles(cube: Cube, plan: MapPlan, spec: FigureSpec) -> list[str]:
     """The values that each panel has on the axes in which the panels differ."""
     texts: dict[str, dict[int, str]] = {}
     for axis in plan.titled:
         at = np.unique([panel[axis.column] for panel in plan.panels])
-        texts[axis.column] = dict(zip(at.tolist(), value_texts(product, axis, at, spec.units), strict=True))
+        texts[axis.column] = dict(zip(at.tolist(), value_texts(cube, axis, at, spec.units), strict=True))
     return [", ".join(texts[axis.column][panel[axis.column]] for axis in plan.titled) for panel in plan.panels]

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.figures.axes import LOAD, Ints, RowAxis, evenly
-from tendon_cli.figures.product import Product
+from tendon_cli.cube.axes import LOAD, Ints, RowAxis, evenly
+from tendon_cli.cube.cube import Cube
 
 CELLS_PER_AXIS = 400
 PANELS_PER_PAGE = 12
@@ -31,20 +31,20 @@ class MapPlan:
     """Axes that differ between the panels, the load first."""
     notes: tuple[str, ...]
 
-    def rows(self, product: Product, panel: Mapping[str, int]) -> Ints:
+    def rows(self, cube: Cube, panel: Mapping[str, int]) -> Ints:
         """Rows of one panel, of shape (y, x)."""
         fixed = {column: np.array([at], dtype=np.int64) for column, at in panel.items()}
-        return product.rows([self.y.column, self.x.column], {**fixed, **self.positions})
+        return cube.rows([self.y.column, self.x.column], {**fixed, **self.positions})
 
 
-def long_axes(product: Product, chosen: Mapping[str, Ints]) -> list[RowAxis]:
+def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[RowAxis]:
     """Axes other than the load of which more than one value is chosen."""
-    return [axis for axis in product.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
+    return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
 
-def plan_maps(product: Product, chosen: Mapping[str, Ints]) -> MapPlan:
+def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
     """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least."""
-    x, y = long_axes(product, chosen)[:2]
+    x, y = long_axes(cube, chosen)[:2]
     notes: list[str] = []
     positions = {}
     for axis in (x, y):
@@ -52,8 +52,8 @@ def plan_maps(product: Product, chosen: Mapping[str, Ints]) -> MapPlan:
         kept = evenly(len(at), CELLS_PER_AXIS)
         positions[axis.column] = at[kept]
         if len(kept) < len(at):
-            notes.append(f"{len(kept)} of {len(at)} values of {words(axis)} drawn, evenly chosen.")
-    others = [axis for axis in product.axes if axis not in (x, y)]
+            notes.append(f"{len(kept)} of {len(at)} values of {axis.words} drawn, evenly chosen.")
+    others = [axis for axis in cube.axes if axis not in (x, y)]
     several = [axis for axis in others if len(chosen[axis.column]) > 1]
     several.sort(key=lambda axis: axis.column != LOAD)
     fixed = {axis.column: int(chosen[axis.column][0]) for axis in others if axis not in several}
@@ -69,11 +69,6 @@ def plan_maps(product: Product, chosen: Mapping[str, Ints]) -> MapPlan:
     return MapPlan(x, y, positions, panels, tuple(titled), (*notes, *note))
 
 
-def words(axis: RowAxis) -> str:
-    """An axis named in a sentence."""
-    return axis.column.replace("_", " ")
-
-
 def _thinned(axes: list[RowAxis], chosen: Mapping[str, Ints]) -> tuple[dict[str, Ints], list[str]]:
     """All positions where their combinations fit, else a few of each axis, evenly chosen, and a note of it."""
     lengths = [len(chosen[axis.column]) for axis in axes]
@@ -86,7 +81,7 @@ def _thinned(axes: list[RowAxis], chosen: Mapping[str, Ints]) -> tuple[dict[str,
     drawn = math.prod(counts)
     if drawn == total:
         return kept, []
-    names = ", ".join(words(axis) for axis in axes)
+    names = ", ".join(axis.words for axis in axes)
     return kept, [f"{drawn} of {total} combinations of {names} drawn, evenly chosen; the table has all."]
 
 

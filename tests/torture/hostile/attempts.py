@@ -45,13 +45,13 @@ def try_every_fit(file):
 
 def try_parquet(file):
     """What `plot` reads of a table before it draws."""
-    from tendon_cli.figures.product import product_of
+    from tendon_cli.cube.cube import cube_of
     from tendon_cli.tables.read import open_table
 
     table = open_table(file)
     _ = table.facts, table.rows, table.schema
     table.read()
-    return product_of(table)
+    return cube_of(table)
 
 
 def try_plot(file):
@@ -61,17 +61,16 @@ def try_plot(file):
     from tendon_cli.figures.draw import plot
     from tendon_cli.figures.maps.data import map_data
     from tendon_cli.figures.maps.plan import long_axes, plan_maps
-    from tendon_cli.figures.where import choose
     from tendon_cli.studies.figures import figure_spec
 
-    product = try_parquet(file)
-    chosen = choose(product, [])
+    cube = try_parquet(file)
+    chosen = cube.choose([])
     spec = figure_spec()
-    if product.kind == "designs" and len(long_axes(product, chosen)) > 1:
-        map_data(product, plan_maps(product, chosen), spec)
+    if cube.kind == "designs" and len(long_axes(cube, chosen)) > 1:
+        map_data(cube, plan_maps(cube, chosen), spec)
     if hashlib.sha256(file.read_bytes()).digest()[0] < 8:
-        plot(product.files, spec, file.with_name("figure.png"))
-    curve_data(product, plan_curves(product, chosen, spec), [], spec)
+        plot(cube.files, spec, file.with_name("figure.png"))
+    curve_data(cube, plan_curves(cube, chosen, spec), [], spec)
 
 
 ATTEMPTS = {"toml": try_study, "yaml": try_study, "csv": try_every_fit, "parquet": try_plot}

@@ -1,7 +1,8 @@
-"""The axes that a study spans, as its tables and its figures know them."""
+"""The axes that a study spans, as its tables and its figures know them, and positions chosen evenly on them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -38,6 +39,11 @@ class RowAxis:
         """Whether its values are names."""
         return self.values.dtype == object
 
+    @property
+    def words(self) -> str:
+        """Its name in a sentence."""
+        return self.column.replace("_", " ")
+
 
 def evenly(count: int, most: int) -> Ints:
     """At most `most` of `count` positions, evenly chosen, both ends among them; of one, the middle."""
@@ -48,41 +54,49 @@ def evenly(count: int, most: int) -> Ints:
     return np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
 
 
+def thinned(lengths: Sequence[int], most: int) -> list[Ints]:
+    """Positions on each axis, evenly chosen with both ends, so that their product is at most `most`."""
+    kept = list(lengths)
+    while math.prod(kept) > most:
+        longest = max(range(len(kept)), key=lambda axis: kept[axis])
+        kept[longest] = max(2, math.ceil(kept[longest] * 0.75)) if kept[longest] > 2 else 1
+    return [
+        evenly(length, count) if count > 1 else np.zeros(1, dtype=np.int64)
+        for length, count in zip(lengths, kept, strict=True)
+    ]
+
+
 def axes_of(
     record: Mapping[str, Any], kind: str, columns: Mapping[str, object], linked: Callable[[str], Sequence[str]]
 ) -> tuple[RowAxis, ...]:
     """The axes that a recorded study spans, slowest first; `linked` gives the names of those that no number gives."""
     study = record["study"]
     names = [*record["axes"], *((DIRECTION, "motion.elbow_angle") if kind == "states" else ())]
-    values = [
-        _values(study, key)
-        if key in keys()
-        else (np.array(list(_names(study, key) or linked(key)), dtype=object), False)
-        for key in names
-    ]
-    found: list[RowAxis] = []
+    axes: list[RowAxis] = []
     stride = 1
-    for key, (array, is_log) in reversed(list(zip(names, values, strict=True))):
+    for key in reversed(names):
+        values, is_log = _values(study, key) if key in keys() else (_names(study, key) or linked(key), False)
+        array = np.array(list(values), dtype=np.float64 if key in keys() else object)
         known = keys()[key].column if key in keys() else key
         column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)
-        found.append(RowAxis(key, column, array, stride, is_log))
+        axes.append(RowAxis(key, column, array, stride, is_log))
         stride *= len(array)
-    return tuple(reversed(found))
+    return tuple(reversed(axes))
 
 
 def _names(study: Mapping[str, Any], key: str) -> list[str]:
-    """The names along an axis, where the study says them."""
+    """The names along an axis, if the study says them."""
     if key == DIRECTION:
         return [str(way) for way in study["motion"]["direction"]]
     return [str(case["name"]) for case in study["cases"]] if key == CASE_AXIS else []
 
 
-def _values(study: Mapping[str, Any], key: str) -> tuple[npt.NDArray[Any], bool]:
+def _values(study: Mapping[str, Any], key: str) -> tuple[npt.NDArray[np.float64], bool]:
     """The values of an axis in SI, and whether they are spaced by factors."""
-    said: Any = study
+    given: Any = study
     for name in key.split("."):
-        said = said[name]
-    values = keys()[key].number.read(said)
+        given = given[name]
+    values = keys()[key].number.read(given)
     if values is None:
         raise ValueError(key)
-    return values.array, isinstance(said, Mapping) and said.get("spacing") == "log"
+    return values.array, isinstance(given, Mapping) and given.get("spacing") == "log"

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
 
-from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.units import UNITS
+from tendon_cli.quantities import Quantity
+from tendon_cli.units import factor_of
 
 _SYMBOL = re.compile(r"([^_^]+)(?:_([^_^]+))?(?:\^([^_^]+))?")
 _FORMULA = re.compile(r"(?<!\\)\$([^$]*)\$")
@@ -36,7 +35,7 @@ class Shown:
     def of(cls, column: str, quantity: Quantity, units: Mapping[str, str] | None = None) -> Shown:
         """A column of a quantity; `units` overrules the usual unit of a dimension."""
         unit = (units or {}).get(quantity.dimension, quantity.shown_in)
-        return cls(column, quantity, unit, float(UNITS[unit].factor) if unit in UNITS else 1.0)
+        return cls(column, quantity, unit, factor_of(unit))
 
     @property
     def name(self) -> str:
@@ -99,18 +98,6 @@ class Shown:
     @property
     def _in_brackets(self) -> str:
         return "" if self.unit == "1" else f" ({plain(self.unit)})"
-
-
-def shown(schema: pa.Schema, column: str, units: Mapping[str, str] | None = None) -> Shown:
-    """How a column of a table is shown, by the quantity that its metadata name."""
-    return Shown.of(column, quantity_in(schema.field(column)), units)
-
-
-def quantity_in(field: pa.Field) -> Quantity:
-    """What a column of a table holds; of one that we do not know its name and unit."""
-    metadata = field.metadata or {}
-    name, unit = (metadata.get(key, b"").decode() for key in (b"quantity", b"unit"))
-    return QUANTITIES.get(name, Quantity(field.name, field.name.replace("_", " "), "number", unit, unit, field.name))
 
 
 def number(value: float) -> str:

@@ -1,47 +1,56 @@
-"""The rows of a table as the product of its axes, as a study lays them out; those that a figure needs are read."""
+"""A table by the axes of its study: its rows are their product, slowest first; those that are asked for are read."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.errors import InputError
-from tendon_cli.figures.axes import ANGLE, LOAD, Ints, RowAxis, axes_of
-from tendon_cli.figures.labels import Shown, quantity_in
+from tendon_cli.cube.axes import ANGLE, LOAD, Ints, RowAxis, axes_of
+from tendon_cli.cube.columns import TRUTHS, Columns, Values, as_numpy, with_derived
+from tendon_cli.cube.labels import Shown
+from tendon_cli.engine.states import StatesOf
+from tendon_cli.errors import InputError, UsageError
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
+from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import SIDES, Study, keys
 from tendon_cli.tables.read import TableFiles
-from tendon_cli.units import parse_measure
+from tendon_cli.units import parse_measure, shorten
 
-Columns = dict[str, npt.NDArray[Any]]
+Table = TableFiles | StatesOf
+"""A table of designs or states, kept or worked out."""
 
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
 """Columns that every table has, and that say what a design is."""
-_MOST = 1e150
+_LARGEST = 1e150
 """More than any number of a study comes to, and few enough to be drawn."""
+_MOST_LISTED = 12
 
 
 @dataclass(frozen=True)
-class Product:
-    """The rows of a table as the product of its axes, slowest first; without `files`, of a table to come."""
+class Cube:
+    """A table of designs or states by its axes; without `files`, one to come."""
 
     kind: str
     """designs or states."""
     axes: tuple[RowAxis, ...]
-    columns: Mapping[str, Quantity | None]
-    """What each column holds, the derived ones included; words and truths are no quantity."""
+    of: Columns
     study: Mapping[str, Any]
     """The resolved study as a document."""
     study_hash: str
-    files: TableFiles | None = None
+    files: Table | None = None
+
+    @property
+    def columns(self) -> Mapping[str, Quantity | None]:
+        """What each column holds, the derived ones included; words and truths are no quantity."""
+        return self.of.held
 
     @property
     def title(self) -> str:
@@ -54,9 +63,9 @@ class Product:
         return f"tendon study {self.study.get('name', '')} {self.study_hash}"
 
     def limit(self, key: str) -> float:
-        """What the study says under [limits], in SI; 0 where it says nothing."""
-        said = self.study.get("limits", {}).get(key, 0.0)
-        return float(said) if isinstance(said, (int, float)) else parse_measure(said, QUANTITIES[key].dimension).si
+        """What the study says under [limits], in SI; 0 if it says nothing."""
+        given = self.study.get("limits", {}).get(key, 0.0)
+        return float(given) if isinstance(given, (int, float)) else parse_measure(given, QUANTITIES[key].dimension).si
 
     @property
     def pushes(self) -> bool:
@@ -64,18 +73,18 @@ class Product:
         return any(model.get("slack") == "bilateral" for model in _models(self.study))
 
     def is_null(self, column: str) -> bool:
-        """Whether a column is null whatever the numbers are: slack lengths have no meaning where tendons push."""
+        """Whether a column is null whatever the numbers are: slack lengths have no meaning if tendons push."""
         always = self.pushes and all(model.get("slack", "bilateral") == "bilateral" for model in _models(self.study))
         return always and column in ("flexor_slack", "extensor_slack", "max_slack")
 
-    @property
+    @cached_property
     def defining(self) -> list[str]:
         """Columns of numbers that say what a design is."""
         names = [*_ALWAYS, *(axis.column for axis in self.axes if not axis.is_text and axis.column != ANGLE)]
         return [each for name in dict.fromkeys(names) for each in self.with_sides(name)]
 
     def with_sides(self, column: str) -> list[str]:
-        """A column, or the two of the sides where they differ."""
+        """A column, or the two of the sides if they differ."""
         sides = [f"{column}_{side}" for side in SIDES]
         return sides if set(sides) <= set(self.columns) else [column]
 
@@ -84,10 +93,39 @@ class Product:
         return next((axis for axis in self.axes if axis.column == column), None)
 
     def shown(self, column: str, units: Mapping[str, str] | None = None) -> Shown:
-        """How a column of numbers is shown; `units` overrules the usual unit of a dimension."""
+        """How a column is shown; `units` overrules the usual unit of a dimension."""
         quantity = self.columns[column]
         words = column.replace("_", " ")
         return Shown.of(column, quantity or Quantity(column, words, "number", "1", "1", words), units)
+
+    # --- Rows --------------------------------------------------------------------------------------------------------
+
+    def choose(self, asked: Sequence[Condition]) -> dict[str, Ints]:
+        """Positions on each axis that conditions leave; raises UsageError if nothing is left of one."""
+        chosen = {axis.column: np.arange(axis.length, dtype=np.int64) for axis in self.axes}
+        for condition in asked:
+            axis = self.axis(condition.column)
+            if axis is None:
+                continue
+            positions = chosen[axis.column]
+            known = [str(value) for value in axis.values] if axis.is_text else []
+            wrong = next((str(word) for word in condition.wanted if axis.is_text and word not in known), None)
+            if wrong is not None:
+                hint = f"values: {', '.join(known[:20])}"
+                raise UsageError(f'{axis.column} is never "{shorten(wrong)}"', where="--where", hint=hint)
+            kept = positions[condition.holds(axis.values[positions], of_axis=True)]
+            if not len(kept):
+                hint = f"values: {', '.join(self._listed(axis, positions))}"
+                raise UsageError(f'nothing is left by "{shorten(condition.text)}"', where="--where", hint=hint)
+            chosen[axis.column] = kept
+        return chosen
+
+    def _listed(self, axis: RowAxis, positions: Ints) -> list[str]:
+        """The values of an axis as one writes them in a filter, many of them shortened."""
+        ends = positions if len(positions) <= _MOST_LISTED else positions[[0, 1, 2, -1]]
+        values = axis.values[ends]
+        texts = [str(each) if axis.is_text else self.shown(axis.column).text(each).replace("−", "-") for each in values]
+        return texts if len(ends) == len(positions) else [*texts[:-1], "…", *texts[-1:]]
 
     def rows(self, order: Sequence[str], positions: Mapping[str, Ints]) -> Ints:
         """Row numbers over the columns in `order`, of shape (len of each); other axes have one position each."""
@@ -102,52 +140,48 @@ class Product:
                 total = total + steps.reshape(())
         return total
 
-    def gather(self, rows: Ints, columns: Sequence[str]) -> Columns:
+    def gather(self, rows: Ints, columns: Sequence[str]) -> dict[str, Values]:
         """Columns at some rows, in the shape of `rows`; null becomes NaN or "". Read part by part."""
         names = list(dict.fromkeys(columns))
-        stored = dict.fromkeys(need for name in names for need in (_needs(name, self.columns) or [name]))
-        read = self._stored(rows, list(stored))
-        for name in names:
-            if name in DERIVED:
-                needed = (read[need] for need in _needs(name, self.columns))
-                read[name] = np.asarray(DERIVED[name].of(*needed), dtype=np.float64)
-        return {name: read[name] for name in names}
+        return self.of.work_out(names, self._stored(rows, self.of.stored(names)))
 
-    def _stored(self, rows: Ints, names: list[str]) -> Columns:
+    def _stored(self, rows: Ints, names: list[str]) -> dict[str, Values]:
         if self.files is None:
             raise ValueError("a table that is not written has no rows")
         order = np.argsort(rows, axis=None, kind="stable")
         wanted = rows.ravel()[order]
-        found = {name: _empty(self.files.schema.field(name).type, rows.size) for name in names}
-        for start, part in self.files.parts(names):
+        kinds = {name: self.files.schema.field(name).type for name in names}
+        read = {name: np.full(rows.size, *_nothing(kind)) for name, kind in kinds.items()}
+        parts = self.files.parts(names, wanted) if isinstance(self.files, StatesOf) else self.files.parts(names)
+        for start, part in parts:
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
-            if high > low:
-                for name in names:
-                    found[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
-        if any((np.abs(values) > _MOST).any() for values in found.values() if values.dtype == np.float64):
+            for name in names if high > low else ():
+                read[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
+        if any((np.abs(values) > _LARGEST).any() for values in read.values() if values.dtype == np.float64):
             raise _foreign(self.files)
-        return {name: values.reshape(rows.shape) for name, values in found.items()}
+        return {name: values.reshape(rows.shape) for name, values in read.items()}
 
 
-def product_of(table: TableFiles) -> Product:
+def _nothing(kind: pa.DataType) -> tuple[Any, Any]:
+    """What stands where there is no value, and the type of an array of such values."""
+    return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
+
+
+def cube_of(table: Table) -> Cube:
     """A table by what it knows of its study; raises InputError for a table of another kind."""
     try:
         kind, record = table.facts["table"], table.facts["study"]
-        numbers = (pa.float64(), pa.int64())
-        held = {each.name: quantity_in(each) if each.type in numbers else None for each in table.schema}
-        columns = _with_derived(held)
-        axes = axes_of(record, kind, columns, lambda key: _names_in(table, key))
+        columns = Columns.of(table.schema)
+        axes = axes_of(record, kind, columns.held, lambda key: _names_in(table, key))
         is_one = kind in {"designs", "states"} and _is_ours(table.schema)
-        if not is_one or table.rows != math.prod(axis.length for axis in axes):
+        if not is_one or table.rows != math.prod(axis.length for axis in axes) or not _is_study(record["study"]):
             raise _foreign(table)
-        if not _is_study(record["study"]):
-            raise _foreign(table)
-        return Product(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
+        return Cube(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
     except (LookupError, TypeError, ValueError, OverflowError, AttributeError, StopIteration, pa.ArrowException):
         raise _foreign(table) from None
 
 
-def product_to_come(study: Study, kind: str) -> Product:
+def cube_to_come(study: Study, kind: str) -> Cube:
     """The table of designs or states that a study will give, to plan its figures before anything is computed."""
     known = [keys()[path] for path in study.numbers]
     # What the sides or the cases say of their own has columns, too; which, only the run itself knows.
@@ -156,29 +190,19 @@ def product_to_come(study: Study, kind: str) -> Product:
         for key in known
         if study.cases or key.column in _ALWAYS or key.path in study.axes or key.column.endswith(SIDES)
     }
-    numbers |= {ANGLE: QUANTITIES[ANGLE]} if kind == "states" else {}
-    results = OF_STATES if kind == "states" else OF_DESIGNS
-    words = ("case", "direction", "status") if kind == "states" else ("case", "taut", "stable", "feasible")
-    columns: dict[str, Quantity | None] = {**numbers, **dict.fromkeys(words)}
-    kept = study.output.states or results if kind == "states" else results
+    is_states = kind == "states"
+    numbers |= {ANGLE: QUANTITIES[ANGLE]} if is_states else {}
     unmoved = OF_CYCLES if study.motion.speed is None else ()
-    columns |= {name: QUANTITIES[name] for name in results if name in kept and name not in (*DERIVED, *unmoved)}
+    results = [name for name in (OF_STATES if is_states else OF_DESIGNS) if name not in (*DERIVED, *unmoved)]
+    columns: dict[str, Quantity | None] = {
+        **numbers,
+        **dict.fromkeys(("case", "direction", "status") if is_states else ("case", *TRUTHS)),
+        **{name: QUANTITIES[name] for name in results},
+    }
     linked = {axis.key: axis.names for axis in study.linked}
     record = study.record()
     axes = axes_of(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
-    return Product(kind, axes, _with_derived(columns), record["study"], study.hash)
-
-
-def _needs(name: str, columns: Mapping[str, object]) -> list[str]:
-    """The columns that a derived quantity follows from, those of its side where the sides differ; else none."""
-    derived = DERIVED.get(name)
-    needs = derived.needs if derived else ()
-    return [side if derived and (side := f"{need}_{derived.side}") in columns else need for need in needs]
-
-
-def _with_derived(columns: Mapping[str, Quantity | None]) -> dict[str, Quantity | None]:
-    offered = {name: each.quantity for name, each in DERIVED.items() if set(_needs(name, columns)) <= set(columns)}
-    return {**columns, **offered}
+    return Cube(kind, axes, Columns(with_derived(columns)), record["study"], study.hash)
 
 
 def _is_study(document: Any) -> bool:
@@ -197,53 +221,21 @@ def _parts(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [document, *document.get("cases", ())]
 
 
-def _names_in(table: TableFiles, key: str) -> list[str]:
+def _names_in(table: Table, key: str) -> list[str]:
     """The names along an axis, from the table's column."""
+    if isinstance(table, StatesOf):
+        return list(next(axis.names for axis in table.plan.axes if axis.key == key))
     return list(dict.fromkeys(table.read([key]).column(key).cast(pa.string()).to_pylist()))
 
 
 def _is_ours(schema: pa.Schema) -> bool:
     """Whether columns have names of their own, and types that we write."""
-    return len(set(schema.names)) == len(schema.names) and all(_kinds(schema))
+    kinds = [each.type for each in schema]
+    numbers = [kind for kind in kinds if kind in (pa.float64(), pa.int64(), pa.bool_())]
+    words = [kind for kind in kinds if pa.types.is_dictionary(kind) and kind.value_type == pa.string()]
+    return len(set(schema.names)) == len(schema.names) == len(numbers) + len(words)
 
 
-def _kinds(schema: pa.Schema) -> Iterator[bool]:
-    for each in schema:
-        is_words = pa.types.is_dictionary(each.type) and each.type.value_type == pa.string()
-        yield is_words or each.type in (pa.float64(), pa.int64(), pa.bool_())
-
-
-def _foreign(table: TableFiles) -> InputError:
+def _foreign(table: Table) -> InputError:
     hint = "figures are drawn from designs.parquet and states.parquet of a run"
     return InputError("is not a table of designs or states", where=str(table.files[0]), hint=hint)
-
-
-def _empty(kind: pa.DataType, size: int) -> npt.NDArray[Any]:
-    return np.full(size, "", dtype=object) if pa.types.is_dictionary(kind) else np.full(size, np.nan)
-
-
-def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    """A column with NaN or "" for null. Not by pyarrow's own ways, which import pandas or its functions."""
-    return np.concatenate(
-        [_words(each) if pa.types.is_dictionary(column.type) else _floats(each) for each in column.chunks]
-    )
-
-
-def _words(chunk: pa.DictionaryArray) -> npt.NDArray[Any]:
-    known = np.array([*chunk.dictionary.to_pylist(), ""], dtype=object)
-    return known[np.nan_to_num(_floats(chunk.indices), nan=-1.0).astype(np.int64)]
-
-
-def _floats(chunk: pa.Array) -> npt.NDArray[np.float64]:
-    valid, data = chunk.buffers()
-    here = slice(chunk.offset, chunk.offset + len(chunk))
-    stored = _bits(data) if chunk.type == pa.bool_() else np.frombuffer(data, chunk.type.to_pandas_dtype())
-    numbers = stored[here].astype(np.float64)
-    if valid is not None:
-        numbers[_bits(valid)[here] == 0] = np.nan
-    return numbers
-
-
-def _bits(buffer: pa.Buffer) -> npt.NDArray[np.uint8]:
-    """Arrow's bits, the lowest first."""
-    return np.unpackbits(np.frombuffer(buffer, np.uint8), bitorder="little")

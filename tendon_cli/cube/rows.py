@@ -1,0 +1,168 @@
+"""Rows of a table, chosen by filters and read in stretches, so that tables of any size take the same memory."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from tendon_cli.cube.columns import Columns, Values, as_numpy
+from tendon_cli.cube.source import Source, table_in
+from tendon_cli.errors import UsageError
+from tendon_cli.files import whole_file
+from tendon_cli.studies.derived import DERIVED
+from tendon_cli.studies.filters import Condition, read_filter
+from tendon_cli.tables.schema import Column
+from tendon_cli.tables.write import array_of
+from tendon_cli.units import shorten
+
+_FORMULA = r"^([=+\-@\t\r])"
+"""How text begins that a spreadsheet would run."""
+
+
+@dataclass(frozen=True)
+class TableRows:
+    """Some rows and columns of a table; raises UsageError for columns that it has not."""
+
+    table: Source
+    where: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    """In this order; all without any."""
+
+    @cached_property
+    def of(self) -> Columns:
+        """What the columns of the table hold."""
+        return Columns.of(self.table.schema)
+
+    @cached_property
+    def names(self) -> list[str]:
+        """The columns that are given."""
+        names = [self.of.find(name, "--columns") for name in self.columns]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise UsageError(f"{twice} stands in the list twice, expected each column once", where="--columns")
+        return names or list(self.table.schema.names)
+
+    @cached_property
+    def conditions(self) -> list[Condition]:
+        """What the filters ask."""
+        return self.of.conditions(self.where)
+
+    def unit(self, column: str) -> str:
+        """The unit of a column's values, "1" for what has none."""
+        quantity = self.of.held[column]
+        return "1" if quantity is None else quantity.unit
+
+    def batches(self, also: Sequence[str] = ()) -> Iterator[pa.Table]:
+        """The rows that the filters leave, in their order, a stretch at a time; with some columns besides."""
+        wanted = list(dict.fromkeys([*self.names, *also]))
+        asked = [condition.column for condition in self.conditions]
+        derived = [name for name in dict.fromkeys([*wanted, *asked]) if name in DERIVED]
+        numbers = self.of.stored([*asked, *derived])
+        for batch in self.table.stretches(self.of.stored([*wanted, *asked])):
+            read = {name: as_numpy(batch[name]) for name in numbers}
+            read |= self.of.work_out(derived, read)
+            held = np.ones(batch.num_rows, dtype=np.bool_)
+            for condition in self.conditions:
+                held &= condition.holds(read[condition.column])
+            arrays = [_derived(name, read[name]) if name in derived else batch[name] for name in wanted]
+            fields = [_field(name, batch.schema) for name in wanted]
+            rows = pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+            yield rows if held.all() else rows.filter(pa.array(held))
+
+    def head(self, count: int, sort: str | None = None) -> tuple[pa.Table, int]:
+        """The first rows, by a column where `sort` names one (with a - before it falling), and how many there are."""
+        falling = sort is not None and sort.startswith("-")
+        by = self.of.find(sort.removeprefix("-"), "--sort") if sort is not None else None
+        kept, total = None, 0
+        for batch in self.batches((by,) if by else ()):
+            total += batch.num_rows
+            if by is None and kept is not None and kept.num_rows >= count:
+                continue
+            kept = batch if kept is None else pa.concat_tables([kept, batch]).unify_dictionaries()
+            if by is not None:
+                column = kept[by].cast(pa.string()) if pa.types.is_dictionary(kept[by].type) else kept[by]
+                order = "descending" if falling else "ascending"
+                kept = kept.take(pc.sort_indices(pa.table({"by": column}), sort_keys=[("by", order)])[:count])
+            kept = kept.slice(0, count)
+        if kept is None:
+            return pa.schema([_field(name, self.table.schema) for name in self.names]).empty_table(), 0
+        return kept.select(self.names), total
+
+    def headers(self) -> list[str]:
+        """The columns' names with their units, such as "pretension (N)"."""
+        units = [self.unit(name) for name in self.names]
+        return [name if unit == "1" else f"{name} ({unit})" for name, unit in zip(self.names, units, strict=True)]
+
+
+def _field(name: str, schema: pa.Schema) -> pa.Field:
+    return Column.of(DERIVED[name].quantity).field if name in DERIVED else schema.field(name)
+
+
+def _derived(name: str, values: Values) -> pa.Array:
+    return array_of(Column.of(DERIVED[name].quantity), values, nulls=bool(np.isnan(values).any()))
+
+
+def rows_in(
+    path: Path, table: str | None = None, where: Sequence[str] = (), columns: Sequence[str] = (),
+    sort: str | None = None,
+) -> TableRows:  # fmt: skip
+    """Rows of the table that a path means, which has all that is asked for; raises UsageError, InputError."""
+    asked = [*columns, *(read_filter(text).name for text in where), *([sort.removeprefix("-")] if sort else [])]
+    return TableRows(table_in(path, table, asked), tuple(where), tuple(columns))
+
+
+def write_csv(rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None = None) -> int:
+    """Rows as CSV in SI, units in the header; text that a spreadsheet would run has a ' before it. Returns how many."""
+    from pyarrow import csv
+
+    file.write((",".join(f'"{header}"' for header in rows.headers()) + "\n").encode())
+    writer, count = None, 0
+    for stretch in stretches or rows.batches():
+        table = pa.table([_guarded(column) for column in stretch.columns], names=stretch.column_names)
+        if writer is None:
+            options = csv.WriteOptions(include_header=False, quoting_style="needed")
+            writer = csv.CSVWriter(pa.PythonFile(file, mode="w"), table.schema, write_options=options)
+        writer.write_table(table)
+        count += table.num_rows
+    if writer is not None:
+        writer.close()
+    return count
+
+
+def export(rows: TableRows, path: Path) -> int:
+    """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
+    if path.suffix.lower() != ".csv":
+        raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")
+    with whole_file(path) as temporary, temporary.open("xb") as file:
+        count = write_csv(rows, _Unclosed(file))
+        file.flush()
+        os.fsync(file.fileno())
+    return count
+
+
+class _Unclosed:
+    """A file that the writer of CSV may not close."""
+
+    closed = False
+
+    def __init__(self, file: Any) -> None:
+        self.write, self.flush = file.write, file.flush
+
+    def close(self) -> None:
+        """Whoever opened it closes it."""
+
+
+def _guarded(column: pa.ChunkedArray) -> pa.ChunkedArray:
+    if pa.types.is_dictionary(column.type):
+        column = column.cast(pa.string())
+    if not pa.types.is_string(column.type):
+        return column
+    return pc.replace_substring_regex(column, pattern=_FORMULA, replacement=r"'\1")
