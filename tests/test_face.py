@@ -122,11 +122,13 @@ def test_a_damaged_run_is_not_opened(study, workplace):
         tendon.open_run("run")
 
 
-def test_a_table_that_the_study_leaves_out_is_told(workplace):
-    run = tendon.sweep(tendon.study({"output": {"tables": ["designs"]}}))
-    assert len(run.designs) == 1
-    with pytest.raises(UsageError, match="states"):
-        run.states  # noqa: B018
+def test_designs_that_the_study_leaves_out_are_told_and_states_are_worked_out(workplace):
+    run = tendon.sweep(tendon.study({"output": {"tables": ["states"]}}))
+    with pytest.raises(UsageError, match="designs"):
+        run.designs  # noqa: B018
+    without = tendon.sweep(tendon.study({"output": {"tables": ["designs"]}}), "few")
+    for one in (without, tendon.open_run("few")):
+        pd.testing.assert_frame_equal(one.states, run.states)
 
 
 # --- Interrupts -------------------------------------------------------------------------------------------------------

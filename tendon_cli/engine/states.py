@@ -90,8 +90,9 @@ class StatesOf:
         count = int(np.prod(block.shape))
         found = {name: np.empty(count, columns[name].dtype) for name in names}
         write(found, range(count))
+        fields = [self.schema.field(name) for name in names]
         arrays = [_array(columns[name], values) for name, values in found.items()]
-        return pa.Table.from_arrays(arrays, schema=pa.schema([self.schema.field(name) for name in names]))
+        return pa.Table.from_arrays(arrays, schema=pa.schema(fields, self.schema.metadata))
 
 
 def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
