@@ -16,7 +16,7 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli, errors
-from tendon_cli.answers.fixes import KNOBS
+from tendon_cli.answers.fixes import PARAMETERS
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.studies.study import keys, split_side
 from tendon_cli.units import UNITS
@@ -54,7 +54,7 @@ def key_table() -> str:
 def plausible_table() -> str:
     """Between which values a number may be changed to give a design a window."""
     rows = []
-    for path, (low, high) in KNOBS.items():
+    for path, (low, high) in PARAMETERS.items():
         quantity = keys()[path].number.quantity
         unit = "" if quantity.unit == "1" else f" {quantity.unit}"
         rows.append((f"`{path}`", quantity.symbol, f"{low:g} to {high:g}{unit}"))

@@ -1,4 +1,4 @@
-"""Which share of conditions one pretension serves, exactly: by a sweep over the ends of the windows.
+"""Which share of persons, draws or conditions one pretension serves, by a sweep over the ends of the windows.
 
 The share served changes only where a window begins or ends, so the pretensions that serve most, and those that serve
 enough, are known from the sorted ends. Windows are closed: two that only touch share one pretension.
@@ -7,10 +7,12 @@ enough, are known from the sorted ends. Windows are closed: two that only touch 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.model.kinematics import Array
 
 Flags = npt.NDArray[np.bool_]
@@ -42,7 +44,7 @@ def share_served(low: Array, high: Array, weighting: Array, *, enough: float = 1
     A window is from `low` to `high` (N), empty where low > high or not a number. `enough` is a share of the weighting.
     """
     is_open = low <= high
-    weight = np.where(is_open, weighting / np.sum(weighting), 0.0)
+    weight = np.where(is_open, normalised(weighting), 0.0)
     ends = np.concatenate([np.where(is_open, low, np.inf), np.where(is_open, high, np.inf)], axis=1)
     # Beginnings stand before ends, and stay so where both are at one pretension: windows that touch overlap there.
     order = np.argsort(ends, axis=1, kind="stable")
@@ -81,9 +83,61 @@ def grouped(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Arr
     return np.maximum.reduceat(low, firsts, axis=1), np.minimum.reduceat(high, firsts, axis=1)
 
 
-def share_at(low: Array, high: Array, weighting: Array, pretension: Array) -> Array:
-    """The share that each choice's pretension, (choices,), serves."""
-    at = pretension[:, np.newaxis]
-    with np.errstate(invalid="ignore"):
-        held = (low <= at) & (at <= high)
-    return np.asarray((held * weighting).sum(axis=1) / np.sum(weighting))
+def normalised(weighting: Array) -> Array:
+    """Weights that add up to 1, whatever their size."""
+    scaled = weighting / np.max(weighting)
+    return np.asarray(scaled / np.sum(scaled))
+
+
+def effective_count(weighting: Array) -> float:
+    """How many persons of equal weighting say as much: (Σw)² / Σw² (Kish)."""
+    return float(1.0 / np.sum(np.square(normalised(weighting))))
+
+
+def share_at(pretension: Array | float, low: Array, high: Array, weighting: Array) -> Array:
+    """The share of windows, from `low` to `high`, that hold each pretension; a window may be empty or NaN."""
+    is_open = low <= high
+    starts, ends, weights = low[is_open], high[is_open], normalised(weighting)[is_open]
+    begun = _summed(np.asarray(pretension), starts, weights, "right")
+    over = _summed(np.asarray(pretension), ends, weights, "left")
+    return np.clip(begun - over, 0.0, 1.0)
+
+
+def _summed(at: Array, ends: Array, weighting: Array, side: Literal["left", "right"]) -> Array:
+    """The weighting of ends up to some places, those at the place itself included on the right."""
+    order = np.argsort(ends, kind="stable")
+    sums = np.concatenate([[0.0], np.cumsum(weighting[order])])
+    return np.asarray(sums[np.searchsorted(ends[order], at, side=side)])
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """The share that is served over pretension: constant between ends of windows, which belong to the windows."""
+
+    pretension: Array
+    """Every end of a window, ascending, each twice, N."""
+    share: Array
+    """First at that end, then between it and the next."""
+    low: Array
+    """The 95 % interval of each share."""
+    high: Array
+
+    @property
+    def best(self) -> float:
+        """The middle of the first stretch of pretension that serves most, N."""
+        is_most = self.share >= self.share.max() - ROUNDING
+        first = int(np.argmax(is_most))
+        after = first + int(np.argmin(np.append(is_most[first:], False)))
+        return float(self.pretension[first] + self.pretension[min(after, len(self.pretension) - 1)]) / 2.0
+
+
+def curve(low: Array, high: Array, weighting: Array) -> Curve:
+    """The share served over all pretensions from the first window's beginning to the last one's end."""
+    is_open = low <= high
+    ends = np.unique(np.concatenate([low[is_open], high[is_open]]))
+    ends = ends[np.isfinite(ends)]
+    between = np.append((ends[:-1] + ends[1:]) / 2.0, np.nextafter(ends[-1:], np.inf))
+    shares = [share_at(place, low, high, weighting) for place in (ends, between)]
+    share, count = np.column_stack(shares).ravel(), effective_count(weighting)
+    intervals = np.reshape([say.interval(each, count) for each in share.tolist()], (-1, 2))
+    return Curve(np.repeat(ends, 2), share, intervals[:, 0], intervals[:, 1])

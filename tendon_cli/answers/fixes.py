@@ -1,22 +1,19 @@
-"""What would give a choice without a window one: the least change of one number, or of two together."""
+"""What would give a choice without a window one: for each parameter that a designer can change the least change."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
-from tendon_cli.answers.candidates import Candidates
+from tendon_cli.answers.candidates import Candidates, numbers_of
+from tendon_cli.answers.coverage import ROUNDING
 from tendon_cli.answers.factors import Numbers
-from tendon_cli.answers.opening import Opening, work
-from tendon_cli.answers.problem import Flags, Problem
-from tendon_cli.answers.solve import solve
-from tendon_cli.answers.worst import WORST
+from tendon_cli.answers.problem import Flags, Problem, Rows
+from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
 
-KNOBS = {
+PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
     "spool.ratio": (0.3, 2.0),
     "spool.flexor_radius": (0.01, 0.08),
@@ -36,24 +33,29 @@ _POINTS = 65
 _SECTIONS = 16
 _ROUNDS = 14
 _HALVINGS = 52
-_RADII = np.geomspace(2e-3, 2.5, 40)
-_PAIRED = 4
 _SMALL = 20_000
 """Work of a choice from which on values are tried one by one."""
-WORK_FOR_PAIRS = 600_000
-"""Of one choice under all conditions; of more, two knobs together take too long."""
+_MOST = 1_000_000
+"""Work of one choice under all conditions for which changes are tried; beyond it, some conditions stand for all."""
+_OF_MOTOR = 50
+"""States that take as long as one does with limits on the motor."""
+_AT_ONCE = 200_000
+"""Work of the choices that are tried together if the first that has a window is wanted."""
+_FEW = 8
+_STAGED = 64
+"""Groups of conditions from which on some are tried before the others."""
 
 
 @dataclass(frozen=True)
 class Fix:
-    """A change of one knob or two that opens a window."""
+    """The least change of one parameter that opens a window."""
 
-    knobs: tuple[str, ...]
-    before: tuple[float, ...]
+    parameter: str
+    before: float
     """SI."""
-    after: tuple[float, ...] | None
-    """SI; None where no value within the plausible range does."""
-    plausible: tuple[tuple[float, float], ...]
+    after: float | None
+    """SI; None if no value within the plausible range does."""
+    plausible: tuple[float, float]
     pretension: float = np.nan
     """The one that then suits, N."""
     costs: dict[str, float] | None = None
@@ -61,26 +63,43 @@ class Fix:
 
     @property
     def size(self) -> float:
-        """How large the change is: the logarithm of the factor, of two knobs the root of the sum of squares."""
-        if self.after is None:
-            return np.inf
-        return float(np.linalg.norm(np.log(np.divide(self.after, self.before))))
+        """How large the change is: the logarithm of the factor."""
+        return np.inf if self.after is None else float(abs(np.log(self.after / self.before)))
 
 
 def fixes(problem: Problem, choice: Candidates) -> list[Fix]:
-    """What each knob alone does for one choice, the least change first; and last the least of two together, if any."""
-    opening = Opening.of(problem, choice)
-    before = {key: value for key in KNOBS if (value := _now(problem, opening.numbers, key)) > 0.0}
-    alone = [_alone(opening, key, value) for key, value in before.items()]
-    alone.sort(key=lambda fix: fix.size)
-    promising = [fix.knobs[0] for fix in alone][:_PAIRED] if work(problem) <= WORK_FOR_PAIRS else []
-    pairs = [_together(opening, pair, before) for pair in combinations(promising, 2)]
-    together = min((fix for fix in pairs if fix is not None), key=lambda fix: fix.size, default=None)
-    return [*alone, *([together] if together and together.size < alone[0].size * (1 - 1e-6) else [])]
+    """What each parameter alone does for one choice, the least change first."""
+    trials = Trials.of(problem, choice)
+    before = {key: value for key in PARAMETERS if (value := _now(problem, trials.numbers, key)) > 0.0}
+    return sorted((_fix(trials, key, value) for key, value in before.items()), key=lambda fix: fix.size)
+
+
+def work(problem: Problem) -> int:
+    """How long one choice takes under all conditions, in states."""
+    return len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.bounds.of_motion else 1)
+
+
+def sampled(problem: Problem, choice: Candidates) -> Problem:
+    """The same question under as many of its persons, draws or conditions as changes can be tried for.
+
+    They are drawn at random, but for those that bind the choice.
+    """
+    groups = len(problem.weighting)
+    most = max(_FEW, groups * _MOST // work(problem))
+    return problem if most >= groups else problem.of_groups(np.sort(_order(problem, choice)[:most]))
+
+
+def _order(problem: Problem, choice: Candidates) -> Rows:
+    """All groups of conditions, at random, but first those that bind a choice."""
+    solutions = choice.solutions
+    ends = np.array([solutions.from_condition[0], solutions.to_condition[0]])
+    binding = np.unique(problem.groups[np.minimum(ends, len(problem.groups) - 1)])
+    order = np.random.default_rng(1).permutation(len(problem.weighting))
+    return np.concatenate([binding, order[~np.isin(order, binding)]])
 
 
 def _now(problem: Problem, numbers: Numbers, key: str) -> float:
-    """A knob's value in a choice; NaN where it has none of its own: it differs between conditions, or sides."""
+    """A parameter's value in a choice; NaN if it differs between conditions or sides."""
     table, _, name = key.rpartition(".")
     sides = [f"{table}.{side}.{name}" for side in ("flexor", "extensor")]
     given = (*problem.study.numbers, *problem.condition_numbers, *numbers)
@@ -92,96 +111,107 @@ def _now(problem: Problem, numbers: Numbers, key: str) -> float:
     return np.nan if values is None or values.is_axis else values.single
 
 
-def _alone(opening: Opening, key: str, before: float) -> Fix:
-    low, high = KNOBS[key]
+def _fix(trials: Trials, key: str, before: float) -> Fix:
+    low, high = PARAMETERS[key]
     ends = [end for end in (low, high) if (end - before) * (end - low - (high - end)) > 0.0]
-    found = [_nearest(opening, key, before, end) for end in ends]
-    after = min((value for value in found if value is not None), key=lambda v: abs(np.log(v / before)), default=None)
-    fix = Fix((key,), (before,), None if after is None else (after,), ((low, high),))
-    return _with_costs(opening, fix)
+    values = [value for end in ends if (value := _nearest(trials, key, before, end)) is not None]
+    if not values:
+        return Fix(key, before, None, (low, high))
+    after = min(values, key=lambda value: abs(np.log(value / before)))
+    solutions = solve(trials.problem, {**trials.numbers, key: np.array([after])}, 1)
+    costs = {name: float(solutions.column(name)[0]) for name in WORST}
+    return Fix(key, before, after, (low, high), float(solutions.pretension[0]), costs)
 
 
-def _nearest(opening: Opening, key: str, before: float, end: float) -> float | None:
+def _nearest(trials: Trials, key: str, before: float, end: float) -> float | None:
     """The value nearest to `before`, on the way to `end`, that opens a window."""
     values = np.geomspace(before, end, _POINTS)
-    first, nearest = opening.first((key,), values[:, np.newaxis])
+    first, nearest = trials.first(key, values)
     for _ in range(4):  # between three values, where a narrow window may hide: around the nearest to have one
         if first is not None:
             break
         values = np.geomspace(values[max(nearest - 1, 0)], values[min(nearest + 1, len(values) - 1)], _SECTIONS)
-        first, nearest = opening.first((key,), values[:, np.newaxis])
+        first, nearest = trials.first(key, values)
     if first is None:
         return None
-    return float(values[0]) if first == 0 else _edge(opening, key, values[first - 1], values[first])
+    return float(values[0]) if first == 0 else _edge(trials, key, values[first - 1], values[first])
 
 
-def _edge(opening: Opening, key: str, shut: float, open_: float) -> float:
+def _edge(trials: Trials, key: str, empty: float, open_: float) -> float:
     """Where a window opens between two values; the last that has one."""
     # Many small questions are faster asked together, large ones one by one.
-    sections, rounds = (_SECTIONS, _ROUNDS) if work(opening.problem) <= _SMALL else (3, _HALVINGS)
+    sections, rounds = (_SECTIONS, _ROUNDS) if work(trials.problem) <= _SMALL else (3, _HALVINGS)
     for _ in range(rounds):
-        values = np.linspace(shut, open_, sections)
+        values = np.linspace(empty, open_, sections)
         values[-1] = open_
-        first, _ = opening.first((key,), values[1:-1, np.newaxis])
+        first, _ = trials.first(key, values[1:-1])
         first = sections - 1 if first is None else first + 1
-        if (shut, open_) == (values[first - 1], values[first]):
+        if (empty, open_) == (values[first - 1], values[first]):
             break
-        shut, open_ = float(values[first - 1]), float(values[first])
+        empty, open_ = float(values[first - 1]), float(values[first])
     return open_
 
 
-def _together(opening: Opening, keys: tuple[str, str], before: dict[str, float]) -> Fix | None:
-    """The least change of two knobs, by its length in logarithms, along every direction of change."""
-    start = np.array([before[key] for key in keys])
-    low, high = np.array([KNOBS[key] for key in keys]).T
+@dataclass(frozen=True, eq=False)
+class Trials:
+    """Tries other values of a parameter on one choice: under few conditions first, under all if these allow it."""
 
-    def opened(logs: Array) -> Flags:
-        values = start * np.exp(logs)
-        within = np.all((values >= np.minimum(low, start)) & (values <= np.maximum(high, start)), axis=1)
-        within[within] = opening.tried(keys, values[within])
-        return np.asarray(within)
+    problem: Problem
+    numbers: Numbers
+    """Of the choice, (1,) each."""
+    stages: tuple[tuple[Problem, float], ...]
+    """The question for some persons, and their share of the weighting; last for all."""
 
-    angles, radii = np.linspace(0.0, 2 * np.pi, 33)[1:], _RADII
-    for reach in (0.3, 0.03, 3e-3, 3e-4):
-        found = _first_radii(opened, angles, radii, rounds=4)
-        at = int(np.argmin(found))
-        if np.isinf(found[at]):
-            return None
-        angles, radii = angles[at] + reach * np.linspace(-1.0, 1.0, 13), found[at] * np.linspace(0.7, 1.0001, 7)
-    angle = float(angles[6])
-    radius = float(_first_radii(opened, angles[[6]], radii, rounds=_ROUNDS)[0])
-    after = start * np.exp(radius * np.array([np.cos(angle), np.sin(angle)]))
-    fix = Fix(keys, tuple(map(float, start)), tuple(map(float, after)), tuple(KNOBS[key] for key in keys))
-    return _with_costs(opening, fix)
+    @classmethod
+    def of(cls, problem: Problem, choice: Candidates) -> Trials:
+        """Of a choice, whose binding conditions come first if all must be served."""
+        order, groups = _order(problem, choice), len(problem.weighting)
+        sizes = [groups // 8, groups // 2] if groups >= _STAGED else []
+        if problem.enough >= 1.0 and groups > _FEW:
+            sizes = [2, *sizes[:1]]
+        total, stages = problem.weighting.sum(), []
+        for size in sizes:
+            some = np.sort(order[:size])
+            stages.append((problem.of_groups(some), float(problem.weighting[some].sum() / total)))
+        return cls(problem, numbers_of(problem, choice.columns), (*stages, (problem, 1.0)))
+
+    def first(self, key: str, values: Array) -> tuple[int | None, int]:
+        """The first of some values that gives a window, and if there is none, the one that is nearest to do so."""
+        is_open, nearness = self.tried(key, values, at_once=max(1, _AT_ONCE // work(self.problem)))
+        return int(np.argmax(is_open)) if is_open.any() else None, int(np.argmax(nearness))
+
+    def tried(self, key: str, values: Array, at_once: int) -> tuple[Flags, Rows]:
+        """Whether values give a window, in their order until `at_once` have one among them; and their ranks."""
+        reached, width = np.zeros(len(values), dtype=np.int64), np.full(len(values), -np.inf)
+        left, is_open = np.arange(len(values)), np.zeros(len(values), dtype=np.bool_)
+        for stage, (problem, share) in enumerate(self.stages):
+            is_last = stage == len(self.stages) - 1
+            step = at_once if is_last else len(left)
+            hopeful = left[:0]
+            for at in range(0, len(left), max(1, step)):
+                some = left[at : at + step]
+                solutions = self._solved(problem, key, values[some])
+                reached[some], width[some] = stage, _width(problem, solutions)
+                # Whoever is not among those tried here may be served; if even that is not enough, all is known.
+                at_most = np.where(solutions.feasible, 1.0, solutions.served * share + 1.0 - share)
+                passed = solutions.feasible if is_last else at_most >= self.problem.enough - ROUNDING
+                hopeful = np.concatenate([hopeful, some[passed]])
+                if is_last and len(hopeful):
+                    break
+            left = hopeful
+        is_open[left] = True
+        order = np.lexsort((width, reached))
+        return is_open, np.argsort(order)
+
+    def _solved(self, problem: Problem, key: str, values: Array) -> Solutions:
+        changed = {name: np.repeat(value, len(values)) for name, value in self.numbers.items()}
+        return solve(problem, changed | {key: values}, len(values), with_worst=False)
 
 
-def _first_radii(opened: Callable[[Array], Flags], angles: Array, radii: Array, *, rounds: int) -> Array:
-    """How far one must go in the directions in which a window opens first; infinite in all others."""
-    ways, found = np.column_stack([np.cos(angles), np.sin(angles)]), np.full(len(angles), np.inf)
-    before, some = 0.0, np.empty(0, dtype=np.int64)
-    for radius in radii:
-        some = np.flatnonzero(opened(radius * ways))
-        if len(some):
-            break
-        before = float(radius)
-    if not len(some):
-        return found
-    near, far, rows = np.full(len(some), before), np.full(len(some), radius), np.arange(len(some))
-    for _ in range(rounds):
-        between = near[:, np.newaxis] + (far - near)[:, np.newaxis] * np.linspace(0.0, 1.0, 9)
-        between[:, -1] = far
-        points = between[:, 1:-1, np.newaxis] * ways[some, np.newaxis]
-        is_open = opened(points.reshape(-1, 2)).reshape(points.shape[:2])
-        first = np.argmax(np.column_stack([is_open, np.ones(len(some), bool)]), axis=1)
-        near, far = between[rows, first], between[rows, first + 1]
-    found[some] = far
-    return found
-
-
-def _with_costs(opening: Opening, fix: Fix) -> Fix:
-    if fix.after is None:
-        return fix
-    changed = {**opening.numbers, **{key: np.array([value]) for key, value in zip(fix.knobs, fix.after, strict=True)}}
-    found = solve(opening.problem, changed, 1)
-    costs = {name: float(found.column(name)[0]) for name in WORST}
-    return Fix(fix.knobs, fix.before, fix.after, fix.plausible, float(found.pretension[0]), costs)
+def _width(problem: Problem, solutions: Solutions) -> Array:
+    """How far a window is open, N; if a share is asked for, by how much more than enough is served."""
+    if problem.enough < 1.0:
+        return solutions.served - problem.enough
+    with np.errstate(invalid="ignore"):
+        width = solutions.pretension_to - solutions.pretension_from
+    return np.where(np.isnan(width), -np.inf, width)

@@ -10,11 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tendon_cli.answers.answer import Findings, Gathered, gather
-from tendon_cli.answers.candidates import Candidates
+from tendon_cli.answers.answer import Findings, Summary, summarise
+from tendon_cli.answers.candidates import Candidates, part_of
+from tendon_cli.answers.front import goals_of
 from tendon_cli.answers.problem import Flags, Problem
-from tendon_cli.answers.promising import part_of
-from tendon_cli.answers.rank import goals_of
 from tendon_cli.answers.tables import ROW_GROUP, choice_columns, choice_rows, table_schema
 from tendon_cli.engine.part import file_name
 from tendon_cli.engine.run import Progress
@@ -59,9 +58,9 @@ class Choices:
         """Where a part stands in the folder of the answer."""
         return file_name("choices", index, self.parts)
 
-    def gathered(
+    def summary(
         self, folder: Path | None, jobs: int, stop: threading.Event, progress: Progress, solve: Solve | None = None
-    ) -> Gathered:
+    ) -> Summary:
         """What matters of all choices; several parts are written into a folder, if there is one, as they are solved.
 
         By `solve` where it is given, else in threads. Raises Stopped where `stop` is set, OutputError where a part
@@ -70,18 +69,18 @@ class Choices:
         goals = goals_of(self.problem.study)
         elsewhere = None if solve is None or self.parts == 1 else solve(self, stop)
 
-        def one(index: int) -> Gathered:
+        def one(index: int) -> Summary:
             if stop.is_set():
                 raise Stopped
             if self.parts == 1:
-                return gather(self.only, goals)
+                return summarise(self.only, goals)
             solved = self.part(index) if elsewhere is None else next(elsewhere)
             if folder is not None:
                 self._write(folder, index, solved, np.zeros(len(solved), np.bool_))
-            return gather(solved, goals)
+            return summarise(solved, goals)
 
         progress(0, self.parts)
-        whole: Gathered | None = None
+        whole: Summary | None = None
         for done, found in enumerate(_in_order(one, self.parts, jobs if elsewhere is None else 1), start=1):
             whole = found if whole is None else whole + found
             progress(done, self.parts)
@@ -97,16 +96,16 @@ class Choices:
         front = found.front.row if found.front is not None else _rows_of_best(found)
         front = front[front >= 0]
         last = self.parts - 1
-        anew = {int(row) // self.length for row in front} | ({last} if len(found.beside) or last == 0 else set())
+        anew = {int(row) // self.length for row in front} | ({last} if len(found.between) or last == 0 else set())
         written = {}
         for index in sorted(anew):
             solved = self.only if self.parts == 1 else self.part(index)
             refined = np.zeros(len(solved), dtype=np.bool_)
             on_front = np.isin(solved.row, front)
-            if index == last and len(found.beside):
-                solved = Candidates.joined([solved, found.beside])
-                refined = np.concatenate([refined, np.ones(len(found.beside), np.bool_)])
-                on_front = np.concatenate([on_front, np.full(len(found.beside), bool(found.goals))])
+            if index == last and len(found.between):
+                solved = Candidates.joined([solved, found.between])
+                refined = np.concatenate([refined, np.ones(len(found.between), np.bool_)])
+                on_front = np.concatenate([on_front, np.full(len(found.between), bool(found.goals))])
             written[self.file_name(index)] = self._write(folder, index, solved, on_front, refined)
         return written
 
@@ -131,7 +130,7 @@ def _rows_of_best(found: Findings) -> np.ndarray[tuple[int], np.dtype[np.int64]]
     return found.chosen.row
 
 
-def _in_order(one: Callable[[int], Gathered], parts: int, jobs: int) -> Iterator[Gathered]:
+def _in_order(one: Callable[[int], Summary], parts: int, jobs: int) -> Iterator[Summary]:
     """Results of parts in their order, as many at once as there are jobs."""
     if jobs == 1 or parts == 1:
         yield from map(one, range(parts))

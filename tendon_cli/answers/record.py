@@ -1,4 +1,4 @@
-"""An answer as `design.json` and `--json` have it."""
+"""An answer as `design.json` and `--json` have it; texts, figures and pages are made of this and the tables."""
 
 from __future__ import annotations
 
@@ -8,100 +8,174 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
+from tendon_cli.answers import coverage
 from tendon_cli.answers.answer import Findings
 from tendon_cli.answers.candidates import Candidates
 from tendon_cli.answers.conflicts import Conflict
 from tendon_cli.answers.fixes import Fix
-from tendon_cli.answers.sensitivity import Sensitivity
-from tendon_cli.answers.tables import as_records, choice_columns, choice_rows, condition_columns, condition_rows
+from tendon_cli.answers.front import losses
+from tendon_cli.answers.population import LESS, MORE, NEITHER, AxisSizes, PopulationResult, Reason
+from tendon_cli.answers.sizes import Sizes
+from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
+from tendon_cli.answers.uncertainty import Indices
 from tendon_cli.engine.columns import versions
 from tendon_cli.version import RESULTS_VERSION
 
+_NEEDS = {MORE: "more", LESS: "less", NEITHER: "another suit"}
 
-def record_of(found: Findings) -> dict[str, Any]:
+
+def record_of(answer: Findings, population: PopulationResult | None) -> dict[str, Any]:
     """The answer, but for its files. SI values, null for what is not a number; `choice` is a row of choices.parquet."""
-    problem, study = found.problem, found.problem.study
-    best = {name: _row(found, one) for name, one in found.best.items()}
-    only = len(found.goals) > 0
+    problem, study = answer.problem, answer.problem.study
+    best = {name: _row(answer, one) for name, one in answer.best.items()}
+    single = len(answer.goals) > 0
     return {
         "name": study.name,
         "title": study.title,
         "study_hash": study.hash,
         "results_version": RESULTS_VERSION,
-        "choices": found.gathered.choices,
+        "choices": answer.summary.choices,
         "conditions": len(problem.conditions),
-        "feasible": found.gathered.feasible,
+        "feasible": answer.summary.feasible,
         "serve": problem.enough,
-        "goals": [asdict(goal) for goal in found.goals],
-        "best": next(iter(best.values()), None) if only or not best else best,
-        "gains": found.gains,
-        "front": [] if found.front is None else _rows(found, found.front),
-        "fixes": [_fix(fix) for fix in found.fixes],
-        "conflicts": [_conflict(found, each) for each in found.conflicts],
-        "sensitivities": [_sensitivity(each) for each in found.sensitivities],
-        "notes": found.notes,
+        "goals": [asdict(goal) for goal in answer.goals],
+        "best": next(iter(best.values()), None) if single or not best else best,
+        "given_up": _given_up(answer),
+        "gains": answer.gains,
+        "front": [] if answer.front is None else _rows(answer, answer.front),
+        "fixes": [_fix(fix) for fix in answer.fixes],
+        "conflicts": [_conflict(answer, each) for each in answer.conflicts],
+        "sensitivities": [{**asdict(each), "per_percent": each.per_percent} for each in answer.sensitivities],
+        "population": None if population is None else _population(answer, population),
+        "notes": answer.notes,
         "versions": versions(),
         "study": study.document(),
     }
 
 
-def rows_beside(found: Findings, candidates: Candidates) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """The rows of choices in `choices.parquet`: those between the points of the grid stand after all others."""
-    rows = candidates.row.copy()
-    if not len(found.beside):
-        return rows
-    places = np.column_stack([np.asarray(values) for values in found.beside.columns.values()])
-    for at in np.flatnonzero(rows < 0):
-        place = np.array([values[at] for values in candidates.columns.values()])
-        same = np.flatnonzero((places == place).all(axis=1))
-        rows[at] = found.gathered.choices + same[0] if len(same) else -1
-    return rows
-
-
-def _rows(found: Findings, candidates: Candidates) -> list[dict[str, Any]]:
+def _rows(answer: Findings, candidates: Candidates) -> list[dict[str, Any]]:
     """Choices as rows of the table, each with its number there."""
     refined = candidates.row < 0
-    on_front = np.full(len(candidates), found.front is not None)
-    rows = as_records(choice_columns(found.problem), choice_rows(found.problem, candidates, refined, on_front))
-    numbers = rows_beside(found, candidates).tolist()
+    on_front = np.full(len(candidates), answer.front is not None or len(answer.goals) == 1)
+    rows = as_records(choice_columns(answer.problem), choice_rows(answer.problem, candidates, refined, on_front))
+    numbers = _numbers(answer, candidates).tolist()
     return [{"choice": number if number >= 0 else None, **row} for number, row in zip(numbers, rows, strict=True)]
 
 
-def _row(found: Findings, one: Candidates) -> dict[str, Any]:
-    return _rows(found, one)[0]
+def _numbers(answer: Findings, candidates: Candidates) -> np.ndarray[Any, np.dtype[np.int64]]:
+    """The rows of choices in `choices.parquet`: those between the points of the grid stand after all others."""
+    rows = candidates.row.copy()
+    if not len(answer.between):
+        return rows
+    places = np.column_stack([np.asarray(values) for values in answer.between.columns.values()])
+    for at in np.flatnonzero(rows < 0):
+        place = np.array([values[at] for values in candidates.columns.values()])
+        same = np.flatnonzero((places == place).all(axis=1))
+        rows[at] = answer.summary.choices + same[0] if len(same) else -1
+    return rows
+
+
+def _row(answer: Findings, one: Candidates) -> dict[str, Any]:
+    return _rows(answer, one)[0]
+
+
+def _given_up(answer: Findings) -> float | None:
+    """Of what the goals span on the front, the largest share that the best compromise gives up of any."""
+    if answer.front is None or answer.chosen is None:
+        return None
+    if len(answer.front) < 2:
+        return 0.0
+    scores = answer.front.scores(answer.goals)
+    at = np.flatnonzero((scores == answer.chosen.scores(answer.goals)[0]).all(axis=1))[0]
+    return float(losses(scores)[at].max())
 
 
 def _fix(fix: Fix) -> dict[str, Any]:
-    costs = {name: finite(value) for name, value in (fix.costs or {}).items()}
-    return {
-        "knobs": list(fix.knobs),
-        "before": list(fix.before),
-        "after": None if fix.after is None else list(fix.after),
-        "plausible": [list(span) for span in fix.plausible],
-        "pretension": finite(fix.pretension),
-        **costs,
-    }
+    record = asdict(fix) | {"pretension": finite(fix.pretension)}
+    costs = record.pop("costs") or {}
+    return record | {name: finite(value) for name, value in costs.items()}
 
 
-def _conflict(found: Findings, each: Conflict) -> dict[str, Any]:
+def _conflict(answer: Findings, each: Conflict) -> dict[str, Any]:
     return {
         "limits": list(each.limits),
         "choices": each.choices,
         "gap": finite(each.gap),
-        "nearest": _row(found, each.nearest),
+        "nearest": _row(answer, each.nearest),
         "relaxed": each.relaxed,
     }
 
 
-def _sensitivity(each: Sensitivity) -> dict[str, Any]:
-    return {**asdict(each), "per_percent": each.per_percent}
-
-
 def finite(value: float) -> float | None:
-    """A number, or null where it is none."""
+    """A number, or null if it is none."""
     return value if math.isfinite(value) else None
 
 
-def conditions_of(found: Findings) -> list[dict[str, Any]]:
-    """The conditions as rows of their table."""
-    return as_records(condition_columns(found.problem), condition_rows(found.problem))
+# --- Persons and draws -----------------------------------------------------------------------------------------------
+
+
+def _population(answer: Findings, population: PopulationResult) -> dict[str, Any]:
+    """What the choice named first is to persons or draws; members are their numbers."""
+    weighting, row = population.problem.weighting, _row(answer, population.chosen)
+    return {
+        "choice": row["choice"],
+        "values": {factor.column: row[factor.column] for factor in answer.problem.choices.factors},
+        "kind": population.kind,
+        "count": len(population.windows.low),
+        "effective_count": coverage.effective_count(weighting),
+        "pretension": finite(population.pretension),
+        "served": population.share,
+        "interval_95": _interval(population.share, weighting),
+        "largest_share": population.best_share,
+        "largest_share_at": finite(population.curve.best) if population.best_share > 0.0 else None,
+        "not_served": [_reason(population, reason) for reason in population.reasons],
+        "sizes": {each.column: [_size(each, best) for best in each.best] for each in population.sizes},
+        "sobol": [_sobol(each) for each in population.indices],
+    }
+
+
+def _interval(share: float, weighting: np.ndarray[Any, Any]) -> list[float]:
+    return list(say.interval(share, coverage.effective_count(weighting)))
+
+
+def _reason(population: PopulationResult, reason: Reason) -> dict[str, Any]:
+    people = population.people
+    names = [] if people is None else [people.names[at] for at in reason.members[:100].tolist()]
+    return {
+        "needs": _NEEDS[reason.needs],
+        "limits": list(reason.limits),
+        "conditions": list(reason.conditions),
+        "count": len(reason.members),
+        "share": reason.share,
+        "interval_95": _interval(reason.share, population.problem.weighting),
+        "first": names,
+        "bodies": {
+            each.dimension: {"theirs": each.theirs, "of_all": each.of_all, "deviations": each.deviations}
+            for each in reason.differences
+        },
+    }
+
+
+def _size(each: AxisSizes, best: Sizes) -> dict[str, Any]:
+    return {
+        "suits": [
+            {"value": each.values[choice], "pretension": at}
+            for choice, at in zip(best.choices, best.pretensions, strict=True)
+        ],
+        "served": best.share,
+        "interval_95": list(say.interval(best.share, each.persons)),
+        "persons": each.persons,
+        "values_tried": len(each.values),
+        "all_values": not each.thinned,
+    }
+
+
+def _sobol(each: Indices) -> dict[str, Any]:
+    rows = zip(
+        each.inputs, each.first.tolist(), each.first_error.tolist(), each.total.tolist(), each.total_error.tolist(),
+        strict=True,
+    )  # fmt: skip
+    names = ("first", "first_standard_error", "total", "total_standard_error")
+    inputs = {key: dict(zip(names, numbers, strict=True)) for key, *numbers in rows}
+    return {"end": each.end, "standard_deviation": each.deviation, "inputs": inputs}

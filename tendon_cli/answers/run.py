@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.answers.answer import findings
-from tendon_cli.answers.crowd import crowd
-from tendon_cli.answers.crowd_text import record_of_crowd
 from tendon_cli.answers.folder import made_whole, standing, write_record
 from tendon_cli.answers.parts import Choices, Solve
+from tendon_cli.answers.population import population
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import question
 from tendon_cli.answers.record import record_of
@@ -143,20 +142,20 @@ def _answer(
             from tendon_cli.answers.cluster import solved  # only who has a cluster pays for its import
 
             solve = partial(solved, cluster)
-        gathered = choices.gathered(folder, jobs or available_cores(), stop, progress, solve)
-    found = findings(choices.problem, gathered)
-    written = choices.finish(folder, found)
+        summary = choices.summary(folder, jobs or available_cores(), stop, progress, solve)
+    answer = findings(choices.problem, summary)
+    written = choices.finish(folder, answer)
     written["conditions.parquet"] = _write_conditions(choices.problem, folder)
-    whom = crowd(choices.problem, found.most_universal)
-    record = record_of(found) | {"text": text_of(found, whom)}
-    record |= {"crowd": None if whom is None else record_of_crowd(whom)}
+    whom = population(choices.problem, answer.most_universal)
+    record = record_of(answer, whom)
+    record["text"] = text_of(choices.problem, record)
     record["seconds"] = round(time.monotonic() - started, 3)
     record["files"] = _files(folder, choices, written)
     record["figures"], warnings = draw(folder, record) if draw is not None else ([], [])
     if draw is not None and whom is not None:
-        from tendon_cli.answers.crowd_figures import draw_crowd  # only who draws pays for its import
+        from tendon_cli.answers.population_figures import draw_population  # only who draws pays for its import
 
-        record["figures"] += draw_crowd(whom, choices, folder)
+        record["figures"] += draw_population(whom, record, choices, folder)
     record["notes"] += warnings
     write_record(folder, record)
     return record

@@ -50,15 +50,15 @@ class Sensitivity:
 
 def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
     """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit on motion sets."""
-    found: list[Sensitivity] = []
+    slopes: list[Sensitivity] = []
     ends: tuple[End, End] = ("from", "to")
     for end in ends:
         code = int(getattr(choice.solutions, f"{end}_by")[0])
         state = int(getattr(choice.solutions, f"{end}_state")[0])
         is_set = state >= 0 or (code >= 0 and _is_of_motion(LIMIT_NAMES[code]))
         if is_set and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
-            found += _of_end(problem, choice, end, code, state)
-    return sorted(found, key=lambda each: -abs(each.per_percent))
+            slopes += _of_end(problem, choice, end, code, state)
+    return sorted(slopes, key=lambda each: -abs(each.per_percent))
 
 
 def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: int) -> list[Sensitivity]:
@@ -66,19 +66,19 @@ def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: in
     numbers = dict(numbers_of(problem, choice.columns))
     alone = problem.under(np.array([condition]))
     pretension = float(getattr(choice.solutions, f"pretension_{end}")[0])
-    design, name, found = alone.design(numbers), LIMIT_NAMES[code], []
+    design, name, slopes = alone.design(numbers), LIMIT_NAMES[code], []
     of_motor = _OfMotor(alone, design, code, state, pretension) if _is_of_motion(name) else None
     bound = of_motor or _OfState(alone, code, state, end == "to")
     for key, value in _numbers_at(alone, numbers).items():
         changed = {key: np.array([value + _STEP * 1j])}
         slope = bound.slope(alone.design(numbers, alone.condition_numbers | changed))
-        found.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
+        slopes.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
     if name not in problem.bounds:
-        return found
+        return slopes
     if "motion.speed" in (need.key for need in LIMITS[name].needs):
         speed = float(problem.bounds.speed)
-        found.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
-    return [*found, Sensitivity(end, f"limits.{name}", problem.limit(name), bound.slope(design, name), steady=True)]
+        slopes.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
+    return [*slopes, Sensitivity(end, f"limits.{name}", problem.limit(name), bound.slope(design, name), steady=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,8 +133,9 @@ def _is_of_motion(name: str) -> bool:
 def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
     """Every number that counts for a choice under one condition, by its key; of one side where the sides differ."""
     design = alone.design(numbers)
-    found = {f"arm.{name}": _single(getattr(design.arm.anchors, name, getattr(design.arm, name, None))) for name in ARM}
-    found |= {
+    arm = design.arm
+    values = {f"arm.{name}": _single(getattr(arm.anchors, name, getattr(arm, name, None))) for name in ARM}
+    values |= {
         "spool.flexor_radius": _single(design.flexor_radius),
         "spool.ratio": _single(design.ratio),
         "load.mass": _single(design.load_mass),
@@ -144,10 +145,10 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
         of_sides = [_single(getattr(getattr(design, side), argument)) for side in SIDES]
         given = (*alone.study.numbers, *alone.condition_numbers, *numbers)
         if any(f"{table}.{side}.{name}" in given for side in SIDES):
-            found |= {f"{table}.{side}.{name}": value for side, value in zip(SIDES, of_sides, strict=True)}
+            values |= {f"{table}.{side}.{name}": value for side, value in zip(SIDES, of_sides, strict=True)}
         else:
-            found[key] = of_sides[0]
-    return {key: value for key, value in found.items() if not np.isnan(value)}
+            values[key] = of_sides[0]
+    return {key: value for key, value in values.items() if not np.isnan(value)}
 
 
 def _single(value: object) -> float:
@@ -161,7 +162,7 @@ def _is_steady(
     for factor in (1.0 - _SHARE, 1.0 + _SHARE):
         given = problem.condition_numbers.get(key)
         scaled = np.full(len(problem.conditions), value) if given is None else np.where(np.isnan(given), value, given)
-        found = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
-        if (int(getattr(found, f"{end}_by")[0]), int(getattr(found, f"{end}_state")[0])) != binding:
+        solutions = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
+        if (int(getattr(solutions, f"{end}_by")[0]), int(getattr(solutions, f"{end}_state")[0])) != binding:
             return False
     return True

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import kernel
 from tendon_cli.answers.coverage import ROUNDING, grouped, share_served
 from tendon_cli.answers.factors import Numbers
 from tendon_cli.answers.problem import Flags, Problem, Rows
-from tendon_cli.answers.worst import WORST, worst
+from tendon_cli.model import extremes
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import Codes
+from tendon_cli.model.limits import Codes, contact_pressure
 from tendon_cli.model.window import Ends
 
 Kind = TypeVar("Kind", bound=np.generic)
+
+WORST = (
+    "max_tension",
+    "max_spring_extension",
+    "peak_motor_torque",
+    "min_elbow_stiffness",
+    "max_contact_pressure",
+)
+"""Columns of a choice at its pretension: the worst over all conditions that this serves."""
 
 _DESIGNS_AT_ONCE = 2**20
 """Windows of choices under conditions that are held at once."""
@@ -31,26 +44,26 @@ class Solutions:
     pretension_to: Array
     """N; infinite where nothing bounds it."""
     windows: npt.NDArray[np.int64]
-    """How many intervals serve enough; the widest is told."""
+    """How many intervals serve enough; the widest is the window."""
     from_by: Codes
     """Index into `limits.LIMIT_NAMES`, or NOTHING."""
     to_by: Codes
     from_condition: Rows
     to_condition: Rows
     from_state: Rows
-    """The state that binds, by its place among directions and angles; -1 where the limit belongs to none."""
+    """The state that binds, by its place among directions and angles; -1 if the limit belongs to none."""
     to_state: Rows
     served: Array
     """The largest share that one pretension serves."""
     pretension: Array
-    """In the window, or where that is empty, one that serves most, N."""
+    """In the window, or if that is empty, one that serves most, N."""
     max_tension: Array
     max_spring_extension: Array
     peak_motor_torque: Array
     min_elbow_stiffness: Array
     max_contact_pressure: Array
-    worked_out: Flags
-    """Whether the worst at the pretension, these last five, is: else they are NaN, or bounds."""
+    has_worst: Flags
+    """Whether these last five are worked out: else they are NaN, or bounds."""
 
     @property
     def feasible(self) -> Flags:
@@ -59,10 +72,10 @@ class Solutions:
 
     @property
     def tolerance(self) -> Array:
-        """(to - from)/(to + from), the share by which the pretension may be off; 1 where nothing bounds it above."""
+        """(to - from)/(to + from), the share by which the pretension may be off; 1 if nothing bounds it above."""
         with np.errstate(invalid="ignore", divide="ignore"):
             share = (self.pretension_to - self.pretension_from) / (self.pretension_to + self.pretension_from)
-        # Of a window from 0 to 0 nothing may be off.
+        # A window from 0 to 0 tolerates nothing.
         share = np.where(np.isinf(self.pretension_to), 1.0, np.where(self.pretension_to == 0.0, 0.0, share))
         return np.where(self.feasible, share, np.nan)
 
@@ -70,12 +83,12 @@ class Solutions:
         """A result by its name, as numbers."""
         return np.asarray(getattr(self, name), dtype=np.float64)
 
-    def with_worst(self, rows: Rows | slice, found: dict[str, Array], *, worked_out: bool = True) -> Solutions:
+    def with_worst(self, rows: Rows | slice, values: dict[str, Array], *, has_worst: bool = True) -> Solutions:
         """The same, some of the choices with the worst at their pretension."""
-        whole = {name: getattr(self, name).copy() for name in (*WORST, "worked_out")}
-        for name, values in found.items():
-            whole[name][rows] = values
-        whole["worked_out"][rows] = worked_out
+        whole = {name: getattr(self, name).copy() for name in (*WORST, "has_worst")}
+        for name, column in values.items():
+            whole[name][rows] = column
+        whole["has_worst"][rows] = has_worst
         return replace(self, **whole)
 
     def taken(self, rows: Rows | slice | Flags) -> Solutions:
@@ -94,63 +107,63 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
     parts = []
     for at in range(0, max(count, 1), step):
         some = {key: values[at : at + step] for key, values in numbers.items()}
-        found, held = without_worst(problem, some, min(step, count - at))
+        solutions, served = without_worst(problem, some, min(step, count - at))
         if with_worst:
-            found = found.with_worst(slice(None), worst(problem, some, found.pretension, held))
-        parts.append(found)
+            solutions = solutions.with_worst(slice(None), worst(problem, some, solutions.pretension, served))
+        parts.append(solutions)
     return Solutions.joined(parts)
 
 
 def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solutions, Flags]:
     """Choices solved but for the worst at their pretensions, and which conditions each serves."""
-    found = problem.ends(numbers, count)
-    low, high, from_condition, to_condition, windows, served, best = _common(problem, found)
+    ends = problem.ends(numbers, count)
+    low, high, from_condition, to_condition, windows, served, best = _common(problem, ends)
     pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
     solutions = Solutions(
         pretension_from=low,
         pretension_to=high,
         windows=windows,
-        from_by=problem.named(numbers, found, from_condition).low_by,
-        to_by=problem.named(numbers, found, to_condition).high_by,
+        from_by=problem.named(numbers, ends, from_condition).low_by,
+        to_by=problem.named(numbers, ends, to_condition).high_by,
         from_condition=from_condition,
         to_condition=to_condition,
-        from_state=_taken(found.low_state, from_condition),
-        to_state=_taken(found.high_state, to_condition),
+        from_state=_taken(ends.low_state, from_condition),
+        to_state=_taken(ends.high_state, to_condition),
         served=served,
         pretension=pretension,
         **dict.fromkeys(WORST, np.full(count, np.nan)),
-        worked_out=np.zeros(count, dtype=np.bool_),
+        has_worst=np.zeros(count, dtype=np.bool_),
     )
-    return solutions, _held(problem, found, pretension)
+    return solutions, _served_at(problem, ends, pretension)
 
 
 def _common(
-    problem: Problem, found: Ends
+    problem: Problem, ends: Ends
 ) -> tuple[Array, Array, Rows, Rows, npt.NDArray[np.int64], Array, tuple[Array, Array]]:
     """The window over all conditions, or where enough is served; its binding conditions; and what is best served."""
     groups, weighting = problem.groups, problem.weighting
     # A condition that no pretension suits leaves no window at all, and is the reason: argmax takes the first NaN.
-    from_condition, to_condition = np.argmax(found.low, axis=1), np.argmin(found.high, axis=1)
-    low, high = _taken(found.low, from_condition), _taken(found.high, to_condition)
+    from_condition, to_condition = np.argmax(ends.low, axis=1), np.argmin(ends.high, axis=1)
+    low, high = _taken(ends.low, from_condition), _taken(ends.high, to_condition)
     is_open = low <= high
     windows, served = is_open.astype(np.int64), np.where(is_open, 1.0, 0.0)
     best_low, best_high = np.where(is_open, low, np.nan), np.where(is_open, high, np.nan)
     rest = np.flatnonzero(~is_open)
     if not rest.size:
         return low, high, from_condition, to_condition, windows, served, (best_low, best_high)
-    of_groups = grouped(found.low[rest], found.high[rest], groups)
+    of_groups = grouped(ends.low[rest], ends.high[rest], groups)
     covered = share_served(*of_groups, weighting, enough=problem.enough)
     served[rest], best_low[rest], best_high[rest] = covered.served, covered.best_low, covered.best_high
     if problem.enough < 1.0:
         windows[rest] = covered.windows
-        for end, ends, value, condition in (
-            (low, found.low, covered.low, from_condition),
-            (high, found.high, covered.high, to_condition),
+        for end, of_conditions, value, condition in (
+            (low, ends.low, covered.low, from_condition),
+            (high, ends.high, covered.high, to_condition),
         ):
             some = ~np.isnan(value)
             end[rest[some]] = value[some]
             served_group = np.repeat(of_groups[0] <= of_groups[1], np.bincount(groups), axis=1)
-            binds = (ends[rest] == value[:, np.newaxis]) & served_group
+            binds = (of_conditions[rest] == value[:, np.newaxis]) & served_group
             condition[rest[some]] = np.argmax(binds[some], axis=1)
     return low, high, from_condition, to_condition, windows, served, (best_low, best_high)
 
@@ -161,18 +174,69 @@ def _taken(values: npt.NDArray[Kind], condition: Rows) -> npt.NDArray[Kind]:
 
 
 def _within(problem: Problem, low: Array, high: Array) -> Array:
-    """Where in its window a choice is set; twice the least pretension where nothing bounds it above."""
+    """Where in its window a choice is set; twice the least pretension if nothing bounds it above."""
     if not problem.middle:
         return low
     return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
 
 
-def _held(problem: Problem, found: Ends, pretension: Array) -> Flags:
+def _served_at(problem: Problem, ends: Ends, pretension: Array) -> Flags:
     """Which conditions a pretension serves, (choices, conditions): those of the groups that it serves altogether."""
     at = pretension[:, np.newaxis]
     with np.errstate(invalid="ignore"):
-        held = (found.low <= at * (1 + ROUNDING)) & (at <= found.high * (1 + ROUNDING))
-    if len(problem.weighting) == held.shape[1]:
-        return held
+        served = (ends.low <= at * (1 + ROUNDING)) & (at <= ends.high * (1 + ROUNDING))
+    if len(problem.weighting) == served.shape[1]:
+        return served
     firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
-    return np.repeat(np.logical_and.reduceat(held, firsts, axis=1), np.bincount(problem.groups), axis=1)
+    return np.repeat(np.logical_and.reduceat(served, firsts, axis=1), np.bincount(problem.groups), axis=1)
+
+
+# --- The worst at a pretension ---------------------------------------------------------------------------------------
+
+
+def worst(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) -> dict[str, Array]:
+    """The worst over the conditions that a pretension serves, (choices,); NaN if it serves none."""
+    largest = np.full((6, len(pretension)), np.nan)
+    for rows, conditions, values in _quantities(problem, numbers, pretension):
+        here = np.fmax.reduce(np.where(served[rows, conditions], values, np.nan), axis=2)
+        largest[:, rows] = np.fmax(largest[:, rows], here)
+    tension, extension, forward, backward, softness, pressure = largest
+    torque = np.where(backward > forward, -backward, forward)
+    return dict(zip(WORST, (tension, extension, torque, -softness, pressure), strict=True))
+
+
+def severest(problem: Problem, numbers: Numbers, pretension: Array, served: Flags, most: int) -> Rows:
+    """The conditions, `most` for each quantity, that are the worst for one choice."""
+    whole = np.full((6, len(problem.conditions)), -np.inf)
+    for rows, conditions, values in _quantities(problem, numbers, pretension):
+        whole[:, conditions] = np.where(served[rows, conditions] & ~np.isnan(values), values, -np.inf)[:, 0]
+    return np.unique(np.argsort(-whole, axis=1, kind="stable")[:, :most])
+
+
+def _quantities(problem: Problem, numbers: Numbers, pretension: Array) -> Iterator[tuple[slice, slice, Array]]:
+    """Six quantities of choices under conditions, the larger the worse, (6, choices, conditions)."""
+    for rows, conditions in problem.chunks(len(pretension)):
+        part = {key: values[rows] for key, values in numbers.items()}
+        under = {key: values[conditions] for key, values in problem.condition_numbers.items()}
+        design = problem.design(part, under, pretension[rows])
+        shape = rows.stop - rows.start, conditions.stop - conditions.start
+        values = _extremes(problem, design, shape)
+        pressure = contact_pressure(design, values["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0]
+        quantities = (
+            values["max_tension"],
+            values["max_spring_extension"],
+            values["highest_motor_torque"],
+            -values["lowest_motor_torque"],
+            -values["min_elbow_stiffness"],
+            np.broadcast_to(pressure, shape),
+        )
+        yield rows, conditions, np.stack(quantities)
+
+
+def _extremes(problem: Problem, design: Design, shape: tuple[int, ...]) -> extremes.Found:
+    """What designs of a shape, (choices, conditions), come to over all their states."""
+    values, states = extremes.begin(shape), (*shape, problem.flexion.size, problem.angles.size)
+    kernel.fold_extremes(
+        values, Situation.of(design, problem.angles, problem.flexion), problem.angles.ravel(), states
+    )  # fmt: skip
+    return values

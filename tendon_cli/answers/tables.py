@@ -10,7 +10,7 @@ import pyarrow as pa
 from tendon_cli.answers.candidates import Candidates, Columns
 from tendon_cli.answers.factors import Factor
 from tendon_cli.answers.problem import Flags, Problem
-from tendon_cli.answers.worst import WORST
+from tendon_cli.answers.solve import WORST
 from tendon_cli.engine.columns import versions
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
@@ -32,7 +32,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         Column("refined", "truth", "1", "a point between those of the grid"),
         Column.of(QUANTITIES["pretension_from"]),
         Column.of(QUANTITIES["pretension_to"]),
-        Column("windows", "count", "1", "intervals of pretension that serve enough; the widest is told"),
+        Column("windows", "count", "1", "intervals of pretension that serve enough; the widest is the window"),
         number["tolerance"],
         Column("from_by", "text", "1", "limit that binds below, or what no pretension could keep", choices=_LIMITS),
         Column("to_by", "text", "1", "limit that binds above, or what no pretension could keep", choices=_LIMITS),
@@ -42,13 +42,11 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         number["served"],
         number["pretension"],
         *(number[name] for name in WORST),
-        Column("worst_status", "text", "1", "whether the worst at the pretension is worked out", choices=_WORKED_OUT),
         Column("feasible", "truth", "1", "there is a pretension that keeps every limit"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
     )
 
 
-_WORKED_OUT = ("worked out", "no condition is served", "left out")
 _OF_STATE = "direction of the state that binds; empty where the limit belongs to none"
 
 
@@ -66,7 +64,6 @@ def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_fro
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
         rows[f"{end}_elbow_angle"] = np.where(state < 0, np.nan, problem.angles[0, angle])
     rows |= {name: getattr(found, name) for name in ("served", "pretension", *WORST)}
-    rows["worst_status"] = np.where(found.worked_out, np.where(found.served > 0.0, 0, 1), 2)
     return rows | {"feasible": found.feasible, "on_front": on_front}
 
 

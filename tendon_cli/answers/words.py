@@ -1,53 +1,77 @@
-"""Choices, conditions, states and limits as people say them."""
+"""What the texts of an answer share: choices, conditions, ends of windows and tables of 80 columns."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
+from tendon_cli import say
 from tendon_cli.answers.factors import Combinations
-from tendon_cli.model.limits import ALWAYS, LIMITS
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.answers.problem import Problem
 from tendon_cli.studies.study import keys
-from tendon_cli.units import UNITS
+
+Row = Mapping[str, Any]
+"""A row of `choices.parquet` as the record of an answer has it."""
 
 
-def rounded(value: float, digits: int = 3) -> str:
-    """A number to some significant digits, without an exponent where people would write none."""
-    if not math.isfinite(value):
-        return "any" if value > 0 else "none"
-    short = float(f"{value:.{digits}g}")
-    whole = f"{short:,.0f}" if abs(short) >= 10**digits else f"{short:g}"
-    return "0" if short == 0.0 else whole.replace(",", " ")
+def parameter(key: str, value: float) -> str:
+    """A number of a study with its symbol, by its key."""
+    return say.parameter(keys()[key].number.quantity, value, say.side_of(key))
 
 
-def shown(quantity: Quantity, value: float, digits: int = 3) -> str:
-    """A value in SI in the unit that people read it in."""
-    unit = quantity.shown_in
-    number = rounded(value / float(UNITS[unit].factor), digits) if unit in UNITS else rounded(value, digits)
-    return number if unit == "1" else f"{number} {unit}"
+def row_words(product: Combinations, row: Row) -> str:
+    """A choice or a condition: what it has of each axis; empty if there is none."""
+    values = ((factor, row[factor.column]) for factor in product.factors)
+    return ", ".join(value if isinstance(value, str) else parameter(factor.key, value) for factor, value in values)
 
 
-def of_key(key: str, value: float) -> str:
-    """A number of a study, with its symbol."""
-    quantity = keys()[key].number.quantity
-    side = next((f" of the {word}" for word in ("flexor", "extensor") if f".{word}." in key), "")
-    return f"{quantity.symbol}{side} {shown(quantity, value)}"
+def condition_words(conditions: Combinations, condition: int, *, but_first: bool = False) -> str:
+    """A condition by its row of conditions.parquet; `but_first` leaves out the person or draw that it is of."""
+    columns = conditions.columns(np.array([condition]))
+    words = [
+        factor.names[int(columns[factor.column][0])]
+        if factor.names
+        else parameter(factor.key, columns[factor.column][0])
+        for factor in conditions.factors[int(but_first) :]
+    ]
+    return ", ".join(words)
 
 
-def of_row(product: Combinations, columns: Mapping[str, Any]) -> str:
-    """A choice or a condition: what it has of each axis; empty where there is none."""
-    said = []
-    for factor in product.factors:
-        value = columns[factor.column]
-        said.append(factor.names[int(value)] if factor.names else of_key(factor.key, float(value)))
-    return ", ".join(said)
+def high_of(row: Row) -> float:
+    """The upper end of a row's window, N; infinite if there is none."""
+    return np.inf if row["pretension_to"] is None else float(row["pretension_to"])
 
 
-def broken(limit: str, bounds: Mapping[str, float]) -> str:
-    """What happens where a limit is not kept."""
-    bound = shown(QUANTITIES[limit], bounds[limit]) if limit in bounds else ""
-    if limit == "min_elbow_stiffness" and bounds.get(limit) == 0.0:
-        return "the elbow is unstable"
-    return (ALWAYS[limit] if limit in ALWAYS else LIMITS[limit].words).broken.format(bound)
+def tolerance(row: Row) -> str:
+    """The tolerance in percent; what is hardly any is none."""
+    return say.number(100.0 * row["tolerance"], 2) if row["tolerance"] > 1e-4 else "0"
+
+
+def end_words(problem: Problem, row: Row, end: str, word: str) -> str:
+    """One end of a window, with what binds there."""
+    limit, value = row[f"{end}_by"], row[f"pretension_{end}"]
+    if limit is None:
+        return "no lower limit: taut without pretension" if end == "from" else "no upper limit"
+    broken = say.limit_words(limit, problem.study.limits).broken
+    return f"{word} {say.number(value)} N {broken}{where_words(problem, row, end)}"
+
+
+def where_words(problem: Problem, row: Row, end: str) -> str:
+    """The condition and the state that bind, in brackets."""
+    words = [condition_words(problem.conditions, row[f"{end}_condition"])]
+    if row[f"{end}_direction"] is not None:
+        words += [row[f"{end}_direction"], say.quantity("elbow_angle", row[f"{end}_elbow_angle"])]
+    inside = ", ".join(word for word in words if word)
+    return f" ({inside})" if inside else ""
+
+
+def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
+    """Lines of cells as columns of 80 signs at most; what does not fit is in the tables."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    while sum(widths) + 2 * len(widths) > say.WIDTH and len(widths) > 4:
+        widths.pop()
+    for line in lines:
+        cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
+        yield f"  {'  '.join(cells)}".rstrip()[: say.WIDTH]

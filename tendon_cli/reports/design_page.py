@@ -55,7 +55,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     maps, left_out = quantities({name: values[:cells] for name, values in columns.items()}, labels)
     maps.insert(1, _conflicts(choices.slice(0, cells)))
     states, arms = _states(problem, axes, columns["pretension"][:cells])
-    people = people_record(problem, whole, record.get("crowd"))
+    people = people_record(problem, whole, record.get("population"))
     data = NO_DATA | {
         "kind": "design", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arms": arms,
         "design": _answers(choices, columns, labels, cells), "table": _table(problem, axes, choices, columns, labels),

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from tendon_cli import say
 from tendon_cli.answers.candidates import numbers_of
-from tendon_cli.answers.left_out import windows_of
+from tendon_cli.answers.population import windows_of
 from tendon_cli.answers.problem import Problem
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import Shown
@@ -29,15 +30,16 @@ def people_record(problem: Problem, choices: pa.Table, crowd: dict[str, Any] | N
     population = people.population
     row = choices.slice(_row(choices, crowd), 1)
     columns = {each.column: _value(each.names, row.column(each.column)[0].as_py()) for each in problem.choices.factors}
-    served = windows_of(problem, numbers_of(problem, columns)).held(crowd["pretension"])
+    served = windows_of(problem, numbers_of(problem, columns)).served(crowd["pretension"])
     kept = evenly(len(population), MOST_PERSONS)
-    told = [dimension for reason in crowd["left_out"] for dimension in reason["bodies"]]
+    told = [dimension for reason in crowd["not_served"] for dimension in reason["bodies"]]
     first, second = list(dict.fromkeys((*told, *_USUAL)))[:2]
     found = {}
     for name, dimension in (("x", first), ("y", second)):
         shown = Shown.of(dimension, QUANTITIES[dimension])
         found[name] = number_record(shown, population.values[kept, DIMENSIONS.index(dimension)])
-    share = f"{100 * crowd['served']:.3g} % of {crowd['count']} persons are served by {crowd['pretension']:.4g} N"
+    share = say.sampled_share(crowd["served"], crowd["count"], "person", crowd["effective_count"])
+    share = f"{say.number(crowd['pretension'])} N serves {share}"
     return {**found, "served": {"array": packed_classes(served[kept])}, "title": share}
 
 

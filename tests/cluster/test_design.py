@@ -76,8 +76,8 @@ def test_the_answer_is_that_of_this_machine_to_the_byte(same, cluster):
 @pytest.mark.parametrize("name", STUDIES)
 def test_so_it_is_with_people_and_draws(same, cluster, name):
     record = same(STUDIES[name], cluster).json
-    assert record["crowd"]["kind"] == ("draws" if name == "draws" else "persons")
-    assert record["crowd"]["count"] >= 10
+    assert record["population"]["kind"] == ("draws" if name == "draws" else "persons")
+    assert record["population"]["count"] >= 10
 
 
 def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, monkeypatch):

@@ -7,10 +7,10 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import parts as parts_module
-from tendon_cli.answers.answer import findings, gather
+from tendon_cli.answers.answer import findings, summarise
 from tendon_cli.answers.candidates import of_columns, of_rows
+from tendon_cli.answers.front import goals_of
 from tendon_cli.answers.question import question
-from tendon_cli.answers.rank import goals_of
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.errors import StudyError
 
@@ -23,7 +23,7 @@ SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
 
 def answered(text, folder):
     problem = asked(text, folder)
-    return findings(problem, gather(of_rows(problem, np.arange(len(problem.choices))), goals_of(problem.study)))
+    return findings(problem, summarise(of_rows(problem, np.arange(len(problem.choices))), goals_of(problem.study)))
 
 
 def without_window(content):
@@ -64,17 +64,13 @@ def test_nor_its_softer_spring_but_a_stiffer_one_with_a_smaller_spool_does():
 
 def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
     helps = [fix for fix in paper.fixes if fix["after"] is not None]
-    assert {fix["knobs"][0] for fix in helps if len(fix["knobs"]) == 1} >= {"spool.ratio", "arm.elbow_radius"}
-    assert any(len(fix["knobs"]) == 2 for fix in helps)
+    assert {fix["parameter"] for fix in helps} >= {"spool.ratio", "arm.elbow_radius"}
     for fix in helps:
-        before, after = np.array(fix["before"]), np.array(fix["after"])
         for share, feasible in ((1.0, True), (0.999, False)):
-            content = {**PAPER}
-            for key, value in zip(fix["knobs"], (before + share * (after - before)).tolist(), strict=True):
-                table, name = key.split(".")
-                content = {**content, table: {**content.get(table, {}), name: value}}
-            again = solved_alone(content)
-            assert again.feasible[0] == feasible, fix["knobs"]
+            table, name = fix["parameter"].split(".")
+            value = fix["before"] + share * (fix["after"] - fix["before"])
+            again = solved_alone({**PAPER, table: {name: value}})
+            assert again.feasible[0] == feasible, fix["parameter"]
             if feasible:
                 assert again.pretension_to[0] - again.pretension_from[0] <= 1e-9 * again.pretension_to[0]
                 assert again.max_tension[0] == pytest.approx(fix["max_tension"], rel=1e-9)
@@ -82,10 +78,10 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
 
 def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_path):
     idle = [fix for fix in paper.fixes if fix["after"] is None]
-    assert {"spring.stiffness", "sheath.friction"} <= {fix["knobs"][0] for fix in idle}
+    assert {"spring.stiffness", "sheath.friction"} <= {fix["parameter"] for fix in idle}
     problem = asked(LOADS, tmp_path)
     for fix in idle:
-        (low, high), (key,) = fix["plausible"][0], fix["knobs"]
+        (low, high), key = fix["plausible"], fix["parameter"]
         values = np.geomspace(low, high, 1500)
         found = problem.windows({key: values}, len(values))
         assert not (found.low.max(axis=1) <= found.high.min(axis=1)).any(), key
@@ -113,15 +109,15 @@ def test_no_grid_of_four_times_the_density_beats_the_refined_best(goal, column, 
     found = answered(f'[design]\n{goal} = "{column}"\n' + RANGES, tmp_path)
     fine = asked(RANGES.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), tmp_path)
     rivals = of_rows(fine, np.arange(len(fine.choices)))
-    rival = rivals.worth(found.goals).max()
-    assert found.chosen.worth(found.goals).item() >= rival - 1e-9 * abs(rival)
+    rival = rivals.scores(found.goals).max()
+    assert found.chosen.scores(found.goals).item() >= rival - 1e-9 * abs(rival)
 
 
 def test_no_finer_grid_dominates_the_front(tmp_path):
     found = answered('[design]\nminimise = ["max_tension"]\nmaximise = ["tolerance"]\n' + RANGES, tmp_path)
     fine = asked(RANGES.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), tmp_path)
-    rivals = of_rows(fine, np.arange(len(fine.choices))).worth(found.goals)
-    own = found.front.worth(found.goals)
+    rivals = of_rows(fine, np.arange(len(fine.choices))).scores(found.goals)
+    own = found.front.scores(found.goals)
     assert len(own) > 4
     for row in own:
         margin = 2e-3 * np.abs(row)
@@ -215,15 +211,14 @@ def test_the_record_is_strict_json_and_says_the_same(tmp_path):
 def test_limits_no_pretension_can_keep_are_named():
     answer = without_window({**PAPER, "limits": {"min_spool_to_tendon": 60}})
     assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
-    assert "whatever the pretension, a spool is less than 60 tendons across" in answer.text
+    assert "at any pretension a spool is less than 60 tendon diameters wide" in answer.text
     assert answer.choices["pretension_from"].isna().all()
 
 
 @pytest.mark.parametrize("text", [CATALOGUE, RANGES, LOADS])
 def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
-    from tendon_cli.answers.text import text_of
-
-    lines = text_of(answered(text, tmp_path)).splitlines()
+    (tmp_path / "asked.toml").write_text(text)
+    lines = tendon.design(tendon.load_study(tmp_path / "asked.toml")).text.splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) < 40
 
@@ -233,7 +228,7 @@ def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
 )
 def test_the_studys_own_pretension_is_judged(own, said):
     suit = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "tendon": {"pretension": own}}
-    assert f"the study's own {own} {said}" in tendon.design(tendon.study({**PAPER, **suit})).text
+    assert f"the study's pretension of {own} {said}" in tendon.design(tendon.study({**PAPER, **suit})).text
 
 
 DOUBTFUL = {"sheath": {"friction": {"value": 0.07, "tolerance": "10 %"}}}

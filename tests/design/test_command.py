@@ -12,7 +12,7 @@ import pytest
 from tendon_cli import kernel
 from tendon_cli.answers import answer as answer_module
 from tendon_cli.answers import parts as parts_module
-from tendon_cli.answers import run, search
+from tendon_cli.answers import refine, run
 from tendon_cli.answers.folder import made_whole
 from tendon_cli.errors import Stopped
 
@@ -119,7 +119,7 @@ def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, wo
     def refining(*words):
         stop.set()
         monkeypatch.setattr(kernel, "fold_window", lambda *some: after.append(some))
-        return search.refined(*words)
+        return refine.refined(*words)
 
     monkeypatch.setattr(answer_module, "refined", refining)
     with pytest.raises(Stopped):

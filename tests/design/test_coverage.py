@@ -55,8 +55,8 @@ def test_the_best_pretensions_serve_most_and_none_beside_them_does():
             continue
         inside = min(found.best_high[0], found.best_low[0] + 50.0)
         for at in (found.best_low[0], 0.5 * (found.best_low[0] + inside), inside):
-            held = share_at(low[np.newaxis], high[np.newaxis], weighting, np.array([at]))
-            assert held[0] == pytest.approx(found.served[0], abs=1e-12)
+            held = share_at(at, low, high, weighting)
+            assert held == pytest.approx(found.served[0], abs=1e-12)
 
 
 def test_many_choices_at_once_are_the_same_as_one_by_one():

@@ -63,7 +63,7 @@ max_friction_loss = "1 J"
     (workplace / "study.toml").write_text(text)
     ran = tendon("design", "study.toml")
     assert ran.exit == 4
-    assert "friction takes more than 1 J a cycle" in ran.out + ran.err
+    assert "friction takes more than 1 J per cycle" in ran.out + ran.err
     (workplace / "study.toml").write_text(text.replace('"1 J"', '"40 J"'))
     ran = tendon("design", "study.toml", "--json", "--out", "answer")
     assert ran.exit == 0

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.shares import curve, effective_count, interval, share_at, standard_error
+from tendon_cli import say
+from tendon_cli.answers.coverage import curve, effective_count, share_at
 
 
 def some_windows(count, seed):
@@ -39,15 +40,22 @@ def test_without_any_window_the_curve_is_empty():
 
 
 @pytest.mark.parametrize("true", [0.02, 0.5, 0.93, 1.0])
-def test_the_interval_covers_the_true_share_and_the_error_is_that_of_samples(true):
-    random = np.random.default_rng(3)
-    weighting = np.ones(400)
-    shares = random.binomial(400, true, 3000) / 400
-    low, high = interval(shares, weighting)
+def test_the_interval_covers_the_true_share_and_is_as_wide_as_samples_scatter(true):
+    shares = np.random.default_rng(3).binomial(400, true, 3000) / 400
+    low, high = np.transpose([say.interval(share, 400) for share in shares])
     assert 0.93 < np.mean((low <= true) & (true <= high)) <= 1.0
     if 0.1 < true < 0.99:
-        assert np.mean(standard_error(shares, weighting)) == pytest.approx(shares.std(), rel=0.05)
-    assert np.all(standard_error(shares, weighting) > 0.0)
+        assert np.mean(high - low) / 3.92 == pytest.approx(shares.std(), rel=0.05)
+    assert np.all(high > low)
+
+
+@pytest.mark.parametrize("factor", [1e-300, 1.0, 1e300])
+def test_the_size_of_weights_does_not_matter(factor):
+    low, high, weighting = some_windows(50, 4)
+    one, other = (curve(low, high, each) for each in (weighting, factor * weighting))
+    np.testing.assert_allclose(other.share, one.share, atol=1e-12)
+    assert effective_count(factor * weighting) == pytest.approx(effective_count(weighting))
+    assert np.isfinite(other.low).all()
 
 
 def test_unequal_weighting_counts_for_fewer():

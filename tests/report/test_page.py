@@ -196,7 +196,7 @@ def test_the_persons_of_an_answer_are_served_as_it_says(answered_for_people):
     people = data_of(write_report(answered_for_people))["people"]
     served = unpacked(people["served"]["array"])
     assert len(served) == 60
-    assert served.mean() == pytest.approx(record["crowd"]["served"])
+    assert served.mean() == pytest.approx(record["population"]["served"])
     assert 0 < served.sum() < 60
     assert f"{100 * record['crowd']['served']:.3g} % of 60 persons" in people["title"]
 
@@ -212,6 +212,6 @@ def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
         "design": {"maximise": ["tolerance"], "serve": 0.8},
     }
     record = tendon.design(tendon.study(study), tmp_path / "answer").record
-    assert record["crowd"]["choice"] is None
+    assert record["population"]["choice"] is None
     served = unpacked(data_of(write_report(tmp_path / "answer"))["people"]["served"]["array"])
-    assert served.mean() == pytest.approx(record["crowd"]["served"])
+    assert served.mean() == pytest.approx(record["population"]["served"])

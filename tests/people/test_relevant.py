@@ -1,13 +1,12 @@
 """Of very many choices only the promising ones have their worst worked out: the same answer, and the table says so."""
 
-import numpy as np
 import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answers import candidates as candidates_module
 from tendon_cli.answers import parts as parts_module
-from tendon_cli.answers import promising as promising_module
-from tendon_cli.answers.worst import WORST
+from tendon_cli.answers.solve import WORST
 
 SUITS = {
     "arm": {"contact_width": 0.04},
@@ -32,7 +31,7 @@ GOALS = [
 @pytest.fixture
 def answered(monkeypatch):
     def answered(states, **design):
-        monkeypatch.setattr(promising_module, "STATES_FOR_ALL", states)
+        monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", states)
         return tendon.design(tendon.study(SUITS | {"design": design}), jobs=1)
 
     monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 10)
@@ -47,37 +46,26 @@ def test_the_answer_is_the_one_of_working_out_all(answered, goals):
         k: v for k, v in everything.record.items() if k not in differ
     }
     assert len(some.record["notes"]) == len(everything.record["notes"]) + 1
-    worked_out = some.choices["worst_status"] != "left out"
+    worked_out = ~some.choices["max_tension"].isna()
     assert 7 <= worked_out.sum() < len(worked_out)
     pd.testing.assert_frame_equal(some.choices[worked_out], everything.choices[worked_out], check_exact=True)
-    others = [name for name in some.choices if name not in (*WORST, "worst_status")]
+    others = [name for name in some.choices if name not in WORST]
     pd.testing.assert_frame_equal(some.choices[others], everything.choices[others], check_exact=True)
-
-
-def test_what_is_left_out_is_said_and_null_and_nothing_else_is(answered):
-    choices = answered(0).choices
-    left_out = choices["worst_status"] == "left out"
-    for name in WORST:
-        np.testing.assert_array_equal(choices[name].isna(), left_out)
-    choices = answered(2**62).choices
-    assert (choices["worst_status"] == "worked out").all()
-    assert not choices[list(WORST)].isna().any(axis=None)
 
 
 def test_a_goal_that_no_bound_serves_has_all_worked_out(answered):
     choices = answered(0, maximise=["max_tension"]).choices
-    assert (choices["worst_status"] == "worked out").all()
+    assert not choices[list(WORST)].isna().any(axis=None)
     assert choices["max_tension"][choices["feasible"]].max() == choices["max_tension"][choices["on_front"]].max()
 
 
 def test_without_people_or_draws_nothing_is_left_out(monkeypatch):
-    monkeypatch.setattr(promising_module, "STATES_FOR_ALL", 0)
+    monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", 0)
     choices = tendon.design(tendon.study({"load": {"mass": [0.0, 5.0]}, "spring": {"stiffness": [1e3, 3e3]}})).choices
-    assert (choices["worst_status"] == "worked out").all()
+    assert not choices["max_tension"].isna().any()
 
 
-def test_a_choice_that_serves_nobody_has_no_worst_and_says_why():
+def test_a_choice_that_serves_nobody_has_no_worst():
     nobody = {"limits": {"max_pretension": 1.0}, "people": {"count": 3}, "spring": {"stiffness": [3e3, 5e3]}}
     choices = tendon.design(tendon.study(nobody)).choices
-    assert (choices["worst_status"] == "no condition is served").all()
     assert choices[list(WORST)].isna().all(axis=None)

@@ -20,7 +20,7 @@ class Goal:
     column: str
     maximise: bool
 
-    def worth(self, values: Array) -> Array:
+    def score(self, values: Array) -> Array:
         """The larger the better; a torque counts by its magnitude, and what is null is worst."""
         sized = np.abs(values) if self.column == "peak_motor_torque" else np.asarray(values, dtype=np.float64)
         return np.where(np.isnan(sized), -np.inf, sized if self.maximise else -sized)
@@ -44,41 +44,41 @@ def goals_of(study: Study) -> tuple[Goal, ...]:
     return (*least, *(Goal(column, maximise=True) for column in study.design.maximise))
 
 
-def best(worth: Array, tolerance: Array) -> int:
-    """The row of the largest worth, (rows,); of equals the one of the largest tolerance, then the first."""
-    return int(np.lexsort((-tolerance, -worth))[0])
+def best(scores: Array, tolerance: Array) -> int:
+    """The row of the largest scores, (rows,); of equals the one of the largest tolerance, then the first."""
+    return int(np.lexsort((-tolerance, -scores))[0])
 
 
-def front(worth: Array) -> Rows:
-    """Rows, ascending, that no other row beats: is as good in every goal and better in one. `worth` is (rows, goals).
+def front(scores: Array) -> Rows:
+    """Rows, ascending, that no other row beats: is as good in every goal and better in one. `scores` is (rows, goals).
 
     Of rows that are equal in every goal the first stands for all.
     """
-    _, first = np.unique(worth, axis=0, return_index=True)
-    order = first[np.lexsort(worth[first].T)[::-1]]  # no row is beaten by one that comes after it
+    _, first = np.unique(scores, axis=0, return_index=True)
+    order = first[np.lexsort(scores[first].T)[::-1]]  # no row is beaten by one that comes after it
     kept = np.empty(0, dtype=np.int64)
     for at in range(0, len(order), _AT_ONCE):
         some = order[at : at + _AT_ONCE]
-        some = some[~_beaten(worth[some], worth[kept])]
-        kept = np.append(kept, some[~_beaten(worth[some], worth[some])])
+        some = some[~_beaten(scores[some], scores[kept])]
+        kept = np.append(kept, some[~_beaten(scores[some], scores[some])])
     return np.sort(kept)
 
 
-def _beaten(worth: Array, others: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _beaten(scores: Array, others: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Which rows are beaten by any of the others."""
-    found = np.zeros(len(worth), dtype=np.bool_)
+    beaten = np.zeros(len(scores), dtype=np.bool_)
     for other in others:
-        found |= np.all(other >= worth, axis=1) & np.any(other > worth, axis=1)
-    return found
+        beaten |= np.all(other >= scores, axis=1) & np.any(other > scores, axis=1)
+    return beaten
 
 
-def losses(worth: Array) -> Array:
+def losses(scores: Array) -> Array:
     """What each row of a front gives up of each goal, as a share of what the front spans: 0 is best, 1 worst."""
-    span = np.ptp(worth, axis=0)
-    return np.asarray((worth.max(axis=0) - worth) / np.where(span > 0.0, span, 1.0))
+    span = np.ptp(scores, axis=0)
+    return np.asarray((scores.max(axis=0) - scores) / np.where(span > 0.0, span, 1.0))
 
 
-def knee(worth: Array) -> int:
+def compromise(scores: Array) -> int:
     """The row of a front, (rows, goals), that gives up the least of the goal of which it gives up most."""
-    given_up = losses(worth)
+    given_up = losses(scores)
     return int(np.lexsort((given_up.sum(axis=1), given_up.max(axis=1)))[0])

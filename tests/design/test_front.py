@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.rank import Goal, best, front, knee, losses
+from tendon_cli.answers.front import Goal, best, compromise, front, losses
 
 
 @pytest.mark.parametrize("goals", [1, 2, 3, 4])
@@ -25,13 +25,13 @@ def test_a_long_front_is_found_in_portions():
 
 def test_the_knee_gives_up_least_of_what_it_gives_up_most():
     worth = np.array([[1.0, 0.0], [0.8, 0.7], [0.5, 0.8], [0.0, 1.0]])
-    assert knee(worth) == 1
+    assert compromise(worth) == 1
     np.testing.assert_allclose(losses(worth)[1], [0.2, 0.3])
 
 
 def test_a_torque_counts_by_its_magnitude_and_null_is_worst():
     goal = Goal("peak_motor_torque", maximise=False)
-    assert np.argsort(goal.worth(np.array([-9.0, 3.0, np.nan, 5.0]))).tolist() == [2, 0, 3, 1]
+    assert np.argsort(goal.score(np.array([-9.0, 3.0, np.nan, 5.0]))).tolist() == [2, 0, 3, 1]
 
 
 def test_of_equals_the_larger_tolerance_is_best():

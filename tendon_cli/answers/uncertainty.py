@@ -1,4 +1,4 @@
-"""What a window's ends owe their doubt to: Sobol indices of uncertain numbers, and of bodies as one group."""
+"""Where the uncertainty of a window comes from: Sobol indices of uncertain numbers, and of bodies as one group."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: in
         return _first_and_total(f_A, f_B, f_AB)
 
     random = np.random.default_rng([seed, 7])
-    found = stats.sobol_indices(func=func, n=count, dists=[_Share()] * len(inputs), method=method, rng=random)
+    result = stats.sobol_indices(func=func, n=count, dists=[_Share()] * len(inputs), method=method, rng=random)
     # The result's own bootstrap draws anew each time, so that the same question would not have the same answer.
     draws = random.integers(count, size=(_RESAMPLES, count))
     first_error, total_error = np.std([_first_and_total(*sampled[0], some) for some in draws], axis=0, ddof=1)
@@ -83,7 +83,7 @@ def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: in
         values = everywhere[at]
         if not np.isfinite(values).all() or np.ptp(values) == 0.0:
             continue
-        each = (found.first_order, found.total_order, first_error, total_error)
+        each = (result.first_order, result.total_order, first_error, total_error)
         # scipy drops axes of one result or one input.
         first, total, *errors = (np.reshape(row, (len(names), -1))[at] for row in each)
         results.append(Indices(name, inputs, first, total, errors[0], errors[1], float(np.std(last[0][at]))))
@@ -133,8 +133,8 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
         drawn |= {key: quantile(known, points[:, at]) for at, (key, known) in enumerate(study.uncertain.items())}
         factor = Factor(DRAW_AXIS, DRAW_AXIS, drawn, ("",) * len(points))
         asked = replace(problem, conditions=conditions_of([factor, *others]))
-        found = asked.ends(numbers, 1)
-        low, high = grouped(found.low, found.high, asked.groups)
+        windows = asked.ends(numbers, 1)
+        low, high = grouped(windows.low, windows.high, asked.groups)
         return np.concatenate([low, high])
 
     return sobol(ends, inputs, ("pretension_from", "pretension_to"), count, study.uncertainty.seed)
@@ -142,7 +142,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
 
 def _of_persons(whose: Factor, people: Population, shares: Array) -> dict[str, Array]:
     """What the persons at some shares of the weighting say of the study's numbers."""
-    upto = np.cumsum(people.weighting) / people.weighting.sum()
+    upto = np.cumsum(people.weighting) / np.sum(people.weighting)
     persons = np.minimum(np.searchsorted(upto, shares, side="right"), len(people) - 1)
     return {key: values[persons] for key, values in whose.numbers.items()}
 

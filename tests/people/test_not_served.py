@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.left_out import LESS, MORE, NEITHER, left_out, windows_of
+from tendon_cli.answers.population import LESS, MORE, NEITHER, not_served, windows_of
 from tendon_cli.answers.question import question
 from tendon_cli.studies.load import study_from
 
@@ -25,7 +25,7 @@ def found():
 @pytest.mark.parametrize("pretension", [100.0, 148.0, 260.0, np.nan])
 def test_everyone_is_served_or_left_out_once(found, pretension):
     problem, windows = found
-    reasons = left_out(problem, windows, pretension, problem.study.people.population)
+    reasons = not_served(problem, windows, pretension, problem.study.people.population)
     out = np.concatenate([np.empty(0, dtype=int), *(reason.members for reason in reasons)])
     served = np.flatnonzero((windows.low <= pretension) & (pretension <= windows.high))
     assert sorted([*out, *served]) == list(range(200))
@@ -36,7 +36,7 @@ def test_everyone_is_served_or_left_out_once(found, pretension):
 
 def test_a_reason_says_what_is_needed_and_where_it_binds(found):
     problem, windows = found
-    reasons = {reason.needs: reason for reason in left_out(problem, windows, 148.0, problem.study.people.population)}
+    reasons = {reason.needs: reason for reason in not_served(problem, windows, 148.0, problem.study.people.population)}
     assert set(reasons) == {MORE, LESS, NEITHER}
     assert np.all(windows.low[reasons[MORE].members] > 148.0)
     assert np.all(windows.high[reasons[LESS].members] < 148.0)
@@ -50,7 +50,7 @@ def test_a_reason_says_what_is_needed_and_where_it_binds(found):
 
 def test_members_stand_in_the_order_of_what_they_miss(found):
     problem, windows = found
-    (reason, *_) = [each for each in left_out(problem, windows, 148.0, None) if each.needs == MORE]
+    (reason, *_) = [each for each in not_served(problem, windows, 148.0, None) if each.needs == MORE]
     missing = windows.low[reason.members] - 148.0
     assert np.all(np.diff(missing) <= 0.0)
 
@@ -58,7 +58,7 @@ def test_members_stand_in_the_order_of_what_they_miss(found):
 def test_bodies_left_out_differ_as_their_means_say(found):
     problem, windows = found
     people = problem.study.people.population
-    for reason in left_out(problem, windows, 148.0, people):
+    for reason in not_served(problem, windows, 148.0, people):
         first = reason.differences[0]
         of_all = getattr(people.body, first.dimension)
         theirs = of_all[reason.members]

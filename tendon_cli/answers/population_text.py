@@ -1,0 +1,121 @@
+"""For whom, and how sure: what the text of an answer says of persons or draws, made of its record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from tendon_cli import say
+from tendon_cli.answers.coverage import ROUNDING
+from tendon_cli.answers.factors import Factor
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.uncertainty import BODY
+from tendon_cli.answers.words import Row, condition_words, parameter, row_words
+from tendon_cli.studies.study import keys
+
+_MOST_NAMED = 3
+_DIFFERENT = 0.5
+"""Standard deviations from which on those not served are said to differ."""
+_NEEDS = {"more": "would need more", "less": "would need less", "another suit": "cannot be served by any pretension"}
+_HOW_MANY = ("one suit", "two suits", "three suits")
+
+
+def population_lines(problem: Problem, record: Row) -> Iterator[tuple[str, str]]:
+    """Paragraphs with the indent of each."""
+    population = record["population"]
+    noun = population["kind"][:-1]
+    what = row_words(problem.choices, population["values"])
+    yield "", ""
+    yield "For whom" if noun == "person" else "How sure", ""
+    yield f"{what}: {_served(population, noun)}" if what else _served(population, noun), "  "
+    for reason in population["not_served"]:
+        yield _not_served(problem, population, reason), "  "
+    if population["count"] > 1:
+        yield from _sizes(problem, population)
+    yield from _sobol(population)
+
+
+def _served(population: Row, noun: str) -> str:
+    """The share that the pretension serves, with what the sample says of everyone."""
+    count, served, most = population["count"], population["served"], population["largest_share"]
+    if not most > 0.0:
+        return f"no pretension serves this {noun}" if count == 1 else f"no pretension serves any of {count:,} {noun}s"
+    share = say.sampled_share(served, count, noun, population["effective_count"])
+    words = f"{say.number(population['pretension'])} N {'works for' if count == 1 else 'serves'} {share}"
+    if most - served < ROUNDING:
+        return words
+    return f"{words}; {say.number(population['largest_share_at'])} N would serve {say.percent(most)}"
+
+
+def _not_served(problem: Problem, population: Row, reason: Row) -> str:
+    share = f"{say.percent(reason['share'])} " if population["count"] > 1 else ""
+    words = f"{share}{_NEEDS[reason['needs']]}: {why_not(problem, reason)}"
+    if population["kind"] != "persons" or population["count"] == 1:
+        return words
+    bodies = [
+        f"{say.column(name)} {say.quantity(name, each['theirs'])} against {say.quantity(name, each['of_all'])}"
+        for name, each in reason["bodies"].items()
+        if abs(each["deviations"]) >= _DIFFERENT
+    ]
+    names = ", ".join(reason["first"][:_MOST_NAMED]) + (", ..." if reason["count"] > _MOST_NAMED else "")
+    return "; ".join([words, *bodies[:2], names])
+
+
+def why_not(problem: Problem, reason: Row) -> str:
+    """What happens to those not served, under which condition."""
+    words = []
+    for limit, condition in zip(reason["limits"], reason["conditions"], strict=False):
+        under = condition_words(problem.conditions, condition, but_first=True)
+        words.append(say.limit_words(limit, problem.study.limits).broken + (f" ({under})" if under else ""))
+    return " and ".join(words)
+
+
+def _sizes(problem: Problem, population: Row) -> Iterator[tuple[str, str]]:
+    for column, sizes in population["sizes"].items():
+        factor = next(factor for factor in problem.choices.factors if factor.column == column)
+        few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < population["count"] else ""
+        thin = "" if sizes[0]["all_values"] else f", among {sizes[0]['values_tried']} of its values"
+        yield "", ""
+        yield f"Sizes of {factor.key}{few}{thin}", ""
+        for count, each in enumerate(sizes):
+            if count and each["served"] == sizes[count - 1]["served"]:
+                yield "further sizes serve nobody else", "  "
+                break
+            share = say.sampled_share(each["served"], each["persons"], "person")
+            suits = ", ".join(f"{_value(factor, suit['value'])} at {say.number(suit['pretension'])} N"
+                              for suit in each["suits"])  # fmt: skip
+            yield f"{_HOW_MANY[count]:<11} {share}: {suits or 'none'}", "  "
+
+
+def _value(factor: Factor, value: float | str) -> str:
+    return value if isinstance(value, str) else parameter(factor.key, value)
+
+
+def _sobol(population: Row) -> Iterator[tuple[str, str]]:
+    ends = population["sobol"]
+    if not ends:
+        return
+    yield "", ""
+    yield "Where the uncertainty of the window comes from (Sobol index: first order, total)", ""
+    for each in ends:
+        end = "lower" if each["end"] == "pretension_from" else "upper"
+        inputs = [
+            f"{input_name(key)} {_index(index, 'first')}, {_index(index, 'total')}"
+            for key, index in sorted(each["inputs"].items(), key=lambda item: -item[1]["total"])
+        ]
+        deviation = say.number(each["standard_deviation"], 2)
+        yield f"{end} end, standard deviation {deviation} N: {'; '.join(inputs)}", "  "
+    if BODY in ends[0]["inputs"]:
+        yield "the dimensions of a body are correlated and count as one input", "  "
+
+
+def _index(index: Row, order: str) -> str:
+    share, error = 100.0 * max(index[order], 0.0), 100.0 * index[f"{order}_standard_error"]
+    return f"{say.number(share, 2)} ± {say.number(error, 1)} %"
+
+
+def input_name(key: str) -> str:
+    """An input of the indices in words."""
+    if key not in keys():
+        return key
+    side = say.side_of(key)
+    return say.column(keys()[key].number.quantity.name) + (f" of the {side}" if side else "")
