@@ -148,6 +148,7 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
             values |= {f"{table}.{side}.{name}": value for side, value in zip(SIDES, of_sides, strict=True)}
         else:
             values[key] = of_sides[0]
+    values |= {key: _single(value) for key, value in design.given.items()}
     return {key: value for key, value in values.items() if not np.isnan(value)}
 
 

@@ -13,11 +13,13 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.space.inputs import Input, Inputs
 from tendon_cli.space.plan import Axis, Block
-from tendon_cli.studies.study import LINKED_AXES, SIDES, keys, split_side
+from tendon_cli.studies.checks import is_stated
+from tendon_cli.studies.study import LINKED_AXES, SIDES, Study, keys, split_side
 from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.version import RESULTS_VERSION, __version__
 
@@ -65,7 +67,8 @@ class Tables:
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
         of_cycles = OF_CYCLES if self.inputs.plan.study.motion.speed is not None else ()
-        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in (*OF_DESIGNS, *of_cycles)]
+        names = (*OF_DESIGNS, *of_cycles, *of_limits(self.inputs.plan.study))
+        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in names]
         return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
 
     @cached_property
@@ -103,7 +106,13 @@ class Tables:
             return False
         if result == "min_spool_to_tendon":
             return False
-        if result in ("max_contact_pressure", "pretension_from", "pretension_to", *OF_CYCLES):
+        if result in (
+            "max_contact_pressure",
+            "pretension_from",
+            "pretension_to",
+            *OF_CYCLES,
+            *of_limits(self.inputs.plan.study),
+        ):
             return True
         if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
             return True
@@ -140,6 +149,12 @@ class Tables:
             column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=False)
             columns[column] = self.inputs.source(key, side).within
         return columns
+
+
+def of_limits(study: Study) -> tuple[str, ...]:
+    """Columns of `designs` that are there because the study states what a limit needs, each an extreme of a form."""
+    optional = [limit for limit in LIMITS.values() if limit.optional]
+    return tuple(each.column for each in optional if all(is_stated(study, need) for need in each.needs))
 
 
 def versions() -> dict[str, str]:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
+from tendon_cli.engine.columns import of_limits
 from tendon_cli.engine.windows import VALUES_AT_ONCE, PlanWindows, angles_at_once, small_blocks
 from tendon_cli.model import extremes
 from tendon_cli.model.actuator import Situation
@@ -55,6 +56,7 @@ class DesignRows:
 
     def __post_init__(self) -> None:
         self.inputs = self.windows.inputs
+        self._of_forms = of_limits(self.inputs.plan.study)
         self.feasible = np.zeros(self.block.shape[:-2], np.bool_)
 
     def write(self, columns: Mapping[str, npt.NDArray[Any]], _rows: range) -> None:
@@ -67,7 +69,7 @@ class DesignRows:
             self.go_on()
             design = self.inputs.design(block)
             found = self._found(block, design)
-            results = extremes.finished(found, plan.states_per_design) | _cycles(self.inputs, block)
+            results = extremes.finished(found, plan.states_per_design) | _by_numpy(self.inputs, block, self._of_forms)
             results |= extremes.of_design(design, found) | self.windows.columns(block, design)
             judged = extremes.judged(results, plan.study.limits)
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
@@ -87,21 +89,23 @@ class DesignRows:
         return found
 
 
-def _cycles(inputs: Inputs, block: Block) -> extremes.Found:
-    """What the motor of each design does over both strokes: the columns that a speed of the elbow adds.
+def _by_numpy(inputs: Inputs, block: Block, of_forms: tuple[str, ...]) -> extremes.Found:
+    """What compiled code does not know: the columns that a speed of the elbow adds, and those of forms of states.
 
-    In the shape of the block's designs; none without a speed. States are taken `VALUES_AT_ONCE` at once; between two
-    elbow angles there are some more.
+    In the shape of the block's designs. States are taken `VALUES_AT_ONCE` at once; a cycle has some more between two
+    elbow angles.
     """
-    speed = inputs.plan.study.motion.speed
-    if speed is None:
+    speed, shape = inputs.plan.study.motion.speed, block.shape[:-2]
+    if speed is None and not of_forms:
         return {}
-    from tendon_cli.model.cycle import cycle  # only a study of motion pays for its import
-
-    shape = block.shape[:-2]
     long = max(range(len(shape)), key=lambda axis: shape[axis], default=None)
     if long is not None and shape[long] > 1 and block.design_count * inputs.plan.states_per_design > VALUES_AT_ONCE:
-        halves = [_cycles(inputs, half) for half in block.halves(long)]
+        halves = [_by_numpy(inputs, half, of_forms) for half in block.halves(long)]
         return {name: np.concatenate([half[name] for half in halves], axis=long) for name in halves[0]}
-    found = cycle(inputs.design(block), *inputs.motion(block), speed.single)
-    return {name: np.broadcast_to(getattr(found, name), shape) for name in OF_CYCLES}
+    columns = extremes.of_forms(of_forms, inputs.situation(block)) if of_forms else {}
+    if speed is not None:
+        from tendon_cli.model.cycle import cycle  # only a study of motion pays for its import
+
+        found = cycle(inputs.design(block), *inputs.motion(block), speed.single)
+        columns |= {name: getattr(found, name) for name in OF_CYCLES}
+    return {name: np.broadcast_to(values, shape) for name, values in columns.items()}

@@ -5,8 +5,8 @@ All fields are scalars or arrays that broadcast against each other. SI units, an
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -69,6 +69,8 @@ class Design:
     """Measure the flexor's travel from L_c(0) instead of b1 + b2."""
     unilateral: Flag = True
     """A tendon cannot push; otherwise the paper's bilateral model."""
+    given: Mapping[str, Real] = field(default_factory=dict)
+    """Numbers that a limit alone needs, by key (`limits.GIVEN`); what a side may have of its own is the flexor's."""
 
 
 Made = TypeVar("Made")
@@ -80,6 +82,8 @@ def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) 
     def anew(value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return change(value) if value.ndim else value
+        if isinstance(value, Mapping):
+            return {key: anew(each) for key, each in value.items()}
         return changed(value, change) if is_dataclass(value) else value
 
-    return type(made)(**{field.name: anew(getattr(made, field.name)) for field in fields(made)})  # type: ignore[arg-type]
+    return type(made)(**{each.name: anew(getattr(made, each.name)) for each in fields(made)})  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ are the extremes of the rows to the last bit.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -228,6 +228,15 @@ def of_design(design: Design, found: Found) -> Found:
     values["max_contact_pressure"] = pressure
     shape = found["slack"].shape
     return {name: np.broadcast_to(value, (*shape, 1, 1))[..., 0, 0] for name, value in values.items()}
+
+
+def of_forms(names: Iterable[str], at: Situation) -> Found:
+    """What designs come to in limits on forms of states, over directions and angles; NaN where no state has a result."""
+    state, found = State.of(at), {}
+    for name in names:
+        values = np.atleast_2d(LIMITS[name].value(state))
+        found[name] = (np.fmin if LIMITS[name].from_below else np.fmax).reduce(values, axis=(-2, -1))
+    return found
 
 
 def _with_sign(lowest: Array, highest: Array) -> Array:

@@ -186,6 +186,8 @@ LIMITS: Mapping[str, DesignLimit] = {limit.name: limit for limit in _ALL}
 LIMIT_NAMES = ("flexor slack", "extensor slack", "no equilibrium", *LIMITS)
 """What ends a window, by its code. Slack and states without equilibrium are always limits."""
 FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
+GIVEN = tuple(dict.fromkeys(need.key for limit in _ALL for need in limit.needs if need not in (SPEED, CONTACT_WIDTH)))
+"""Keys of numbers that limits alone need; a study's designs have them in `Design.given`, NaN if it states none."""
 PRETENSION = LIMIT_NAMES.index("max_pretension")
 NOTHING = -1
 """No limit binds: no pretension is below 0, and none need be too high."""

@@ -15,6 +15,7 @@ from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors, Real, kinematics
+from tendon_cli.model.limits import GIVEN
 from tendon_cli.space.plan import Block, Plan
 from tendon_cli.studies.checks import PRETENSION, case_numbers
 from tendon_cli.studies.study import SIDES, Study, split_side
@@ -176,6 +177,7 @@ def design_of(number: Callable[[str, str | None], Any]) -> Design:
         load_mass=number("load.mass", None),
         from_initial=number("model.reference", None),
         unilateral=number("model.slack", None),
+        given={key: number(key, side) for key, side in _GIVEN},
     )
 
 
@@ -198,9 +200,13 @@ OF_SHEATHS = {
 }
 """What a side of the arm has besides its pretension: the names in the model and the common keys."""
 _OF_A_SIDE = {**OF_SHEATHS, "pretension": PRETENSION}
+_GIVEN: tuple[Place, ...] = tuple(
+    (key, SIDES[0] if key.partition(".")[0] in ("sheath", "tendon", "spring") else None) for key in GIVEN
+)
 _CHOICES = {"model.reference": "initial", "model.slack": "unilateral"}
 _PLACES: tuple[Place, ...] = (
     *((f"arm.{name}", None) for name in (*_ANCHORS, *_WEIGHTS)),
     *((key, side) for side in SIDES for key in _OF_A_SIDE.values()),
     *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass")),
+    *_GIVEN,
 )
