@@ -17,6 +17,7 @@ import typer
 import tendon_cli
 from tendon_cli import cli, errors
 from tendon_cli.answers.fixes import PARAMETERS
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.studies.study import keys, split_side
 from tendon_cli.units import UNITS
@@ -49,6 +50,16 @@ def key_table() -> str:
             possible = f"{number.low:g} to {number.high:g}{unit}"
             rows.append((f"`{path}`", quantity.symbol, quantity.long_name, possible, f"`{key.column}`"))
     return table(("key", "symbol", "meaning", "possible", "column"), rows)
+
+
+def limit_table() -> str:
+    """Every limit, with what it bounds and what a study must state for it."""
+    rows = []
+    for name, limit in LIMITS.items():
+        quantity = QUANTITIES[name]
+        needs = ", ".join(f"`{need.key}`" for need in limit.needs)
+        rows.append((f"`limits.{name}`", quantity.symbol, quantity.long_name, quantity.unit, needs))
+    return table(("limit", "symbol", "bounds", "unit", "needs"), rows)
 
 
 def plausible_table() -> str:
@@ -148,11 +159,13 @@ TABLES: dict[str, Callable[..., str]] = {
     "exits": exit_table,
     "face": face_table,
     "keys": key_table,
+    "limits": limit_table,
     "units": unit_table,
     "plausible": plausible_table,
     "states": lambda: column_table(OF_STATES),
     "designs": lambda: column_table(OF_DESIGNS),
     "cycles": lambda: column_table(OF_CYCLES),
+    "optional": lambda: column_table(limit.column for limit in LIMITS.values() if limit.optional),
 }
 
 

@@ -64,6 +64,7 @@ _OF_STUDIES = (
     _quantity("youngs_modulus", "E", "pressure", "Young's modulus of the tendon"),
     _quantity("pretension", "F₀", "force", "distal tension of both tendons before motion"),
     _quantity("spring_stiffness", "K", "stiffness", "stiffness of the series spring"),
+    _quantity("spring_free_length", "L_free", "length", "length of the flexor's spring without load"),
     _quantity("flexor_radius", "R_f", "length", "radius of the flexor part of the spool"),
     _quantity("spool_ratio", "η", "number", "extensor over flexor radius of the spool, R_e / R_f"),
     _quantity("load_mass", "m", "mass", "mass of the load in the hand"),
@@ -129,6 +130,12 @@ _OF_DESIGNS = (  # over all states of one
     _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit"),
 )
 
+_OF_LIMITS = (  # over all states of a design, if the study states what the limit needs
+    _quantity(
+        "min_spring_room", "min room", "length", "smallest room left between the anchors for the flexor's spring"
+    ),
+)
+
 _OF_WINDOWS = (
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
     _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
@@ -146,7 +153,7 @@ _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
     _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
 )
 
-_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_WINDOWS, *_OF_CYCLES)
+_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_LIMITS, *_OF_WINDOWS, *_OF_CYCLES)
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
@@ -171,6 +178,8 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "youngs_modulus": (1e8, 1e12),
     "pretension": (0.0, 2000.0),
     "spring_stiffness": (10.0, 1e7),
+    "spring_free_length": (0.005, 1.0),
+    "min_spring_room": (-0.1, 0.5),
     "flexor_radius": (0.003, 0.2),
     "spool_ratio": (0.1, 10.0),
     "load_mass": (0.0, 100.0),

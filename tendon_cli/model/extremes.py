@@ -231,7 +231,7 @@ def of_design(design: Design, found: Found) -> Found:
 
 
 def of_forms(names: Iterable[str], at: Situation) -> Found:
-    """What designs come to in limits on forms of states, over directions and angles; NaN where no state has a result."""
+    """What designs come to in limits on forms of states, over the last two axes; NaN where no state has a result."""
     state, found = State.of(at), {}
     for name in names:
         values = np.atleast_2d(LIMITS[name].value(state))

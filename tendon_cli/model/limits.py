@@ -22,6 +22,7 @@ from tendon_cli.model.kinematics import Array, Real
 Codes = npt.NDArray[np.int8]
 
 SPEED = Need("motion.speed", "the speed of the elbow", "60 deg/s")
+FREE_LENGTH = Need("spring.free_length", "the length of the flexor's spring without load", "73 mm")
 CONTACT_WIDTH = Need("arm.contact_width", "the width of the strap around the elbow", "40 mm")
 
 
@@ -99,6 +100,15 @@ _ALL = (
             "keeps the strap's pressure below {}", "makes the strap press with more than {}",
         ), needs=(CONTACT_WIDTH,),
         forms=lambda at, _: (Form(extensor=contact_pressure(at.design, np.ones(()))),),
+    ),
+    DesignLimit(
+        "min_spring_room", (-1.0, 10.0), LimitWords(
+            "spring does not fit", "room for the spring", "the spring leaves less than {} between the anchors",
+            "keeps {} between spring and anchors", "leaves less than {} between spring and anchors",
+        ), needs=(FREE_LENGTH,), optional=True,
+        forms=lambda at, _: (
+            Form(flexor=-at.flexor.spring, constant=at.motion.flexor_path - at.design.given[FREE_LENGTH.key]),
+        ),
     ),
     DesignLimit(
         "min_elbow_stiffness", (-1e6, 1e6), LimitWords(

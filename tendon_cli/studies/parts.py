@@ -32,6 +32,7 @@ TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
 YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
 Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
 Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12)]
+FreeLength = Annotated[Values | None, Number("spring_free_length", **LENGTH)]
 
 
 def _as_list(value: object) -> object:
@@ -147,6 +148,7 @@ class SpringSide(Part):
     """What differs on one side of the arm."""
 
     stiffness: Stiffness | None = None
+    free_length: FreeLength = None
 
 
 class Spring(SpringSide):

@@ -1,6 +1,7 @@
 """Windows by compiled code and by NumPy: the same bits, whatever the designs, directions, angles and limits."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from tendon_cli.model.bounds import Bounds
 from .filling import each_kind, needs_code, same_bits
 from .test_extremes import situation_of
 
+FREE_LENGTH = 0.08
 ENDS = ("low", "high", "low_state", "high_state", "blocked")
 
 
@@ -28,6 +30,7 @@ def bounds_of(rng, shape):
         min_flexor_tension=some(1.0, 40.0, -np.inf), min_extensor_tension=some(1.0, 40.0, -np.inf),
         max_tension=some(150.0, 2000.0, np.inf), max_spring_extension=some(0.01, 0.4, np.inf),
         peak_motor_torque=some(3.0, 40.0, np.inf), min_elbow_stiffness=some(-5.0, 5.0, -np.inf),
+        min_spring_room=some(-0.05, 0.05, -np.inf), peak_motor_speed=some(1.0, 20.0, np.inf), speed=1.0,
     )  # fmt: skip
 
 
@@ -37,7 +40,7 @@ def folded(at, bounds, whole, cuts=()):
     edges = [0, *cuts, whole[-1]]
     for first, stop in itertools.pairwise(edges):
         stretch, angles, flexion = at(slice(first, stop))
-        situation = Situation.of(stretch, angles, flexion)
+        situation = Situation.of(replace(stretch, given={"spring.free_length": FREE_LENGTH}), angles, flexion)
         kernel.fold_window(found, situation, bounds, (*whole[:-1], stop - first), first, whole[-1])
     return found
 
@@ -73,7 +76,8 @@ def test_a_windows_ends_are_those_of_its_states():
         found = folded(
             lambda part, s=situation, a=angles, f=flexion: (s.design, a[part].reshape(1, -1), f), bounds, whole
         )
-        each = window.window(situation.design, angles.reshape(1, -1), flexion, bounds)
+        design = replace(situation.design, given={"spring.free_length": FREE_LENGTH})
+        each = window.window(design, angles.reshape(1, -1), flexion, bounds)
         ends = window.finished(found, situation.design, bounds)
         for name in ("low", "high", "low_state", "high_state"):
             np.testing.assert_array_equal(np.broadcast_to(getattr(each, name), whole[:-2]), getattr(ends, name), name)

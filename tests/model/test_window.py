@@ -8,6 +8,7 @@ import pytest
 from tendon_cli.model import actuator, limits, window
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
+from tendon_cli.model.motor import motor_rates
 
 from . import rig
 from .designs import baseline, design, scattered
@@ -72,8 +73,8 @@ def test_limits_of_torque_and_tension_instead_of_stiffness():
 
 COUNT, STATES = 200, (2, 6)
 NAMES = ("min_flexor_tension", "min_extensor_tension", "max_tension", "max_spring_extension", "peak_motor_torque",
-         "max_contact_pressure", "min_elbow_stiffness")  # fmt: skip
-WIDTH = 0.04
+         "max_contact_pressure", "min_spring_room", "min_elbow_stiffness", "peak_motor_speed")  # fmt: skip
+WIDTH, FREE_LENGTH, SPEED = 0.04, 0.07, 1.3
 
 
 def drawn(seed=77):
@@ -95,14 +96,15 @@ def drawn(seed=77):
         min_flexor_tension=some(1.0, 40.0, -np.inf), min_extensor_tension=some(1.0, 40.0, -np.inf),
         max_tension=some(150.0, 2000.0, np.inf), max_spring_extension=some(0.01, 0.4, np.inf),
         peak_motor_torque=some(3.0, 40.0, np.inf), max_contact_pressure=some(2e4, 6e5, np.inf),
-        min_elbow_stiffness=some(-5.0, 5.0, -np.inf),
+        min_elbow_stiffness=some(-5.0, 5.0, -np.inf), min_spring_room=some(-0.1, 0.1, -np.inf),
+        peak_motor_speed=some(2.0, 20.0, np.inf), speed=SPEED,
     )  # fmt: skip
     return p, angles, bounds
 
 
 def the_design(p, pretension=0.0):
     made = design(p | {"unilateral": False, "flexor_pretension": pretension, "extensor_pretension": pretension})
-    return replace(made, arm=replace(made.arm, contact_width=WIDTH))
+    return replace(made, arm=replace(made.arm, contact_width=WIDTH), given={"spring.free_length": FREE_LENGTH})
 
 
 def excesses(p, angles, bounds, pretension):
@@ -122,6 +124,10 @@ def excesses(p, angles, bounds, pretension):
         "peak_motor_torque": np.abs(state.motor_torque) - bounds["peak_motor_torque"],
         "max_contact_pressure": y / (p["elbow_radius"] * WIDTH) - bounds["max_contact_pressure"],
         "min_elbow_stiffness": bounds["min_elbow_stiffness"] - state.elbow_stiffness,
+        "min_spring_room": bounds["min_spring_room"]
+        - (state.motion.flexor_path - FREE_LENGTH - x * state.flexor.spring),
+        "peak_motor_speed": np.abs(SPEED * motor_rates(state.situation.design, state).spool_speed)
+        - bounds["peak_motor_speed"],
     }
 
 
@@ -202,6 +208,8 @@ def at_binding_states(problem, found, end):
     codes, states = (found.low_by, found.low_state) if end == "low" else (found.high_by, found.high_state)
     chosen = np.argwhere(np.isfinite(found.low) & (codes != NOTHING) & (getattr(found, end) < 1e5))[::3]
     for at, load in chosen:
+        if LIMIT_NAMES[codes[at, load]] == "peak_motor_speed":
+            continue  # the rig stands still
         direction, number = np.unravel_index(states[at, load], STATES)
         yield (at, load), codes[at, load], bool(BOTH[direction, 0]), float(angles[at, 0, 0, number])
 
@@ -225,7 +233,12 @@ def test_the_named_state_binds_on_the_independent_rig(problem, found, end):
         outcomes = rig.run(flat, angles, flexion)
         for i, (where, code, *_) in enumerate(rows):
             value, bound, scale = reading(
-                rig.row(flat, i), outcomes[i], {s: gains[s][i] for s in gains}, code, bounds, where[0]
+                rig.row(flat, i) | {"angle": angles[i]},
+                outcomes[i],
+                {s: gains[s][i] for s in gains},
+                code,
+                bounds,
+                where[0],
             )
             if check == "binds":
                 assert abs(value - bound) <= 1e-9 * scale, (LIMIT_NAMES[code], value, bound)
@@ -258,6 +271,13 @@ def reading(p, outcome, gains, code, bounds, at):
         return abs(torque), asked(), size * p["flexor_radius"] * max(1.0, p["ratio"])
     if name == "max_contact_pressure":
         return y / (p["elbow_radius"] * WIDTH), asked(), size / (p["elbow_radius"] * WIDTH)
+    if name == "min_spring_room":
+        path = np.hypot(
+            p["b2"] * np.sin(p["angle"]) + p["a2"] * np.cos(p["angle"]) - p["a1"],
+            p["a2"] * np.sin(p["angle"]) - p["b2"] * np.cos(p["angle"]) - p["b1"],
+        )
+        extension = x / p["flexor_spring_stiffness"]
+        return FREE_LENGTH + extension - path, -asked(), 0.1 + abs(extension)
     assert name == "min_elbow_stiffness"
     return -outcome.stiffness, -asked(), size * 0.3 + 3 * abs(outcome.stiffness) + 1.0
 

@@ -32,7 +32,9 @@ def test_without_limits_the_elbow_is_not_to_give_way():
 @pytest.mark.parametrize("name", list(Limits.model_fields))
 def test_every_limit_reads_back_and_changes_the_hash(name):
     given = {"limits": {name: "0.25 rad" if name in ("max_spool_travel", "max_backlash") else 0.25}}
-    content = {"arm": {"contact_width": "40 mm"}, "motion": {"speed": "60 deg/s"}}
+    content = {
+        "arm": {"contact_width": "40 mm"}, "motion": {"speed": "60 deg/s"}, "spring": {"free_length": "70 mm"},
+    }  # fmt: skip
     study = study_from({**content, **given})
     assert study.limits[name] == 0.25
     assert study.hash != study_from(content).hash

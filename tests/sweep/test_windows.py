@@ -9,10 +9,11 @@ from tendon_cli.engine import windows
 LIMITS = {
     "max_tension": "420 N", "min_flexor_tension": "2 N", "max_spring_extension": "90 mm", "peak_motor_torque": "11 N m",
     "max_contact_pressure": "90 kPa", "min_elbow_stiffness": "1 N m/rad", "max_pretension": "280 N",
+    "min_spring_room": "10 mm",
 }  # fmt: skip
 CONTENT = {
     "arm": {"contact_width": "40 mm", "b1": ["150 mm", "170 mm"]},
-    "spring": {"stiffness": ["2 kN/m", "6 kN/m"]},
+    "spring": {"stiffness": ["2 kN/m", "6 kN/m"], "free_length": "70 mm"},
     "spool": {"ratio": [1.0, 0.6]},
     "load": {"mass": ["0 kg", "4 kg", "9 kg"]},
     "motion": {"elbow_angle": {"from": "0 deg", "to": "95 deg", "num": 20}},
@@ -46,8 +47,9 @@ def test_just_within_the_ends_it_is_feasible_and_just_beyond_it_is_not():
                     continue
                 one = {
                     "arm": {"contact_width": 0.04, "b1": f"{row.arm_b1} m"}, "spool": {"ratio": row.spool_ratio},
-                    "spring": {"stiffness": row.spring_stiffness}, "load": {"mass": row.load_mass},
-                    "tendon": {"pretension": end + step}, "limits": LIMITS, "motion": CONTENT["motion"],
+                    "spring": {"stiffness": row.spring_stiffness, "free_length": "70 mm"},
+                    "load": {"mass": row.load_mass}, "tendon": {"pretension": end + step},
+                    "limits": LIMITS, "motion": CONTENT["motion"],
                 }  # fmt: skip
                 assert swept(one).feasible.item() == feasible
                 checked += 1
