@@ -20,7 +20,7 @@ from benchmarks.expert import ELBOW, GRAVITY, LOAD_AT, SPOOL, WEIGHT, WEIGHT_AT,
 from benchmarks.measure import Took, in_threads
 
 if TYPE_CHECKING:
-    from tendon_cli.space.plan import Plan
+    from tendon_cli.engine.plan import Plan
 
 OPTIONS = ("-O3", "-march=native", "-ffast-math")
 RESULTS = (

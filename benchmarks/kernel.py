@@ -19,8 +19,8 @@ from pathlib import Path
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import Took, in_threads, interleaved
 from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.windows import small_blocks
-from tendon_cli.space.plan import Plan
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.write import Filler
@@ -59,8 +59,8 @@ def _designs(maker: PartMaker, designs: range) -> None:
 
 def _windows(maker: PartMaker, designs: range) -> None:
     for whole in maker.plan.blocks_of_designs(designs):
-        for block in small_blocks(maker.inputs, whole):
-            maker.windows.columns(block, maker.inputs.design(block))
+        for block in small_blocks(maker.plan, whole):
+            maker.windows.columns(block, maker.plan.design(block))
 
 
 def main(study: str, folder: str, threads: str, times: str) -> None:

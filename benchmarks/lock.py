@@ -23,7 +23,7 @@ import pyarrow.parquet as pq
 
 from tendon_cli import kernel
 from tendon_cli.engine.part import PartMaker
-from tendon_cli.space.plan import Plan
+from tendon_cli.engine.plan import Plan
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables import digest, write

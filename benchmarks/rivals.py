@@ -129,18 +129,16 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
     import pandas as pd
     from joblib import Parallel, delayed
 
+    from tendon_cli.engine.plan import Plan
     from tendon_cli.model.actuator import State
-    from tendon_cli.space.inputs import Inputs
-    from tendon_cli.space.plan import Plan
     from tendon_cli.studies.load import load_study
 
     plan = Plan(load_study(Path(study)))
-    inputs = Inputs(plan)
     count = min(plan.designs, int(most))
 
     def one(design: int) -> pd.DataFrame:
         block = next(plan.blocks(range(design, design + 1)))
-        columns = State.of(inputs.situation(block)).columns()
+        columns = State.of(plan.situation(block)).columns()
         frame = pd.DataFrame({name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()})
         frame.insert(0, "design", design)
         return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])

@@ -19,7 +19,8 @@ from tendon_cli import cli, errors
 from tendon_cli.answers.fixes import PARAMETERS
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-from tendon_cli.studies.study import keys, split_side
+from tendon_cli.space.axis import split_side
+from tendon_cli.studies.study import keys
 from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)

@@ -184,8 +184,8 @@ def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> 
     {'designs': 1, 'states': 182}
     """
     from tendon_cli.engine.estimate import estimate as estimated
+    from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.run import available_cores
-    from tendon_cli.space.plan import Plan
 
     return estimated(Plan(study), jobs or available_cores(), figures=figures)
 

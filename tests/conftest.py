@@ -14,10 +14,10 @@ from pathlib import Path
 import pytest
 
 from tendon_cli import cli
+from tendon_cli.engine import plan as plan_module
+from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan
 from tendon_cli.engine.run import run
 from tendon_cli.engine.run_folder import RunFolder
-from tendon_cli.space import plan as plan_module
-from tendon_cli.space.plan import STATES_PER_BLOCK, Plan
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table

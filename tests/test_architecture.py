@@ -13,7 +13,7 @@ PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
 GROUND = {"errors", "files", "quantities", "say", "units", "version"}
 ROOMS = ("figures", "friction", "engine")
-BELOW_THE_ROOMS = {"studies", "tables", "model", *GROUND}
+BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
 THE_FACE = ""
 
 # What each room, and each file at the root, may import of the package besides itself.
@@ -28,19 +28,19 @@ MAY_IMPORT = {
     "model": {"quantities", "units", "errors"},
     "say": {"model", "quantities", "units"},
     "tables": GROUND,
-    "studies": {"model", *GROUND},
-    "cube": {"engine", "space", *BELOW_THE_ROOMS},
+    "studies": {"space", "model", *GROUND},
+    "cube": {"engine", *BELOW_THE_ROOMS},
     "figures": {"cube", *BELOW_THE_ROOMS},
     "friction": BELOW_THE_ROOMS,
     "kernel": {"model"},
-    "space": {"model", "studies", *GROUND},
-    "engine": {"kernel", "space", *BELOW_THE_ROOMS},
-    "answers": {"engine", "space", "kernel", "figures", *BELOW_THE_ROOMS},
-    "checks": {"answers", "cube", "space", *ROOMS, *BELOW_THE_ROOMS},
-    "reports": {"answers", "cube", "summary", "space", *ROOMS, *BELOW_THE_ROOMS},
-    "paper": {"answers", "cube", "space", *ROOMS, *BELOW_THE_ROOMS},
-    "state_page": {"figures", "engine", "space", *BELOW_THE_ROOMS},
-    "summary": {"cube", "engine", "space", *BELOW_THE_ROOMS},
+    "space": {"model"},
+    "engine": {"kernel", *BELOW_THE_ROOMS},
+    "answers": {"engine", "kernel", "figures", *BELOW_THE_ROOMS},
+    "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
+    "reports": {"answers", "cube", "summary", *ROOMS, *BELOW_THE_ROOMS},
+    "paper": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
+    "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
+    "summary": {"cube", "engine", *BELOW_THE_ROOMS},
 }
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)

@@ -12,8 +12,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.quantities import OF_DESIGNS
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import load_study
 
 sys.path.append(str(Path(__file__).parents[1]))  # benchmarks are not installed

@@ -11,9 +11,10 @@ import typer
 import tendon_cli
 from tendon_cli import cli
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.reading import read_toml
-from tendon_cli.studies.study import keys, split_side
+from tendon_cli.studies.study import keys
 from tendon_cli.units import UNITS
 
 ROOT = Path(__file__).parent.parent

@@ -16,8 +16,8 @@ import pandas as pd
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.engine import plan as plan_module
 from tendon_cli.errors import FolderError, InputError, StudyError, TendonError, UsageError
-from tendon_cli.space import plan as plan_module
 
 READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
 NAMES = [name for name in tendon.__all__ if name != "__version__"]

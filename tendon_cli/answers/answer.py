@@ -122,7 +122,7 @@ def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Candidates, best
     """The front, each of its choices made better between the points of the grid if that is possible."""
     on_front = feasible.taken(front(feasible.scores(goals)))
     on_front = on_front.taken(np.argsort(-on_front.scores(goals)[:, 0], kind="stable"))
-    if len(on_front) > _REFINED_ON_FRONT and any(factor.is_range for factor in problem.choices.factors):
+    if len(on_front) > _REFINED_ON_FRONT and any(factor.is_range for factor in problem.choices.axes):
         on_front = on_front.taken(np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64))
     ones = [on_front.taken(np.array([at])) for at in range(len(on_front))]
     whole = Candidates.joined([refined(problem, goals, one) or one for one in ones] + bests)

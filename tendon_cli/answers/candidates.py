@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.answers.factors import Factor, Numbers
 from tendon_cli.answers.front import SERVED, USUAL, Goal, best, front, goals_of
-from tendon_cli.answers.problem import Flags, Problem, Rows
+from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.answers.solve import WORST, Solutions, severest, solve, without_worst, worst
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
+from tendon_cli.space.axis import Axis, Numbers, Rows
 
 Columns = dict[str, npt.NDArray[Any]]
 Pair = tuple[str, ...]
@@ -83,12 +83,12 @@ def of_columns(problem: Problem, columns: Columns, count: int) -> Candidates:
 def numbers_of(problem: Problem, columns: Columns) -> Numbers:
     """What choices, given by their columns, say of the study's numbers."""
     numbers: dict[str, Array] = {}
-    for factor in problem.choices.factors:
+    for factor in problem.choices.axes:
         numbers |= _numbers_of(factor, columns[factor.column])
     return numbers
 
 
-def _numbers_of(factor: Factor, values: npt.NDArray[Any]) -> Numbers:
+def _numbers_of(factor: Axis, values: npt.NDArray[Any]) -> Numbers:
     if factor.names:
         return {key: numbers[values] for key, numbers in factor.numbers.items()}
     return {factor.key: values}

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_cli.answers.candidates import Candidates, numbers_of
 from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.factors import Numbers
-from tendon_cli.answers.problem import Flags, Problem, Rows
+from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
+from tendon_cli.space.axis import Numbers, Rows
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -100,15 +100,10 @@ def _order(problem: Problem, choice: Candidates) -> Rows:
 
 def _now(problem: Problem, numbers: Numbers, key: str) -> float:
     """A parameter's value in a choice; NaN if it differs between conditions or sides."""
-    table, _, name = key.rpartition(".")
-    sides = [f"{table}.{side}.{name}" for side in ("flexor", "extensor")]
-    given = (*problem.study.numbers, *problem.condition_numbers, *numbers)
-    if key in problem.condition_numbers or any(side in given for side in sides):
+    space = problem.points(numbers, problem.condition_numbers)
+    if key in problem.condition_numbers or key in space.of_sides:
         return np.nan
-    if key in numbers and not np.isnan(numbers[key][0]):
-        return float(numbers[key][0])
-    values = problem.study.numbers.get(key)
-    return np.nan if values is None or values.is_axis else values.single
+    return float(np.asarray(replace(space.number(key), scales=()).within(space.whole)).item())
 
 
 def _fix(trials: Trials, key: str, before: float) -> Fix:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.answers.problem import Rows
 from tendon_cli.model.kinematics import Array
+from tendon_cli.space.axis import Rows
 from tendon_cli.studies.study import Study
 
 _AT_ONCE = 2**11

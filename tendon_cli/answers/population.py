@@ -10,15 +10,14 @@ import numpy as np
 from tendon_cli.answers import coverage
 from tendon_cli.answers.candidates import Candidates, numbers_of
 from tendon_cli.answers.coverage import ROUNDING, Curve, grouped
-from tendon_cli.answers.factors import Numbers
-from tendon_cli.answers.problem import Flags, Problem, Rows
+from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.answers.sizes import Sizes, best_sizes
 from tendon_cli.answers.uncertainty import Indices, indices
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
+from tendon_cli.space.axis import PERSON_AXIS, Numbers, Rows
 from tendon_cli.studies.people.population import Population as People
-from tendon_cli.studies.study import PERSON_AXIS
 
 MORE, LESS, NEITHER = 1, -1, 0
 """What someone who is not served would need: more pretension, less, or another suit."""
@@ -207,7 +206,7 @@ def _sizes(problem: Problem, chosen: Candidates) -> Iterator[AxisSizes]:
     persons = min(len(problem.weighting), _MOST_PERSONS)
     each = len(problem.conditions) // len(problem.weighting)
     some = problem.under(np.arange(persons * each))
-    for factor in problem.choices.factors:
+    for factor in problem.choices.axes:
         along = np.unique(np.linspace(0, len(factor) - 1, min(len(factor), _MOST_ALONG)).round().astype(np.int64))
         if len(along) < 2:
             continue

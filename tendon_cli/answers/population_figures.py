@@ -84,7 +84,7 @@ def _how_sure(population: PopulationResult, path: Path, title: str) -> None:
 
 def _served_map(population: PopulationResult, choices: Choices, path: Path) -> list[str]:
     """The share over the first two numbers of the choices, all others as in the one chosen; none of many parts."""
-    factors = population.problem.choices.factors
+    factors = population.problem.choices.axes
     axes = [at for at, factor in enumerate(factors) if not factor.names and len(factor) > 1][:2]
     row = int(population.chosen.row[0])
     if len(axes) < 2 or row < 0 or choices.parts > 1:

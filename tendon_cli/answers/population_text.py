@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from tendon_cli import say
 from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.factors import Factor
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.uncertainty import BODY
 from tendon_cli.answers.words import Row, condition_words, parameter, row_words
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
 
 _MOST_NAMED = 3
@@ -71,7 +71,7 @@ def why_not(problem: Problem, reason: Row) -> str:
 
 def _sizes(problem: Problem, population: Row) -> Iterator[tuple[str, str]]:
     for column, sizes in population["sizes"].items():
-        factor = next(factor for factor in problem.choices.factors if factor.column == column)
+        factor = next(factor for factor in problem.choices.axes if factor.column == column)
         few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < population["count"] else ""
         thin = "" if sizes[0]["all_values"] else f", among {sizes[0]['values_tried']} of its values"
         yield "", ""
@@ -86,7 +86,7 @@ def _sizes(problem: Problem, population: Row) -> Iterator[tuple[str, str]]:
             yield f"{_HOW_MANY[count]:<11} {share}: {suits or 'none'}", "  "
 
 
-def _value(factor: Factor, value: float | str) -> str:
+def _value(factor: Axis, value: float | str) -> str:
     return value if isinstance(value, str) else parameter(factor.key, value)
 
 

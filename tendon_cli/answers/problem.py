@@ -13,8 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.answers.factors import Combinations, Factor, Numbers
-from tendon_cli.answers.numbers import model_design
 from tendon_cli.errors import Stopped
 from tendon_cli.model import window
 from tendon_cli.model.actuator import Situation
@@ -23,10 +21,11 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.studies.study import DRAW_AXIS, PERSON_AXIS, Study
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, Axis, Numbers, Rows, over
+from tendon_cli.space.space import Space
+from tendon_cli.studies.study import Study
 
 Flags = npt.NDArray[np.bool_]
-Rows = npt.NDArray[np.int64]
 
 _STATES_AT_ONCE = 2**21
 """So that the model's arrays stay within a few megabytes each."""
@@ -39,8 +38,8 @@ class Problem:
     """What is asked: over which choices, under which conditions, within which limits."""
 
     study: Study
-    choices: Combinations
-    conditions: Combinations
+    choices: Space
+    conditions: Space
     bounds: Bounds
     enough: float = 1.0
     """The share that a window must serve."""
@@ -67,7 +66,7 @@ class Problem:
         return self.angles.size * self.flexion.size
 
     @cached_property
-    def condition_numbers(self) -> dict[str, Array]:
+    def condition_numbers(self) -> Numbers:
         """What all conditions say of the study's numbers."""
         return self.conditions.numbers(np.arange(len(self.conditions)))
 
@@ -90,26 +89,26 @@ class Problem:
     def under(self, conditions: Rows) -> Problem:
         """The same question under some of its conditions alone, each of which counts by itself."""
         numbers = {key: values[conditions] for key, values in self.condition_numbers.items()}
-        return replace(self, conditions=Combinations((Factor("", "", numbers, ("",) * len(conditions)),)))
+        return replace(self, conditions=Space((Axis.of_points(numbers, len(conditions)),)))
 
     def of_groups(self, chosen: Rows) -> Problem:
         """The same question for some of those who count together, ascending."""
         rows = np.flatnonzero(np.isin(self.groups, chosen))
         numbers = {key: values[rows] for key, values in self.condition_numbers.items()}
         groups = np.searchsorted(chosen, self.groups[rows])
-        factor, weighting = Factor("", "", numbers, ("",) * len(rows)), self.weighting[self.groups[rows]]
-        return replace(self, conditions=Combinations((factor,), weighting=weighting, groups=groups))
+        points, weighting = Axis.of_points(numbers, len(rows)), self.weighting[self.groups[rows]]
+        return replace(self, conditions=Space((points,), weighting=weighting, groups=groups))
 
     @property
     def counted(self) -> str:
         """What a share is of."""
-        kinds = {factor.key for factor in self.conditions.factors}
+        kinds = {axis.key for axis in self.conditions.axes}
         return "persons" if PERSON_AXIS in kinds else "draws" if DRAW_AXIS in kinds else "conditions"
 
     def saying(self, numbers: Numbers) -> Problem:
         """The same question where its conditions say something else, or more, of the study's numbers."""
-        rows = Factor("", "", self.condition_numbers | dict(numbers), ("",) * len(self.conditions))
-        return replace(self, conditions=replace(self.conditions, factors=(rows,)))
+        rows = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
+        return replace(self, conditions=replace(self.conditions, axes=(rows,)))
 
     def limit(self, name: str) -> float:
         """A limit in SI."""
@@ -123,10 +122,18 @@ class Problem:
         """The same question within other limits."""
         return replace(self, bounds=bounds)
 
-    def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | float = 0.0) -> Design:
-        """The designs of some choices under all conditions, or under those given; see `model_design`."""
+    def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None) -> Design:
+        """Designs (choices, conditions, 1, 1) of some choices under all conditions, or those given, as they vary.
+
+        A condition says more than a choice. `pretension` has the shape (choices,).
+        """
         under = self.condition_numbers if conditions is None else conditions
-        return model_design(self.study, numbers, under, pretension)
+        at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
+        return self.points(at, under).design()
+
+    def points(self, numbers: Numbers, under: Numbers) -> Space:
+        """Every choice of some under every condition of some, by what these say of the study's numbers."""
+        return Space((Axis.of_points(numbers), Axis.of_points(under)), self.choices.single)
 
     def windows(self, numbers: Numbers, count: int) -> Window:
         """The windows of `count` choices, (choices, conditions)."""
@@ -144,7 +151,7 @@ class Problem:
         if isinstance(found, Window):
             return Window(**{name: values[rows, condition] for name, values in vars(found).items()})
         under = {key: values[condition] for key, values in self.condition_numbers.items()}
-        design = model_design(self.study, numbers, under, paired=True)
+        design = self.points(over(numbers, under), {}).design()
         picked = Ends(**{name: values[rows, condition, np.newaxis] for name, values in vars(found).items()})
         each = window.named(picked, design, self.angles, self.flexion, self.bounds)
         return Window(**{name: values[:, 0] for name, values in vars(each).items()})

@@ -2,47 +2,28 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
-from tendon_cli.answers.factors import PRETENSION, Combinations, Factor, factors_of
 from tendon_cli.answers.problem import Problem
-from tendon_cli.space.inputs import bounds_of
-from tendon_cli.studies.checks import case_numbers
-from tendon_cli.studies.study import DRAW_AXIS, PERSON_AXIS, Study, split_side
+from tendon_cli.engine.plan import bounds_of
+from tendon_cli.space.axis import PRETENSION, split_side
+from tendon_cli.studies.axes import space_of
+from tendon_cli.studies.contents import case_numbers
+from tendon_cli.studies.study import Study
 
 _SEVERAL = ("peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency")
 
 
 def question(study: Study) -> Problem:
     """What a study asks of `tendon design`."""
-    factors = factors_of(study)
-    conditions = set(study.conditions)
+    space = space_of(study).unset()
     return Problem(
         study=study,
-        choices=Combinations(tuple(factor for factor in factors if factor.key not in conditions)),
-        conditions=conditions_of([factor for factor in factors if factor.key in conditions]),
+        choices=space.choices,
+        conditions=space.conditions,
         bounds=bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
         notes=(*study.warnings, *_left_out(study), *_of_people_and_draws(study)),
     )
-
-
-def conditions_of(factors: list[Factor]) -> Combinations:
-    """Conditions in groups by persons, or by draws where there are no persons.
-
-    One of these is served by a pretension that all its other conditions allow, and counts as much as it is weighted.
-    """
-    whose = next((factor for key in (PERSON_AXIS, DRAW_AXIS) for factor in factors if factor.key == key), None)
-    if whose is None:
-        return Combinations(tuple(factors))
-    others = tuple(factor for factor in factors if factor is not whose)
-    each = math.prod(len(factor) for factor in others)
-    weighting = np.ones(len(whose)) if whose.weighting is None else whose.weighting
-    groups = np.repeat(np.arange(len(whose)), each)
-    return Combinations((whose, *others), weighting=np.repeat(weighting, each), groups=groups)
 
 
 def _left_out(study: Study) -> list[str]:

@@ -120,7 +120,7 @@ def _population(answer: Findings, population: PopulationResult) -> dict[str, Any
     weighting, row = population.problem.weighting, _row(answer, population.chosen)
     return {
         "choice": row["choice"],
-        "values": {factor.column: row[factor.column] for factor in answer.problem.choices.factors},
+        "values": {factor.column: row[factor.column] for factor in answer.problem.choices.axes},
         "kind": population.kind,
         "count": len(population.windows.low),
         "effective_count": coverage.effective_count(weighting),

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.candidates import Candidates, Columns, numbers_of, of_columns
-from tendon_cli.answers.factors import Factor
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
+from tendon_cli.space.axis import Axis
 
 _PENALTY = 1e3
 _AT_ONCE_PER_RANGE = 10
@@ -29,17 +29,17 @@ class Ranges:
     """The ranges among the choices, each as 0 to 1 along its grid."""
 
     problem: Problem
-    factors: tuple[Factor, ...]
+    axes: tuple[Axis, ...]
 
     @classmethod
     def of(cls, problem: Problem) -> Ranges:
         """Those of a question."""
-        return cls(problem, tuple(factor for factor in problem.choices.factors if factor.is_range))
+        return cls(problem, tuple(factor for factor in problem.choices.axes if factor.is_range))
 
     def values(self, at: Array) -> Columns:
         """The values of points, (points, ranges)."""
         columns: Columns = {}
-        for place, factor in zip(at.T, self.factors, strict=True):
+        for place, factor in zip(at.T, self.axes, strict=True):
             first, last = factor.values[0], factor.values[-1]
             inner = first * (last / first) ** place if factor.is_log else first + (last - first) * place
             columns[factor.column] = np.where(place <= 0.0, first, np.where(place >= 1.0, last, inner))
@@ -48,7 +48,7 @@ class Ranges:
     def places(self, candidates: Candidates) -> Array:
         """Where candidates lie, (points, ranges)."""
         places = []
-        for factor in self.factors:
+        for factor in self.axes:
             first, last, values = factor.values[0], factor.values[-1], candidates.column(factor.column)
             place = (
                 np.log(values / first) / np.log(last / first) if factor.is_log else (values - first) / (last - first)
@@ -64,9 +64,9 @@ class Ranges:
     @property
     def generations(self) -> int:
         """How many rounds of a search are affordable; 0 if they are too few to help."""
-        at_once = _AT_ONCE_PER_RANGE * len(self.factors) * len(self.problem.conditions) * self.problem.states_per_design
+        at_once = _AT_ONCE_PER_RANGE * len(self.axes) * len(self.problem.conditions) * self.problem.states_per_design
         most = int(_STATES / max(at_once, 1))
-        return 0 if not self.factors or most < _FEWEST_GENERATIONS else min(_GENERATIONS, most)
+        return 0 if not self.axes or most < _FEWEST_GENERATIONS else min(_GENERATIONS, most)
 
 
 def refined(problem: Problem, goals: tuple[Goal, ...], start: Candidates) -> Candidates | None:
@@ -110,7 +110,7 @@ def _evolved(cost: Callable[[Array], Array], ranges: Ranges, start: Array) -> Ar
 
     count = _AT_ONCE_PER_RANGE * len(start)
     random = np.random.default_rng(1)
-    steps = np.array([1.0 / (len(factor) - 1) for factor in ranges.factors])
+    steps = np.array([1.0 / (len(factor) - 1) for factor in ranges.axes])
     near = np.clip(start + steps * random.normal(size=(count // 2, len(start))), 0.0, 1.0)
     anywhere = random.random((count - len(near) - 1, len(start)))
     vectorized: Any = cost  # the stubs know of one point at a time only

@@ -15,17 +15,13 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor_window import excess
-from tendon_cli.space.inputs import OF_SHEATHS
-from tendon_cli.studies.study import SIDES
+from tendon_cli.space.axis import PRETENSION, REFERENCE, SLACK, of_side
 
 End = Literal["from", "to"]
 
 _STEP = 1e-30
 """Of an imaginary change: a complex step has no error of difference, so it may be as small as can be."""
 _SHARE = 0.01
-
-ARM = ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle",
-       "contact_width")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -71,7 +67,7 @@ def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: in
     bound = of_motor or _OfState(alone, code, state, end == "to")
     for key, value in _numbers_at(alone, numbers).items():
         changed = {key: np.array([value + _STEP * 1j])}
-        slope = bound.slope(alone.design(numbers, alone.condition_numbers | changed))
+        slope = bound.slope(alone.design(numbers, {**alone.condition_numbers, **changed}))
         slopes.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
     if name not in problem.bounds:
         return slopes
@@ -132,28 +128,13 @@ def _is_of_motion(name: str) -> bool:
 
 def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
     """Every number that counts for a choice under one condition, by its key; of one side where the sides differ."""
-    design = alone.design(numbers)
-    arm = design.arm
-    values = {f"arm.{name}": _single(getattr(arm.anchors, name, getattr(arm, name, None))) for name in ARM}
-    values |= {
-        "spool.flexor_radius": _single(design.flexor_radius),
-        "spool.ratio": _single(design.ratio),
-        "load.mass": _single(design.load_mass),
-    }
-    for argument, key in OF_SHEATHS.items():
-        table, _, name = key.rpartition(".")
-        of_sides = [_single(getattr(getattr(design, side), argument)) for side in SIDES]
-        given = (*alone.study.numbers, *alone.condition_numbers, *numbers)
-        if any(f"{table}.{side}.{name}" in given for side in SIDES):
-            values |= {f"{table}.{side}.{name}": value for side, value in zip(SIDES, of_sides, strict=True)}
-        else:
-            values[key] = of_sides[0]
-    values |= {key: _single(value) for key, value in design.given.items()}
+    space = alone.points(numbers, alone.condition_numbers)
+    values = {}
+    for (key, side), number in space.of_the_model.items():
+        if key not in (PRETENSION, REFERENCE, SLACK):
+            name = of_side(key, side) if side and key in space.of_sides else key
+            values[name] = float(np.asarray(number.within(space.whole)).item())
     return {key: value for key, value in values.items() if not np.isnan(value)}
-
-
-def _single(value: object) -> float:
-    return float(np.asarray(value).item())
 
 
 def _is_steady(

@@ -11,14 +11,14 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.answers.coverage import ROUNDING, grouped, share_served
-from tendon_cli.answers.factors import Numbers
-from tendon_cli.answers.problem import Flags, Problem, Rows
+from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.model import extremes
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import Codes, contact_pressure
 from tendon_cli.model.window import Ends
+from tendon_cli.space.axis import Numbers, Rows
 
 Kind = TypeVar("Kind", bound=np.generic)
 

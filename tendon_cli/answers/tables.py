@@ -8,12 +8,12 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli.answers.candidates import Candidates, Columns
-from tendon_cli.answers.factors import Factor
 from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.answers.solve import WORST
 from tendon_cli.engine.columns import versions
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.version import RESULTS_VERSION
@@ -28,7 +28,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
     directions = ("", *problem.study.motion.direction)
     number = {name: Column.of(QUANTITIES[name]) for name in ("tolerance", "served", "pretension", *WORST)}
     return (
-        *map(_of_factor, problem.choices.factors),
+        *map(_of_axis, problem.choices.axes),
         Column("refined", "truth", "1", "a point between those of the grid"),
         Column.of(QUANTITIES["pretension_from"]),
         Column.of(QUANTITIES["pretension_to"]),
@@ -70,7 +70,7 @@ def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_fro
 def condition_columns(problem: Problem) -> tuple[Column, ...]:
     """Columns of `conditions.parquet`."""
     weighting = Column("weighting", "number", "1", "how much the condition counts in a share")
-    return (*map(_of_factor, problem.conditions.factors), weighting)
+    return (*map(_of_axis, problem.conditions.axes), weighting)
 
 
 def condition_rows(problem: Problem) -> Columns:
@@ -109,7 +109,7 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
     return list(values.tolist())
 
 
-def _of_factor(factor: Factor) -> Column:
-    if factor.names:
-        return Column(factor.column, "text", "1", f"name of the {factor.key}", is_axis=True, choices=factor.names)
-    return Column.of(keys()[factor.key].number.quantity, factor.column, is_axis=True)
+def _of_axis(axis: Axis) -> Column:
+    if axis.names:
+        return Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
+    return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)

@@ -8,12 +8,12 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.answer import goals_or_usual
-from tendon_cli.answers.factors import PRETENSION
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.population_text import population_lines
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.words import Row, aligned, end_words, high_of, parameter, row_words, tolerance, where_words
-from tendon_cli.studies.study import keys, split_side
+from tendon_cli.space.axis import PRETENSION, split_side
+from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES = 8
 _MOST_MOVES = 5
@@ -119,7 +119,7 @@ def _study_pretension(problem: Problem, record: Row, best: Row) -> Iterator[str]
 
 def _edges(problem: Problem, best: Row) -> Iterator[str]:
     """Where the best is at the end of a range that was asked for."""
-    for factor in problem.choices.factors:
+    for factor in problem.choices.axes:
         if not factor.is_range:
             continue
         value, span = float(best[factor.column]), factor.values

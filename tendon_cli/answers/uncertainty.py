@@ -10,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.answers.coverage import grouped
-from tendon_cli.answers.factors import Factor, Numbers
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import conditions_of
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.linked import quantile
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Numbers
+from tendon_cli.space.space import Space
 from tendon_cli.studies.people.population import Population
-from tendon_cli.studies.study import DRAW_AXIS, PERSON_AXIS
+from tendon_cli.studies.uncertain import quantile
 
 BODY = "body"
 """All dimensions of a body together: they are correlated, so that none has an index of its own."""
@@ -120,9 +119,9 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
     if study.uncertainty is None or not study.uncertain:
         return []
     people = study.people.population if study.people is not None else None
-    whose = next((factor for factor in problem.conditions.factors if factor.key == PERSON_AXIS), None)
+    whose = next((factor for factor in problem.conditions.axes if factor.key == PERSON_AXIS), None)
     inputs = (*study.uncertain, *((BODY,) if whose is not None else ()))
-    others = [each for each in problem.conditions.factors if each.key not in (PERSON_AXIS, DRAW_AXIS)]
+    others = [each for each in problem.conditions.axes if each.key not in (PERSON_AXIS, DRAW_AXIS)]
     each_point = problem.states_per_design * max(1, int(np.prod([len(factor) for factor in others])))
     count = _power_of_two(_STATES / (each_point * (len(inputs) + 2)))
 
@@ -131,8 +130,8 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
         if whose is not None and people is not None:
             drawn |= _of_persons(whose, people, points[:, -1])
         drawn |= {key: quantile(known, points[:, at]) for at, (key, known) in enumerate(study.uncertain.items())}
-        factor = Factor(DRAW_AXIS, DRAW_AXIS, drawn, ("",) * len(points))
-        asked = replace(problem, conditions=conditions_of([factor, *others]))
+        axis = replace(Axis.of_points(drawn), key=DRAW_AXIS)
+        asked = replace(problem, conditions=Space((axis, *others)).grouped())
         windows = asked.ends(numbers, 1)
         low, high = grouped(windows.low, windows.high, asked.groups)
         return np.concatenate([low, high])
@@ -140,7 +139,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
     return sobol(ends, inputs, ("pretension_from", "pretension_to"), count, study.uncertainty.seed)
 
 
-def _of_persons(whose: Factor, people: Population, shares: Array) -> dict[str, Array]:
+def _of_persons(whose: Axis, people: Population, shares: Array) -> dict[str, Array]:
     """What the persons at some shares of the weighting say of the study's numbers."""
     upto = np.cumsum(people.weighting) / np.sum(people.weighting)
     persons = np.minimum(np.searchsorted(upto, shares, side="right"), len(people) - 1)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.factors import Combinations
 from tendon_cli.answers.problem import Problem
+from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 
 Row = Mapping[str, Any]
@@ -21,20 +21,20 @@ def parameter(key: str, value: float) -> str:
     return say.parameter(keys()[key].number.quantity, value, say.side_of(key))
 
 
-def row_words(product: Combinations, row: Row) -> str:
+def row_words(product: Space, row: Row) -> str:
     """A choice or a condition: what it has of each axis; empty if there is none."""
-    values = ((factor, row[factor.column]) for factor in product.factors)
+    values = ((factor, row[factor.column]) for factor in product.axes)
     return ", ".join(value if isinstance(value, str) else parameter(factor.key, value) for factor, value in values)
 
 
-def condition_words(conditions: Combinations, condition: int, *, but_first: bool = False) -> str:
+def condition_words(conditions: Space, condition: int, *, but_first: bool = False) -> str:
     """A condition by its row of conditions.parquet; `but_first` leaves out the person or draw that it is of."""
     columns = conditions.columns(np.array([condition]))
     words = [
         factor.names[int(columns[factor.column][0])]
         if factor.names
         else parameter(factor.key, columns[factor.column][0])
-        for factor in conditions.factors[int(but_first) :]
+        for factor in conditions.axes[int(but_first) :]
     ]
     return ", ".join(words)
 

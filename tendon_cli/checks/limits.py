@@ -13,13 +13,13 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.cube.columns import as_numpy
+from tendon_cli.engine.plan import Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.response import SLACK_TOLERANCE, pretension_shortfall
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Plan
-from tendon_cli.studies.study import SIDES, Study
+from tendon_cli.space.axis import SIDES
+from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 
 NO_EQUILIBRIUM, SLACK = "no equilibrium", "slack"
@@ -139,11 +139,10 @@ def _worst_state(limit: str, design: int, plan: Plan) -> tuple[str, float] | Non
     """Direction and elbow angle (rad) of the state that breaks a limit worst; None where no single state does."""
     if limit not in _OF_STATES and LIMITS[limit].forms is None:
         return None
-    inputs, speed = Inputs(plan), plan.study.motion.speed
-    worst, found = -np.inf, None
+    worst, found, speed = -np.inf, None, plan.study.motion.speed
     for block in plan.blocks(range(design, design + 1)):
         directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
-        state = State.of(inputs.situation(block))
+        state = State.of(plan.situation(block))
         badness = (
             _OF_STATES[limit](state)
             if limit in _OF_STATES

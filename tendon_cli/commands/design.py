@@ -64,15 +64,15 @@ def _tell_question(study: "Study", *, as_json: bool, quiet: bool) -> None:
     asked = question(study)
     record = {
         "name": study.name,
-        "choices": {factor.key: len(factor) for factor in asked.choices.factors},
-        "conditions": {factor.key: len(factor) for factor in asked.conditions.factors},
+        "choices": {factor.key: len(factor) for factor in asked.choices.axes},
+        "conditions": {factor.key: len(factor) for factor in asked.conditions.axes},
         "windows": len(asked.choices) * len(asked.conditions),
         "states": len(asked.choices) * len(asked.conditions) * asked.states_per_design,
         "notes": list(asked.notes),
     }
     lines = [f"{study.name}: nothing is written by --dry-run"]
     for name, product in (("choices", asked.choices), ("conditions", asked.conditions)):
-        axes = ", ".join(f"{factor.key} {len(factor):,}" for factor in product.factors)
+        axes = ", ".join(f"{factor.key} {len(factor):,}" for factor in product.axes)
         lines.append(f"  {name:<12} {len(product):,}" + (f"  ({axes})" if axes else ""))
     lines += [f"  windows      {record['windows']:,}", f"  states       {record['states']:,}"]
     lines += [f"  note         {note}" for note in asked.notes]

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.studies.study import CASE_AXIS, keys
+from tendon_cli.space.axis import CASE_AXIS
+from tendon_cli.studies.study import keys
 
 Ints = npt.NDArray[np.int64]
 

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-from tendon_cli.space.inputs import Input, Inputs
-from tendon_cli.space.plan import Axis, Block
+from tendon_cli.space.axis import DRAW_AXIS, LINKED_AXES, PERSON_AXIS, SIDES, split_side
+from tendon_cli.space.space import Varying
 from tendon_cli.studies.checks import is_stated
-from tendon_cli.studies.study import LINKED_AXES, SIDES, Study, keys, split_side
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.version import RESULTS_VERSION, __version__
 
@@ -47,7 +48,7 @@ Values = Callable[[Block], npt.ArrayLike]
 class Tables:
     """The columns of both tables of a plan, in order, with what fills the leading ones."""
 
-    inputs: Inputs
+    plan: Plan
 
     @cached_property
     def leading(self) -> dict[Column, Values]:
@@ -57,32 +58,34 @@ class Tables:
         }
         for key in self._keys():
             columns |= self._columns_of(key)
-        for at, axis in enumerate(self.inputs.plan.axes):
-            if axis.values is None:
+        for at, axis in enumerate(self.plan.axes):
+            if axis.names:
                 meaning = f"name of the {axis.key}"
-                columns[Column(axis.key, "text", "1", meaning, is_axis=True, choices=axis.names)] = _positions(at, axis)
+                columns[Column(axis.key, "text", "1", meaning, is_axis=True, choices=axis.names)] = _within(
+                    Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),))
+                )
         return columns
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
-        of_cycles = OF_CYCLES if self.inputs.plan.study.motion.speed is not None else ()
-        names = (*OF_DESIGNS, *of_cycles, *of_limits(self.inputs.plan.study))
+        of_cycles = OF_CYCLES if self.plan.study.motion.speed is not None else ()
+        names = (*OF_DESIGNS, *of_cycles, *of_limits(self.plan.study))
         results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in names]
         return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
 
     @cached_property
     def of_states(self) -> dict[Column, Values]:
         """The columns that say which state of a design a row is, each with its values in a block."""
-        directions = tuple(dict.fromkeys((*self.inputs.plan.directions, "flexion", "extension")))
+        directions = tuple(dict.fromkeys((*self.plan.directions, "flexion", "extension")))
         text = Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions)
         angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
-        return {text: _directions, angle: lambda block: self.inputs.plan.elbow_angles[block.angles]}
+        return {text: _directions, angle: lambda block: self.plan.elbow_angles[block.angles]}
 
     @cached_property
     def states(self) -> tuple[Column, ...]:
         """Columns of `states`; of the results those that the study keeps."""
-        kept = self.inputs.plan.study.output.states or ("status", *OF_STATES)
+        kept = self.plan.study.output.states or ("status", *OF_STATES)
         status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
         results = (status, *(Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_STATES))
         return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
@@ -90,13 +93,13 @@ class Tables:
     def schema(self, table: str, part: int) -> pa.Schema:
         """The schema of one part of a table; what it says follows from the study and the versions alone."""
         first = self._schemas[table]
-        index = json.dumps({"index": part, "of": self.inputs.plan.parts}, sort_keys=True)
+        index = json.dumps({"index": part, "of": self.plan.parts}, sort_keys=True)
         return first.with_metadata({**first.metadata, b"tendon.part": index})
 
     @cached_property
     def _schemas(self) -> dict[str, pa.Schema]:
         """Those of the first part of each table."""
-        last = {"part": {"index": 0, "of": self.inputs.plan.parts}}
+        last = {"part": {"index": 0, "of": self.plan.parts}}
         columns = {"designs": self.designs, "states": self.states}
         return {table: schema_of(each, {"table": table, **self._facts, **last}) for table, each in columns.items()}
 
@@ -111,18 +114,18 @@ class Tables:
             "pretension_from",
             "pretension_to",
             *OF_CYCLES,
-            *of_limits(self.inputs.plan.study),
+            *of_limits(self.plan.study),
         ):
             return True
         if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
             return True
-        if result == "spool_angle" and self.inputs.may_be_unilateral:
+        if result == "spool_angle" and self.plan.may_be_unilateral:
             return True
-        return not self.inputs.always_balanced
+        return not self.plan.always_balanced
 
     @cached_property
     def _facts(self) -> dict[str, Any]:
-        study = self.inputs.plan.study
+        study = self.plan.study
         return {
             "study": study.record(),
             "study_hash": study.hash,
@@ -132,22 +135,23 @@ class Tables:
 
     def _keys(self) -> list[str]:
         """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
-        study = self.inputs.plan.study
+        study = self.plan.study
         axes = [split_side(key)[0] for key in study.axes if key not in LINKED_AXES]
-        linked = [key for key in keys() if any(key in (*axis.numbers, *axis.scales) for axis in study.linked)]
+        bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
+        linked = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         return list(
-            dict.fromkeys((*ALWAYS, *axes, *(split_side(key)[0] for key in linked), *sorted(self.inputs.overridden)))
+            dict.fromkeys((*ALWAYS, *axes, *(split_side(key)[0] for key in linked), *sorted(self.plan.space.of_sides)))
         )
 
     def _columns_of(self, key: str) -> dict[Column, Values]:
         """The column of a key, or where the sides differ the two of the sides and a null one."""
         plain, quantity = keys()[key].column, keys()[key].number.quantity
-        if key not in self.inputs.overridden:
-            return {Column.of(quantity, plain, is_axis=True, nullable=False): self.inputs.source(key).within}
+        if key not in self.plan.space.of_sides:
+            return {Column.of(quantity, plain, is_axis=True, nullable=False): _within(self.plan.space.number(key))}
         columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
         for side in SIDES:
             column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=False)
-            columns[column] = self.inputs.source(key, side).within
+            columns[column] = _within(self.plan.space.number(key, side))
         return columns
 
 
@@ -176,9 +180,9 @@ def _directions(block: Block) -> npt.ArrayLike:
     return np.arange(block.directions.start, block.directions.stop)[:, np.newaxis]
 
 
-def _positions(at: int, axis: Axis) -> Values:
-    """Where the designs of a block stand on one of the axes."""
-    return Input(np.arange(len(axis), dtype=np.float64), (at,)).within
+def _within(number: Varying) -> Values:
+    """What a number is for the designs of a block."""
+    return lambda block: number.within(block.designs)
 
 
 def _null(_: Block) -> npt.ArrayLike:

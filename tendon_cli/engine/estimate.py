@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.plan import ROW_GROUP, STATES_PER_PART, Plan
 from tendon_cli.quantities import Quantity
-from tendon_cli.space.plan import ROW_GROUP, STATES_PER_PART, Plan
 from tendon_cli.studies.study import keys
 from tendon_cli.units import UNITS
 
@@ -130,7 +130,7 @@ def shown(value: float, quantity: Quantity) -> str:
 
 def _design_axis(plan: Plan, index: int) -> AxisLine:
     axis = plan.axes[index]
-    if axis.values is None:
+    if axis.names:
         return AxisLine(axis.key, len(axis), axis.names[0], axis.names[-1])
     quantity = keys()[axis.key].number.quantity
     return AxisLine(axis.key, len(axis), shown(axis.values[0], quantity), shown(axis.values[-1], quantity))

@@ -18,11 +18,10 @@ import pyarrow as pa
 from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.design_rows import DesignRows, Totals
+from tendon_cli.engine.plan import DESIGNS_AT_ONCE, ROW_GROUP, Block, Plan
 from tendon_cli.engine.suits import noted
 from tendon_cli.engine.windows import PlanWindows
 from tendon_cli.errors import Stopped
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import DESIGNS_AT_ONCE, ROW_GROUP, Block, Plan
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import Filler, RowGroups, TableFile, WrittenFile
 
@@ -67,9 +66,9 @@ def part_index(name: str) -> int:
     return int(number.removesuffix(".parquet")) if found else 0
 
 
-def state_rows(inputs: Inputs, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
+def state_rows(plan: Plan, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
     """What writes the rows of a block's states; `keys` are the columns that say which design and state a row is."""
-    return kernel.row_writer(inputs.situation(block), block.shape, keys)
+    return kernel.row_writer(plan.situation(block), block.shape, keys)
 
 
 @dataclass(frozen=True)
@@ -102,14 +101,12 @@ class PartMaker:
     plan: Plan
     folder: Path
     stop: threading.Event = field(default_factory=threading.Event)
-    inputs: Inputs = field(init=False)
     tables: Tables = field(init=False)
     windows: PlanWindows = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "inputs", Inputs(self.plan))
-        object.__setattr__(self, "tables", Tables(self.inputs))
-        object.__setattr__(self, "windows", PlanWindows(self.inputs))
+        object.__setattr__(self, "tables", Tables(self.plan))
+        object.__setattr__(self, "windows", PlanWindows(self.plan))
 
     def make(self, index: int) -> PartResult:
         """Compute a part and put its files in place; raises OutputError, or Stopped."""
@@ -151,7 +148,7 @@ class PartMaker:
         states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
         for block in self.plan.blocks(designs, states) if "states" in tables else ():
             self._go_on()
-            tables["states"].fill(math.prod(block.shape), state_rows(self.inputs, block, self._keys("states", block)))
+            tables["states"].fill(math.prod(block.shape), state_rows(self.plan, block, self._keys("states", block)))
         totals, judged = Totals(), []
         for block in self.plan.blocks_of_designs(designs):
             rows = DesignRows(self.windows, block, self._keys("designs", block), self._go_on)

@@ -17,13 +17,12 @@ from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables, versions
 from tendon_cli.engine.design_rows import Totals
 from tendon_cli.engine.part import PartResult
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.record import RECORD, Journal, lost, read_record
 from tendon_cli.engine.run_folder import RunFolder
 from tendon_cli.engine.states import StatesOf
 from tendon_cli.engine.suits import feasible_suits, suits
 from tendon_cli.errors import FolderError, InputError, UsageError
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
 
@@ -178,7 +177,7 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
     plan = Plan(recorded_study(record))
     axes = {axis.column: len(axis) for axis in plan.axes}
     motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
-    keys = {column.name for column in Tables(Inputs(plan)).leading} | set(motion)
+    keys = {column.name for column in Tables(plan).leading} | set(motion)
     keys.discard("design")
     coordinates: dict[str, Variable] = {}
     variables: dict[str, Variable] = {}

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.engine.part import PartResult, file_name
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.record import JOURNAL, RECORD, Journal, read_record, stands, write_record
 from tendon_cli.engine.suits import is_note
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import output_errors
-from tendon_cli.space.plan import Plan
 from tendon_cli.tables.read import study_hash_of
 from tendon_cli.version import RESULTS_VERSION
 

@@ -15,8 +15,7 @@ import pyarrow as pa
 
 from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Block, Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import array_of
@@ -37,12 +36,12 @@ class StatesOf:
         """The columns, whatever the study keeps of them."""
         output = {"tables": ["designs", "states"]}
         whole = {**self.record, "study": {**self.record["study"], "output": output}}
-        return Tables(Inputs(Plan(recorded_study(whole))))
+        return Tables(Plan(recorded_study(whole)))
 
     @property
     def plan(self) -> Plan:
         """The study as a product."""
-        return self.tables.inputs.plan
+        return self.tables.plan
 
     @cached_property
     def schema(self) -> pa.Schema:
@@ -86,7 +85,7 @@ class StatesOf:
             column.name: (column, values) for column, values in (self.tables.leading | self.tables.of_states).items()
         }
         given = {name: np.asarray(values(block), dtype=column.dtype) for name, (column, values) in keys.items()}
-        write = kernel.row_writer(self.tables.inputs.situation(block), block.shape, given)
+        write = kernel.row_writer(self.tables.plan.situation(block), block.shape, given)
         count = int(np.prod(block.shape))
         found = {name: np.empty(count, columns[name].dtype) for name in names}
         write(found, range(count))

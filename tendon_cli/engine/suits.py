@@ -16,7 +16,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.space.plan import Block, Plan
+from tendon_cli.engine.plan import Block, Plan
 
 Flags = npt.NDArray[np.bool_]
 

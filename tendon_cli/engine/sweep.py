@@ -21,12 +21,12 @@ import pyarrow.parquet as pq
 from tendon_cli.engine.cluster import cluster_at
 from tendon_cli.engine.ownership import check_folder
 from tendon_cli.engine.part import PartMaker, PartResult, WrittenPart
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.record import Journal, write_record
 from tendon_cli.engine.results import Run, record_of, warnings_of
 from tendon_cli.engine.run import Progress, available_cores, compute, in_threads, run
 from tendon_cli.engine.run_folder import FIGURES, RunFolder
 from tendon_cli.errors import OutputError, Stopped, UsageError
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.study import Study
 
 Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]

@@ -12,10 +12,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import sweep
 from tendon_cli.model.design import Design
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.study import Study
 
@@ -101,8 +100,7 @@ class PaperTables:
         """What the model takes for the study: designs, elbow angles and whether it is flexion, ready to broadcast."""
         plan = Plan(self.study)
         (block,) = plan.blocks(range(plan.designs))
-        inputs = Inputs(plan)
-        return inputs.design(block), *inputs.motion(block)
+        return plan.design(block), *plan.motion(block)
 
 
 def load(name: str) -> Study:

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.answers.factors import Factor
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import question
 from tendon_cli.cube.axes import evenly, thinned
@@ -24,6 +23,7 @@ from tendon_cli.reports.people import people_record
 from tendon_cli.reports.product import MOST_CELLS, PageAxis, number_record, quantities, said_of_thinning
 from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
 from tendon_cli.reports.sweep_page import ending
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import TableFiles, open_table
@@ -68,12 +68,12 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     )
 
 
-def _kept(problem: Problem) -> list[tuple[Factor, npt.NDArray[np.int64]]]:
-    factors = problem.choices.factors
+def _kept(problem: Problem) -> list[tuple[Axis, npt.NDArray[np.int64]]]:
+    factors = problem.choices.axes
     return list(zip(factors, thinned(problem.choices.shape, MOST_CELLS), strict=True))
 
 
-def _axis(factor: Factor, kept: npt.NDArray[np.int64]) -> PageAxis:
+def _axis(factor: Axis, kept: npt.NDArray[np.int64]) -> PageAxis:
     words = Quantity(factor.column, factor.column, "number", "1", "1", factor.column)
     quantity = words if factor.names else keys()[factor.key].number.quantity
     shown = Shown.of(factor.column, quantity)
@@ -130,7 +130,7 @@ def _conflicts(table: pa.Table) -> dict[str, Any]:
 
 def _table(problem: Problem, axes: Sequence[PageAxis], table: pa.Table, columns: Any, labels: Any) -> dict[str, Any]:
     shown: list[dict[str, Any]] = []
-    for factor, axis in zip(problem.choices.factors, axes, strict=True):
+    for factor, axis in zip(problem.choices.axes, axes, strict=True):
         if factor.names:
             shown.append({"label": axis.shown.name, "unit": "", "texts": table.column(factor.column).to_pylist()})
         else:
@@ -187,7 +187,7 @@ def _said(problem: Problem, condition: int) -> str:
     """A condition in words."""
     places = problem.conditions.places(np.array([condition]))
     said = []
-    for factor in problem.conditions.factors:
+    for factor in problem.conditions.axes:
         at = int(places[factor.key][0])
         shown = None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
         said.append(factor.names[at] if shown is None else f"{shown.name} {shown.text(float(factor.values[at]))}")

@@ -29,7 +29,7 @@ def people_record(problem: Problem, choices: pa.Table, crowd: dict[str, Any] | N
         return None
     population = people.population
     row = choices.slice(_row(choices, crowd), 1)
-    columns = {each.column: _value(each.names, row.column(each.column)[0].as_py()) for each in problem.choices.factors}
+    columns = {each.column: _value(each.names, row.column(each.column)[0].as_py()) for each in problem.choices.axes}
     served = windows_of(problem, numbers_of(problem, columns)).served(crowd["pretension"])
     kept = evenly(len(population), MOST_PERSONS)
     told = [dimension for reason in crowd["not_served"] for dimension in reason["bodies"]]

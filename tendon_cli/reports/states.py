@@ -11,13 +11,12 @@ import numpy.typing as npt
 
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import Shown
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports.packed import packed
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Block, Plan
 from tendon_cli.studies.study import Study
 
 MOST_ANGLES = 61
@@ -62,11 +61,11 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
 
 def curves_of_sweep(study: Study, positions: Sequence[npt.NDArray[np.int64]]) -> Curves:
     """Of designs of a sweep, the product of some positions on each of its axes."""
-    inputs, found = Inputs(Plan(study)), []
+    plan, found = Plan(study), []
     rest = slice(0, len(study.motion.direction)), slice(0, len(study.motion.elbow_angle))
     for at in itertools.product(*(each.tolist() for each in positions)):
         block = Block(0, tuple(slice(index, index + 1) for index in at), *rest)
-        found.append(curves(study, inputs.design(block), (1,) * len(at)))
+        found.append(curves(study, plan.design(block), (1,) * len(at)))
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}
 
 

@@ -1,1 +1,1 @@
-"""Named axes of a study with their roles, and what each number is for a design."""
+"""Named axes with their roles, their product, and what each number is for a design. Knows nothing of study files."""

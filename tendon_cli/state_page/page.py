@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Block, Plan
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one, sections_of
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.people.person import Step, Worn, worn_by
-from tendon_cli.studies.study import CASE_AXIS, DRAW_AXIS, Study
+from tendon_cli.studies.study import Study
 from tendon_cli.units import shorten
 
 
@@ -76,7 +76,7 @@ def state_page(
     worn = worn_by(study, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else study)
     block = _only_state(plan, case)
-    state = State.of(Inputs(plan).situation(block))
+    state = State.of(plan.situation(block))
     angle = float(np.degrees(plan.elbow_angles[0]))
     load = one(state.situation.design.load_mass)
     sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle)]

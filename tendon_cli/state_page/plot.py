@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.motor import MotorFigure, Stroke, Turn, draw
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.reversal import reversal
-from tendon_cli.space.plan import Plan
 from tendon_cli.state_page.lines import one
 
 _POINTS = 721

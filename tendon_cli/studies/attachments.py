@@ -10,11 +10,12 @@ from typing import Any
 
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
+from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.reading import MAX_BYTES, read_toml
-from tendon_cli.studies.study import SIDES, Study, keys
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,14 +10,16 @@ import numpy as np
 from tendon_cli.errors import Fault
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.studies.contents import numbers_in
+from tendon_cli.space.axis import CASE_AXIS, LINKED_AXES, PRETENSION, SIDES, split_side
+from tendon_cli.space.space import Space
+from tendon_cli.studies.axes import case_axis, number_axis, single_numbers
+from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.parts import Part
-from tendon_cli.studies.study import LINKED_AXES, SIDES, Study, keys, split_side
+from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
-PRETENSION = "tendon.pretension"
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
 
@@ -141,67 +142,54 @@ def _case_faults(study: Study) -> Iterator[Fault]:
                 yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")
 
 
-def case_numbers(case: Part) -> dict[str, float]:
-    """The numbers that a case overrides, by dotted key, in SI."""
-    parts = [(name, getattr(case, name)) for name in type(case).model_fields]
-    return {
-        key: values.single for name, part in parts if isinstance(part, Part) for key, values in numbers_in(part, name)
-    }
-
-
-def _overrides(study: Study) -> list[tuple[str, dict[str, float]]]:
-    """The numbers of every case, with how an error names it; one that overrides nothing where there are none."""
-    named = [(f' in the case "{shorten(str(getattr(case, "name", "")))}"', case_numbers(case)) for case in study.cases]
-    return named or [("", {})]
-
-
 def _friction_faults(study: Study) -> Iterator[Fault]:
     """A product of friction and bend angle, on one side, beyond any sheath."""
-    for where, case in _overrides(study):
-        for side in SIDES:
-            friction, bend_angle = (_largest(study, case, name, side) for name in ("friction", "bend_angle"))
-            if friction * bend_angle > MAX_FRICTION_EXPONENT:
-                reached = f"friction x bend_angle reaches {friction * bend_angle:.4g} on the {side}'s side{where}"
-                problem = f"{reached}, expected {MAX_FRICTION_EXPONENT:g} at most"
-                yield Fault("sheath.friction", problem, "a bend angle without unit is in rad")
-                return
+    largest = {key: _largest(values) for key, values in study.numbers.items() if key.startswith("sheath.")}
+    space = Space((case_axis(study),) if study.cases else (), largest)
+    for side in SIDES:
+        friction, bend_angle = (
+            space.number(f"sheath.{name}", side).within(space.whole) for name in ("friction", "bend_angle")
+        )
+        reached = np.ravel(friction * bend_angle)
+        at = int(np.argmax(reached > MAX_FRICTION_EXPONENT))
+        if reached[at] > MAX_FRICTION_EXPONENT:
+            problem = f"friction x bend_angle reaches {reached[at]:.4g} on the {side}'s side{_in_case(space, at)}"
+            problem += f", expected {MAX_FRICTION_EXPONENT:g} at most"
+            yield Fault("sheath.friction", problem, "a bend angle without unit is in rad")
+            return
 
 
-def _largest(study: Study, case: dict[str, float], name: str, side: str) -> float:
-    """The largest value of a sheath's number on one side of the arm, in a case."""
-    for key in (f"sheath.{side}.{name}", f"sheath.{name}"):
-        if key in case:
-            return case[key]
-        if key in study.numbers:
-            values = study.numbers[key]
-            return values.uncertain.reach[1] if values.uncertain else values.extremes[1]
-    return 0.0
+def _largest(values: Values) -> float:
+    """The largest value that a number has, or may well be drawn with."""
+    return values.uncertain.reach[1] if values.uncertain else values.extremes[1]
+
+
+def _in_case(space: Space, row: int) -> str:
+    """How an error names the case of a design; nothing in a study without cases."""
+    cases = space.axes[0] if space.axes and space.axes[0].key == CASE_AXIS else None
+    return "" if cases is None else f' in the case "{shorten(cases.names[np.unravel_index(row, space.shape)[0]])}"'
 
 
 def _anchor_faults(study: Study) -> Iterator[Fault]:
     """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
-    arms = [study.numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2")]
-    overrides = _overrides(study)
-    count = len(overrides)
-    for values in arms:
-        count *= len(values)
-    if count > _MOST_ARMS_TO_CHECK:
+    anchors = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2")}
+    axes = [case_axis(study)] if study.cases else []
+    axes += [number_axis(study, key) for key in study.axes if key in anchors.values()]
+    space = Space(tuple(axes), single_numbers(study))
+    if len(space) > _MOST_ARMS_TO_CHECK:
         return  # such states are found one by one when the study runs, as states without equilibrium
+    given = (space.number(key).within(space.whole) for key in anchors.values())
+    a1, b1, a2, b2 = (np.broadcast_to(each, (*space.shape, 1, 1)).ravel() for each in given)
+    meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
+    alike = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
     angles = study.motion.elbow_angle
     low, high = angles.extremes
-    for where, override in overrides:
-        choices = [
-            [override[key]] if (key := f"arm.{name}") in override else values.array.tolist()
-            for name, values in zip(("a1", "b1", "a2", "b2"), arms, strict=True)
-        ]
-        for a1, b1, a2, b2 in itertools.product(*choices):
-            if abs(np.hypot(a1, b1) - np.hypot(a2, b2)) > 1e-12 * b1:
-                continue
-            meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
-            if low <= meeting <= high and np.min(np.abs(angles.array - meeting)) < 1e-9:
-                yield Fault(
-                    "arm",
-                    f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting):.6g} deg{where}",
-                    "make a1, b1 and a2, b2 differ, or leave this angle out",
-                )
-                return
+    for row in np.flatnonzero(alike & (low <= meeting) & (meeting <= high)):
+        if np.min(np.abs(angles.array - meeting[row])) < 1e-9:
+            yield Fault(
+                "arm",
+                f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting[row]):.6g} deg"
+                + _in_case(space, int(row)),
+                "make a1, b1 and a2, b2 differ, or leave this angle out",
+            )
+            return

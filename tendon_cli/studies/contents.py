@@ -29,6 +29,14 @@ def numbers_in(part: Part, prefix: str) -> list[tuple[str, Values]]:
     return [(key, values) for key, _, values in marked(part, prefix)]
 
 
+def case_numbers(case: Part) -> dict[str, float]:
+    """The numbers that a case overrides, by dotted key, in SI."""
+    parts = [(name, getattr(case, name)) for name in type(case).model_fields]
+    return {
+        key: values.single for name, part in parts if isinstance(part, Part) for key, values in numbers_in(part, name)
+    }
+
+
 def marked(part: Part, prefix: str) -> Iterator[tuple[str, Single, Values]]:
     """The numbers of a part with their dotted keys, and what each may be."""
     for name, field in type(part).model_fields.items():

@@ -10,24 +10,19 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, LINKED_AXES, PERSON_AXIS, split_side
 from tendon_cli.studies.cases import DESIGN_PARTS, case_tables, printable
 from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
 from tendon_cli.studies.fields import Later, Single, fault
 from tendon_cli.studies.figure_checks import check_figures
 from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.studies.linked import Linked, draw_axis, drawn
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.remarks import remarks
 from tendon_cli.studies.uncertain import Uncertain
 from tendon_cli.studies.values import Values
-
-SIDES = ("flexor", "extensor")
-CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
-LINKED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
-"""Axes of linked values, which no single key gives."""
 
 
 def _not_dots(name: str) -> str:
@@ -81,7 +76,7 @@ class Study(Part):
     def replaced(self, parts: dict[str, Any]) -> Study:
         """The same study with some of its tables replaced, and nothing remembered of the old ones."""
         study = self.model_copy(update=parts)
-        for remembered in ("numbers", "linked", "hash"):
+        for remembered in ("numbers", "hash"):
             study.__dict__.pop(remembered, None)
         return study
 
@@ -105,20 +100,6 @@ class Study(Part):
 
         stated = {f"arm.{name}" for name in self.arm.model_fields_set}
         return tuple(key for key in OF_THE_BODY if key not in stated)
-
-    @cached_property
-    def linked(self) -> tuple[Linked, ...]:
-        """The linked axes but cases: persons and draws; where each person gets a draw of its own, persons alone."""
-        asked, axes = self.uncertainty if self.uncertain else None, []
-        if self.people is not None:
-            from tendon_cli.studies.people.population import person_axis
-
-            people = self.people.population
-            own = drawn(self.uncertain, len(people), asked.seed) if asked is not None and not asked.cross else {}
-            axes.append(person_axis(PERSON_AXIS, people, self.of_the_body, own))
-        if asked is not None and self.draws:
-            axes.append(draw_axis(DRAW_AXIS, self.uncertain, self.draws, asked.seed))
-        return tuple(axes)
 
     @property
     def draws(self) -> int:
@@ -211,14 +192,6 @@ class Key:
         common, side = split_side(self.path)
         column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
         return f"{column}_{side}" if side else column
-
-
-def split_side(path: str) -> tuple[str, str | None]:
-    """`tendon.flexor.length` into `tendon.length` and `flexor`; a common key has no side."""
-    parts = path.split(".")
-    if len(parts) == 3 and parts[1] in SIDES:
-        return f"{parts[0]}.{parts[2]}", parts[1]
-    return path, None
 
 
 @cache

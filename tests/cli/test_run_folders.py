@@ -19,7 +19,7 @@ elbow_angle = ["10 deg", "50 deg", "80 deg"]
 PARTS = 10
 STOPPED = """
 import os, sys
-from tendon_cli.space import plan
+from tendon_cli.engine import plan
 plan.STATES_PER_FILE = plan.STATES_PER_PART = 12
 from tendon_cli.engine.record import Journal
 add = Journal.add

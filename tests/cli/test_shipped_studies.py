@@ -7,7 +7,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from tendon_cli.space.plan import Plan
+from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.schema import schema_text
 

@@ -15,10 +15,10 @@ import pyarrow as pa
 from tendon_cli.answers import parts as parts_module
 from tendon_cli.answers import promising
 from tendon_cli.answers.parts import Choices
+from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.cluster import task
 from tendon_cli.engine.part import PartMaker
 from tendon_cli.errors import OutputError, Stopped
-from tendon_cli.space import plan as plan_module
 
 HAZARDS = Path(os.environ["TENDON_TEST_HAZARDS"])
 fill = getattr(PartMaker, "harmless_fill", PartMaker.fill)  # this module is loaded twice

@@ -10,8 +10,8 @@ import pytest
 from tendon_cli.engine.cluster import task
 from tendon_cli.engine.cluster.task import Assignment, Refusal, halt, make_part, tidy, unlike
 from tendon_cli.engine.part import PartMaker, PartResult
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run_folder import RunFolder
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import load_study
 
 

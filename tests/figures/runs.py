@@ -6,9 +6,9 @@ import threading
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run import run
 from tendon_cli.engine.run_folder import RunFolder
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles, open_table

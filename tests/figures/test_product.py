@@ -13,8 +13,8 @@ from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.cube.rows import rows_in
 from tendon_cli.cube.source import table_at
+from tendon_cli.engine import plan
 from tendon_cli.errors import UsageError
-from tendon_cli.space import plan
 from tests.figures.runs import LOADS, designs, grid, states, sweep
 
 CONTENT = {

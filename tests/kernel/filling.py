@@ -12,8 +12,7 @@ import pytest
 from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.part import PartMaker
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Plan
+from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.values import Values
 from tests.si import with_units
@@ -44,11 +43,11 @@ def nested(numbers):
     return content
 
 
-def inputs_of(numbers, order=(), unchecked=None, **options):
-    """Inputs of a study given by dotted keys; `unchecked` are numbers of the arm that a study would be refused for."""
+def plan_of(numbers, order=(), unchecked=None, **options):
+    """The plan of a study by dotted keys; `unchecked` are numbers of the arm that a study would be refused for."""
     study = study_from(with_units({"name": "rows"} | nested(numbers)), order=tuple(order))
     own = {name: Values.of(value) for name, value in (unchecked or {}).items()}
-    return Inputs(Plan(study.replaced({"arm": study.arm.model_copy(update=own)}), **options))
+    return Plan(study.replaced({"arm": study.arm.model_copy(update=own)}), **options)
 
 
 def all_states(expected, name):
@@ -56,13 +55,13 @@ def all_states(expected, name):
     return np.concatenate([columns[name] for columns in expected])
 
 
-def assert_same_rows(inputs, cuts=()):
+def assert_same_rows(plan, cuts=()):
     """Every block comes out the same both ways, also in stretches between cuts, which are shares of the block.
 
     Returns the columns of each block.
     """
-    blocks = inputs.plan.blocks(range(inputs.plan.designs), 4 * inputs.plan.block_states)
-    return [_same_block(inputs, block, cuts) for block in blocks]
+    blocks = plan.blocks(range(plan.designs), 4 * plan.block_states)
+    return [_same_block(plan, block, cuts) for block in blocks]
 
 
 @contextlib.contextmanager
@@ -73,9 +72,9 @@ def each_kind():
         yield (*kinds, None), lambda kind: patch.setattr(kernel, "kind", lambda: kind)
 
 
-def _same_block(inputs, block, cuts):
-    columns = {column.name: column.dtype for column in Tables(inputs).states}
-    keys, at = PartMaker(inputs.plan, Path())._keys("states", block), inputs.situation(block)
+def _same_block(plan, block, cuts):
+    columns = {column.name: column.dtype for column in Tables(plan).states}
+    keys, at = PartMaker(plan, Path())._keys("states", block), plan.situation(block)
     count = block.design_count * block.shape[-2] * block.shape[-1]
     places = sorted({0, count, *(int(share * count) for share in cuts)})
     stretches = [range(count), *(range(*ends) for ends in itertools.pairwise(places))]

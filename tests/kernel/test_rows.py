@@ -8,7 +8,7 @@ import pytest
 from tendon_cli.model.response import SLACK_TOLERANCE, respond
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
 
-from .filling import COUNTS, DIRECTIONS, all_states, assert_same_rows, inputs_of, model, needs_code, same_bits
+from .filling import COUNTS, DIRECTIONS, all_states, assert_same_rows, model, needs_code, plan_of, same_bits
 
 pytestmark = needs_code
 
@@ -29,7 +29,7 @@ def statuses(expected):
 @pytest.mark.parametrize("reference", ["published", "initial"])
 @pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
 def test_either_model_and_either_reference(slack, reference):
-    found = assert_same_rows(inputs_of(VARIED | {"model": model(slack, reference)}), [0.37])
+    found = assert_same_rows(plan_of(VARIED | {"model": model(slack, reference)}), [0.37])
     assert statuses(found) >= {TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM}
     assert np.isnan(all_states(found, "flexor_slack")).all() == (slack == "bilateral")
 
@@ -38,9 +38,9 @@ def test_the_models_and_references_side_by_side():
     """Cases in one block; each has the results that it has alone."""
     choices = [(slack, reference) for slack in ("unilateral", "bilateral") for reference in ("published", "initial")]
     cases = [{"name": " ".join(choice), "model": model(*choice)} for choice in choices]
-    (mixed,) = assert_same_rows(inputs_of(VARIED | {"cases": cases}), [0.2, 0.6])
+    (mixed,) = assert_same_rows(plan_of(VARIED | {"cases": cases}), [0.2, 0.6])
     for at, choice in enumerate(choices):
-        (alone,) = assert_same_rows(inputs_of(VARIED | {"model": model(*choice)}))
+        (alone,) = assert_same_rows(plan_of(VARIED | {"model": model(*choice)}))
         for name in ("status", "flexor_tension_distal", "spool_angle", "extensor_slack", "elbow_stiffness"):
             assert same_bits(np.split(mixed[name], len(choices))[at], alone[name]), name
 
@@ -49,7 +49,7 @@ def test_the_models_and_references_side_by_side():
 def test_pretension_per_side(slack):
     sides = {"tendon.flexor.pretension": [0.0, 9.0, 300.0], "tendon.extensor.pretension": [0.0, 40.0]}
     numbers = {key: value for key, value in VARIED.items() if key != "tendon.pretension"}
-    found = assert_same_rows(inputs_of(numbers | sides | {"model": model(slack)}))
+    found = assert_same_rows(plan_of(numbers | sides | {"model": model(slack)}))
     assert np.isnan(all_states(found, "pretension")).all()
     assert statuses(found) >= {TAUT, FLEXOR_SLACK, EXTENSOR_SLACK}
 
@@ -60,14 +60,14 @@ def test_pretension_per_side(slack):
 def test_pretension_by_case_and_axis(own):
     cases = [{"name": "one"}, {"name": "heavy", "load": {"mass": 3.0}}, {"name": "own", "tendon": own}]
     numbers = {key: value for key, value in VARIED.items() if key != "load.mass"}
-    assert_same_rows(inputs_of(numbers | {"cases": cases}), [0.5])
-    assert_same_rows(inputs_of(numbers | {"cases": cases}, block_states=200))
+    assert_same_rows(plan_of(numbers | {"cases": cases}), [0.5])
+    assert_same_rows(plan_of(numbers | {"cases": cases}, block_states=200))
 
 
 @pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
 def test_no_load_at_all(slack):
     """Both tendons of a weightless arm go slack at once, and the spool may turn as it likes."""
-    found = assert_same_rows(inputs_of(WEIGHTLESS | {"model": model(slack), "arm.upper_arm_angle": [-0.3, 0.0]}))
+    found = assert_same_rows(plan_of(WEIGHTLESS | {"model": model(slack), "arm.upper_arm_angle": [-0.3, 0.0]}))
     assert statuses(found) == {TAUT, BOTH_SLACK}
     unknown = np.isnan(all_states(found, "spool_angle"))
     assert np.array_equal(unknown, (all_states(found, "status") == BOTH_SLACK) & (slack == "unilateral"))
@@ -75,7 +75,7 @@ def test_no_load_at_all(slack):
 
 @pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
 def test_angles_past_the_dead_centre_only(slack):
-    found = assert_same_rows(inputs_of({"motion.elbow_angle": [2.9, 2.95, 3.0], "model": model(slack)}))
+    found = assert_same_rows(plan_of({"motion.elbow_angle": [2.9, 2.95, 3.0], "model": model(slack)}))
     assert statuses(found) == {NO_EQUILIBRIUM}
     assert np.isfinite(all_states(found, "flexor_moment_arm")).all()
     assert np.isnan(all_states(found, "motor_torque")).all()
@@ -85,10 +85,10 @@ def test_coincident_anchors():
     """At 180 degrees, where these are in one place to the last bit, the flexor has no direction at all."""
     sine_of_half_a_turn = float(np.sin(np.pi))
     level = {"a1": 0.15 * sine_of_half_a_turn, "b1": 0.15, "a2": 0.0, "b2": 0.15}
-    found = assert_same_rows(inputs_of({"motion.elbow_angle": [1.0, math.pi, 3.0, 3.2]}, unchecked=level))
+    found = assert_same_rows(plan_of({"motion.elbow_angle": [1.0, math.pi, 3.0, 3.2]}, unchecked=level))
     assert np.isnan(all_states(found, "flexor_moment_arm")).sum() == 2
     level = {"a1": 0.15, "b1": 0.0, "a2": 0.0, "b2": 0.15}
-    found = assert_same_rows(inputs_of({"motion.elbow_angle": [0.3, 0.5 * math.pi, 1.9]}, unchecked=level))
+    found = assert_same_rows(plan_of({"motion.elbow_angle": [0.3, 0.5 * math.pi, 1.9]}, unchecked=level))
     assert statuses(found) >= {TAUT, NO_EQUILIBRIUM}
 
 
@@ -97,7 +97,7 @@ def test_coincident_anchors():
 )
 def test_nought_of_what_may_be_nought(key):
     for value in (0.0, [0.0], [0.0, 0.05]):
-        assert_same_rows(inputs_of({"sheath.extensor.friction": 0.1, key: value}))
+        assert_same_rows(plan_of({"sheath.extensor.friction": 0.1, key: value}))
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_nought_of_what_may_be_nought(key):
 def test_one_axis_of_the_arm(key):
     numbers = {f"arm.{key}": [0.03, 0.05, 0.1], "load.mass": 2.0, "motion.elbow_angle": [0.0, 0.1, 1.0, 2.9]}
     for reference in ("published", "initial"):
-        (found,) = assert_same_rows(inputs_of(numbers | {"model": model(reference=reference)}), [0.3, 0.55])
+        (found,) = assert_same_rows(plan_of(numbers | {"model": model(reference=reference)}), [0.3, 0.55])
         assert len(found["status"]) == 24
 
 
@@ -116,17 +116,17 @@ def test_axes_of_the_arm_apart_from_each_other():
     others = {"load.mass": [0.0, 3.0], "tendon.pretension": [5.0, 50.0], "spool.ratio": [0.8, 1.0]}
     order = ["arm.b2", "load.mass", "arm.a1", "tendon.pretension", "spool.ratio", "arm.elbow_radius"]
     angles = {"motion.elbow_angle": [-0.5, 0.4, 2.9], "motion.direction": ["extension", "flexion"]}
-    inputs = inputs_of(axes | others | angles, order)
-    assert list(inputs.plan.study.axes) == order
-    assert len(assert_same_rows(inputs, [0.1])) == 1
-    assert_same_rows(inputs_of(axes | others | angles, order, block_states=25), [0.7])
+    plan = plan_of(axes | others | angles, order)
+    assert list(plan.study.axes) == order
+    assert len(assert_same_rows(plan, [0.1])) == 1
+    assert_same_rows(plan_of(axes | others | angles, order, block_states=25), [0.7])
 
 
 @pytest.mark.parametrize("directions", DIRECTIONS, ids=str)
 @pytest.mark.parametrize("count", COUNTS)
 def test_angles_on_both_sides_of_what_is_taken_at_a_time(count, directions):
     motion = {"motion.elbow_angle": np.linspace(-0.6, 2.9, count).tolist(), "motion.direction": directions}
-    assert_same_rows(inputs_of({"tendon.pretension": [2.0, 90.0], "sheath.extensor.friction": 0.1} | motion))
+    assert_same_rows(plan_of({"tendon.pretension": [2.0, 90.0], "sheath.extensor.friction": 0.1} | motion))
 
 
 @pytest.mark.parametrize("block_states", [2**15, 20, 7])
@@ -136,14 +136,14 @@ def test_any_cut_of_a_block_gives_the_same_rows(block_states):
     motion = {"motion.elbow_angle": np.linspace(-0.6, 2.9, 17).tolist(), "motion.direction": ["extension", "flexion"]}
     numbers = {"tendon.pretension": [2.0, 90.0, 200.0]} | motion
     for step in (1, 2, 7, 34, 50):
-        assert_same_rows(inputs_of(numbers, block_states=block_states), every[::step])
+        assert_same_rows(plan_of(numbers, block_states=block_states), every[::step])
 
 
 def _response(state, slack="unilateral"):
     """How the tensions of a study in one block follow their pretension."""
-    inputs = inputs_of(state)
-    (block,) = inputs.plan.blocks(range(inputs.plan.designs))
-    return respond(inputs.situation(block).coupling, unilateral=slack == "unilateral")
+    plan = plan_of(state)
+    (block,) = plan.blocks(range(plan.designs))
+    return respond(plan.situation(block).coupling, unilateral=slack == "unilateral")
 
 
 @pytest.mark.parametrize(
@@ -157,7 +157,7 @@ def test_pretension_at_the_limit_to_the_last_bit(slack, load):
     limits = np.fmax(response.flexor_limit, response.extensor_limit)
     limits = limits[limits > 0.0]
     pretensions = np.unique([np.nextafter(limits, 0.0), limits])
-    (found,) = assert_same_rows(inputs_of(state | {"tendon.pretension": pretensions.tolist()}))
+    (found,) = assert_same_rows(plan_of(state | {"tendon.pretension": pretensions.tolist()}))
     changes = np.diff((found["status"] > TAUT).reshape(len(pretensions), -1).astype(int), axis=0)
     assert np.abs(changes).sum() == len(limits) > 10
 
@@ -173,13 +173,13 @@ def test_a_load_that_just_counts_as_none():
     state |= {"load.mass": np.unique(mass * around).tolist(), "spool.ratio": (1.2 * around[192:209]).tolist()}
     response = _response(state)
     assert (response.flexor_floor == SLACK_TOLERANCE * np.abs(response.shortfall)).any()
-    assert statuses(assert_same_rows(inputs_of(state))) == {EXTENSOR_SLACK, BOTH_SLACK}
+    assert statuses(assert_same_rows(plan_of(state))) == {EXTENSOR_SLACK, BOTH_SLACK}
 
 
 def test_nulls_are_told_of_the_rows_that_have_them():
     """Each state of these is in a stretch of its own, some without any null."""
     numbers = {"tendon.pretension": [0.0, 500.0], "arm.forearm_mass": 0.0, "motion.elbow_angle": [0.5, 1.0, 2.9]}
-    (found,) = assert_same_rows(inputs_of(numbers), np.linspace(0.0, 1.0, 13) + 1e-9)
+    (found,) = assert_same_rows(plan_of(numbers), np.linspace(0.0, 1.0, 13) + 1e-9)
     missing = np.array([np.isnan(found[name]) for name in ("spool_angle", "motor_torque", "flexor_travel")])
     assert {tuple(row) for row in missing.T.tolist()} == {(1, 0, 0), (0, 0, 0), (1, 1, 0)}
 
@@ -197,4 +197,4 @@ def test_nulls_are_told_of_the_rows_that_have_them():
 )  # fmt: skip
 def test_numbers_at_the_ends_of_what_is_allowed(axis, slack):
     numbers = {"arm.a2": 0.0, "tendon.flexor.length": [0.3, 100.0], "motion.elbow_angle": [-6.0, 0.0, 1e-9, 0.7, 6.0]}
-    assert_same_rows(inputs_of(numbers | axis | {"model": model(slack)}))
+    assert_same_rows(plan_of(numbers | axis | {"model": model(slack)}))

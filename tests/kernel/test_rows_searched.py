@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.sweep.studies import RANGES
 
-from .filling import COUNTS, DIRECTIONS, assert_same_rows, inputs_of, model, needs_code
+from .filling import COUNTS, DIRECTIONS, assert_same_rows, model, needs_code, plan_of
 
 pytestmark = needs_code
 searched = settings(deadline=None, derandomize=True, max_examples=250)
@@ -39,7 +39,7 @@ def angles_of(draw, rng):
 
 @st.composite
 def studies(draw):
-    """Inputs of any study."""
+    """The plan of any study."""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     varied = draw(st.lists(st.sampled_from(sorted(RANGES)), max_size=4, unique=True))
     cases = draw(st.integers(0, 2)) == 0
@@ -63,11 +63,11 @@ def studies(draw):
     order = draw(st.permutations(sorted(numbers)))
     block_states = draw(st.sampled_from([2**15, 2**15, 250, 40]))
     content["motion.elbow_angle"] = angles_of(draw, rng)
-    return inputs_of(numbers | content, order, block_states=block_states)
+    return plan_of(numbers | content, order, block_states=block_states)
 
 
 @pytest.mark.filterwarnings("ignore:Generating overly large repr")
 @searched
 @given(studies(), st.lists(st.floats(0.0, 1.0), max_size=3))
-def test_any_study(inputs, cuts):
-    assert_same_rows(inputs, cuts)
+def test_any_study(plan, cuts):
+    assert_same_rows(plan, cuts)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator
 from tendon_cli.model.actuator import State
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Plan
-from tendon_cli.studies.linked import drawn, quantile
+from tendon_cli.space.axis import scale_of
+from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.uncertain import drawn, quantile
 from tests.model import designs
 
 STIFF = {"spring": {"stiffness": {"value": "3 kN/m", "tolerance": "10 %"}}}
@@ -20,7 +21,7 @@ WIDE = {"sheath": {"friction": {"mean": 0.05, "std": 0.1}}}
 
 def test_draws_have_the_distribution_that_the_study_says():
     study = study_from(STIFF | ROUGH | {"uncertainty": {"draws": 4096}})
-    (axis,) = study.linked
+    (axis,) = space_of(study).axes
     assert study.axes == ("draw",)
     stiffness, friction = axis.numbers["spring.stiffness"], axis.numbers["sheath.friction"]
     assert stats.kstest(stiffness, stats.uniform(2700.0, 600.0).cdf).statistic < 0.002
@@ -47,16 +48,16 @@ def test_a_seed_gives_the_same_draws_and_another_others():
 
 def test_without_uncertainty_numbers_stand_at_their_middle():
     study = study_from(STIFF)
-    assert (study.axes, study.linked) == ((), ())
-    plan = Plan(study)
-    assert Inputs(plan).source("spring.stiffness", "flexor").values == 3000.0
+    space = space_of(study)
+    assert (study.axes, space.axes) == ((), ())
+    assert space.number("spring.stiffness", "flexor").within(()) == 3000.0
 
 
 def test_each_person_gets_one_draw_unless_they_are_crossed():
     people = {"people": {"count": 6}}
     paired = study_from(STIFF | people | {"uncertainty": {"draws": 256}})
     assert paired.axes == ("person",)
-    assert len(set(paired.linked[0].numbers["spring.stiffness"])) == 6
+    assert len(set(space_of(paired).axes[0].numbers["spring.stiffness"])) == 6
     crossed = study_from(STIFF | people | {"uncertainty": {"draws": 4, "cross": True}})
     assert crossed.axes == ("person", "draw")
     assert Plan(crossed).designs == 24
@@ -69,14 +70,18 @@ def test_a_sweep_over_draws_is_the_model_of_each():
     study = study_from(STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = State.of(Inputs(plan).situation(block))
-    people, draws = study.linked
+    found = State.of(plan.situation(block))
+    people, draws = plan.axes
     for person in range(3):
         for draw in range(4):
-            p = {name.removeprefix("arm."): values[person] for name, values in people.numbers.items()}
+            p = {
+                name.removeprefix("arm."): values[person]
+                for name, values in people.numbers.items()
+                if name in study.of_the_body
+            }
             for name in ("a1", "a2", "b2", "elbow_radius"):
-                p[name] = designs.BASELINE[name] * people.scales[f"arm.{name}"][person]
-            p["b1"] = draws.numbers["arm.b1"][draw] * people.scales["arm.b1"][person]
+                p[name] = designs.BASELINE[name] * people.numbers[scale_of(f"arm.{name}")][person]
+            p["b1"] = draws.numbers["arm.b1"][draw] * people.numbers[scale_of("arm.b1")][person]
             p["spring_stiffness"] = draws.numbers["spring.stiffness"][draw]
             state = actuator.evaluate(
                 designs.design(designs.baseline(**p)), plan.elbow_angles[np.newaxis], np.array([[True], [False]])
@@ -88,9 +93,9 @@ def test_one_side_of_an_uncertain_number_is_its_own():
     study = study_from(
         {"sheath": {"friction": {"mean": 0.07, "std": 0.01}, "extensor": {"friction": 0.1}}, "uncertainty": {}}
     )
-    inputs = Inputs(Plan(study))
-    assert inputs.source("sheath.friction", "extensor").values == 0.1
-    assert inputs.source("sheath.friction", "flexor").values.shape == (256,)
+    space = space_of(study)
+    assert space.number("sheath.friction", "extensor").within(space.whole) == 0.1
+    assert space.number("sheath.friction", "flexor").within(space.whole).shape == (256, 1, 1)
 
 
 def test_a_case_cannot_set_what_is_drawn():

@@ -6,6 +6,8 @@ import pytest
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.model import limits, window
+from tendon_cli.space.axis import scale_of
+from tendon_cli.studies.axes import linked_axes
 from tendon_cli.studies.load import study_from
 from tests.model import designs
 
@@ -41,7 +43,10 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
         {"people": {"file": "people.csv"}, "design": {"serve": 0.9}}, LOADS, suit(5e3, [0.6, 0.65]), folder=tmp_path
     )
     people = problem.study.people.population
-    (scales, numbers) = (problem.study.linked[0].scales, problem.study.linked[0].numbers)
+    (axis,) = linked_axes(problem.study)
+    anchors = ("a1", "b1", "a2", "b2", "elbow_radius")
+    scales = {f"arm.{name}": axis.numbers[scale_of(f"arm.{name}")] for name in anchors}
+    numbers = {key: axis.numbers[key] for key in problem.study.of_the_body}
     for choice, ratio in enumerate((0.6, 0.65)):
         low, high = np.empty((20, 4)), np.empty((20, 4))
         for person in range(20):

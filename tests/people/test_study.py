@@ -7,10 +7,10 @@ from importlib import resources
 import numpy as np
 import pytest
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model import actuator, body
-from tendon_cli.space.inputs import Inputs
-from tendon_cli.space.plan import Plan
+from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.people.asked import packed, unpacked
 from tendon_cli.studies.people.person import worn_by
@@ -37,7 +37,7 @@ def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
     study = study_from({"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = actuator.State.of(Inputs(plan).situation(block))
+    found = actuator.State.of(plan.situation(block))
     people = draw(ansur2(), "both", 6, seed=4)
     for person in range(6):
         one = body.Body(*people.values[person])
@@ -64,12 +64,13 @@ def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
 def test_what_the_study_states_of_the_forearm_is_not_taken_from_the_body():
     from_body = study_from({"people": {"count": 3}})
     stated = study_from({"people": {"count": 3}, "arm": {"forearm_mass": "1.6 kg"}})
-    assert set(from_body.linked[0].numbers) == {"arm.forearm_mass", "arm.forearm_com", "arm.load_distance"}
-    assert set(stated.linked[0].numbers) == {"arm.forearm_com", "arm.load_distance"}
+    assert set(from_body.of_the_body) == {"arm.forearm_mass", "arm.forearm_com", "arm.load_distance"}
+    assert set(stated.of_the_body) == {"arm.forearm_com", "arm.load_distance"}
+    assert set(from_body.of_the_body) - space_of(stated).axes[0].numbers.keys() == {"arm.forearm_mass"}
     for study in (from_body, stated):
         again = study_from(study.document())
         assert again.hash == study.hash
-        assert set(again.linked[0].numbers) == set(study.linked[0].numbers)
+        assert set(space_of(again).axes[0].numbers) == set(space_of(study).axes[0].numbers)
 
 
 def test_a_study_of_real_persons_carries_them_along(tmp_path):
@@ -137,7 +138,7 @@ def test_a_case_cannot_give_what_comes_from_the_body():
     with pytest.raises(StudyError, match=r"cases\.0\.arm\.forearm_mass: comes from the body"):
         study_from({"people": {"count": 2}, "cases": [case]})
     study = study_from({"people": {"count": 2}, "cases": [case], "arm": {"forearm_mass": "2 kg"}})
-    assert "arm.forearm_mass" not in study.linked[0].numbers
+    assert "arm.forearm_mass" not in space_of(study).axes[1].numbers
 
 
 def test_packed_content_comes_back_and_bombs_are_refused():

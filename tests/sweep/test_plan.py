@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tendon_cli.engine import plan as plan_module
+from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import SizeError, StudyError
-from tendon_cli.space import plan as plan_module
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import load_study, study_from
 from tests.si import with_units
 

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from tendon_cli.engine import plan as plan_module
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.suits import feasible_suits, is_note, noted, suits, suits_of
-from tendon_cli.space import plan as plan_module
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import study_from
 
 AXES = {

@@ -7,9 +7,9 @@ import pytest
 
 from tendon_cli.engine import part as part_module
 from tendon_cli.engine.part import PartFailure, PartMaker, WrittenPart
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run import in_threads
 from tendon_cli.errors import Stopped
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import study_from
 from tendon_cli.tables.digest import is_intact
 from tests.si import with_units

@@ -119,7 +119,7 @@ def main():
     if "flock" in settings:
         refuse_locks(settings["flock"])
     from tendon_cli import cli
-    from tendon_cli.space import plan
+    from tendon_cli.engine import plan
 
     if "states" in settings:
         plan.STATES_PER_FILE = plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["states"]

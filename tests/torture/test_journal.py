@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run import run
 from tendon_cli.engine.run_folder import RunFolder
 from tendon_cli.errors import Stopped
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import load_study
 
 from .tools import some

@@ -20,10 +20,10 @@ from typing import Literal
 
 from tendon_cli.engine.columns import versions
 from tendon_cli.engine.part import PartMaker, PartResult, file_name
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.record import JOURNAL, RECORD
 from tendon_cli.errors import OutputError, Stopped, TendonError
 from tendon_cli.files import output_errors, sync_folder
-from tendon_cli.space.plan import Plan
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.write import TableFile

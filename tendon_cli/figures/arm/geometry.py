@@ -12,10 +12,11 @@ from tendon_cli.figures.arm.draw import arm_page
 from tendon_cli.figures.arm.route import route_page
 from tendon_cli.figures.arm.shape import chosen_case
 from tendon_cli.figures.frame import Page
+from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.reading import read_document
 from tendon_cli.studies.route import MAX_BYTES, read_route, smooth
-from tendon_cli.studies.study import SIDES, Study
+from tendon_cli.studies.study import Study
 
 
 def draw_geometry(

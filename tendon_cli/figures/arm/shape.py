@@ -11,8 +11,10 @@ import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Anchors, kinematics
+from tendon_cli.space.space import Space
+from tendon_cli.studies.axes import case_axis, number_axis, single_numbers
 from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.study import CASE_AXIS, Study
+from tendon_cli.studies.study import Study
 from tendon_cli.units import shorten
 
 Points = npt.NDArray[np.float64]
@@ -133,18 +135,23 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
 
     Raises UsageError for a case that the study does not have.
     """
-    keys = {f"arm.{name}": name for name in ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance")}
-    keys |= {"arm.upper_arm_angle": "upper_arm_angle", "spool.flexor_radius": "flexor_radius", "spool.ratio": "ratio"}
+    keys = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance")}
+    keys |= {"upper_arm_angle": "arm.upper_arm_angle", "flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
     chosen = chosen_case(study, case)
+    axes = [number_axis(study, key) for key in study.axes if key in keys.values()]
+    cases = [case_axis(study)] if chosen is not None else []
+    space = Space((*cases, *axes), single_numbers(study))
+    at = study.cases.index(chosen) if chosen is not None else 0
+    first = tuple(slice(at, at + 1) if axis in cases else slice(0, 1) for axis in space.axes)
     found, remarks = {}, []
-    for key, name in keys.items():
-        part, _, inner = key.partition(".")
-        values = getattr(getattr(chosen, part, None), inner, None) or study.numbers[key]
-        is_length = name not in ("upper_arm_angle", "ratio")
-        found[name] = float(values.array[0]) * (1e3 if is_length else 1.0)
-        if len(values) > 1:
-            remarks.append(f"{key} has {len(values)} values, the first is drawn.")
-    if CASE_AXIS in study.axes and chosen is None:
+    for name, key in keys.items():
+        values = space.number(key)
+        found[name] = np.asarray(values.within(first)).item() * (1.0 if name in ("upper_arm_angle", "ratio") else 1e3)
+        remarks += [
+            f"{key} has {space.shape[axis]} values, the first is drawn."
+            for axis in values.axes if space.axes[axis] in axes and space.shape[axis] > 1
+        ]  # fmt: skip
+    if study.cases and chosen is None:
         remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
     return ArmSizes(**found, remarks=tuple(remarks))
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, Ints, RowAxis, evenly
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
+from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
-from tendon_cli.studies.study import CASE_AXIS, keys
+from tendon_cli.studies.study import keys
 
 MOST_COLOURS = 6
 MOST_PANELS = 12

@@ -8,13 +8,19 @@ from dataclasses import dataclass
 from tendon_cli.errors import UsageError
 from tendon_cli.model.body import ANCHOR_ALONG, DIMENSIONS, FOREARM_COM_SHARE, FOREARM_MASS_SHARE
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.people.population import NAMED, Population, named
+from tendon_cli.studies.people.population import NAMED, OF_THE_BODY, Population, arms_of, named
 from tendon_cli.studies.people.survey import ansur2
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
 _MANY = 5
+_FORMULAS = {
+    "forearm_mass": (FOREARM_MASS_SHARE, "weight", "Winter"),
+    "forearm_com": (FOREARM_COM_SHARE, "radiale_stylion_length", "Winter"),
+    "load_distance": (1.0, "forearm_grip_length", ""),
+}
+"""How the page says what comes from the body: a share of a dimension, and its source."""
 
 
 @dataclass(frozen=True)
@@ -44,23 +50,20 @@ def worn_by(study: Study, name: str) -> Worn:
     person = _found(study, name)
     body, reference = person.values[0], person.reference
     value = {name: float(body[at]) for at, name in enumerate(DIMENSIONS)}
+    stated = {f"arm.{name}" for name in study.arm.model_fields_set}
+    sets, scales = arms_of(person, [key for key in OF_THE_BODY if key not in stated])
     steps, numbers = [], {}
     for anchor, dimension in ANCHOR_ALONG.items():
-        of_all: float = getattr(reference, dimension)
         given = study.numbers[f"arm.{anchor}"]
-        numbers[anchor] = _scaled(given, value[dimension] / of_all)
+        numbers[anchor] = Values(tuple((given.array * scales[f"arm.{anchor}"]).tolist()), is_axis=given.is_axis)
+        of_all: float = getattr(reference, dimension)
         formula = f"{given.array[0]:.6g} x {QUANTITIES[dimension].symbol} / {of_all:.6g} of the mean man"
         steps.append(Step(anchor, formula, numbers[anchor].array[0]))
-    formulas = {
-        "forearm_mass": (FOREARM_MASS_SHARE, "weight", "Winter"),
-        "forearm_com": (FOREARM_COM_SHARE, "radiale_stylion_length", "Winter"),
-        "load_distance": (1.0, "forearm_grip_length", ""),
-    }
-    for key, (share, dimension, source) in formulas.items():
-        if key in study.arm.model_fields_set:
+    for key, (share, dimension, source) in _FORMULAS.items():
+        if f"arm.{key}" not in sets:
             steps.append(Step(key, "as the study states it", float(study.numbers[f"arm.{key}"].array[0])))
             continue
-        numbers[key] = Values.of(share * value[dimension])
+        numbers[key] = Values.of(float(sets[f"arm.{key}"][0]))
         symbol = QUANTITIES[dimension].symbol
         steps.append(Step(key, f"{share:g} x {symbol}" if share != 1.0 else symbol, numbers[key].single, source))
     arm = study.arm.model_copy(update=numbers)
@@ -79,8 +82,3 @@ def _found(study: Study, name: str) -> Population:
     known = [*NAMED, *names[:_MANY]] + (["..."] if len(names) > _MANY else [])
     hint = f'did you mean "{near[0]}"?' if near else f"persons: {', '.join(map(shorten, known))}"
     raise UsageError(f'there is no person "{shorten(name)}"', hint=hint)
-
-
-def _scaled(values: Values, scale: float) -> Values:
-    """The same numbers on another body; one value stays one, and an axis an axis."""
-    return Values(tuple((values.array * scale).tolist()), is_axis=values.is_axis)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tendon_cli.model.body import DIMENSIONS, Body, anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.linked import Linked
 from tendon_cli.studies.people.survey import SEXES, Statistics, Survey
 
 NAMED = ("mean-man", "mean-woman")
@@ -77,15 +76,14 @@ def named(survey: Survey, name: str) -> Population:
     return Population((name,), body[np.newaxis], np.ones(1), survey.male.mean_body)
 
 
-def person_axis(key: str, people: Population, of_the_body: Iterable[str], drawn: Mapping[str, Array]) -> Linked:
-    """The axis of persons; `of_the_body` are those of `OF_THE_BODY` that the study does not state itself.
+def arms_of(people: Population, of_the_body: Iterable[str]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """The numbers of the persons' arms that their bodies set, and by what they scale others, by dotted key, (n,).
 
-    `drawn` are uncertain numbers of which each person has one value.
+    `of_the_body` are those of `OF_THE_BODY` that a study does not state itself.
     """
     body = people.body
-    numbers = {**drawn, **{name: OF_THE_BODY[name](body) for name in of_the_body}}
     scales = {f"arm.{name}": scale for name, scale in anchor_scales(body, people.reference).items()}
-    return Linked(key, people.names, numbers, scales)
+    return {name: OF_THE_BODY[name](body) for name in of_the_body}, scales
 
 
 def _bodies(statistics: Statistics, count: int, random: np.random.Generator) -> Array:

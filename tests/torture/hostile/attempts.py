@@ -7,7 +7,7 @@ import json
 
 def try_study(file):
     """What a command does with a study before it computes anything, and one state."""
-    from tendon_cli.space.plan import Plan
+    from tendon_cli.engine.plan import Plan
     from tendon_cli.state_page.page import state_page
     from tendon_cli.studies.load import load_study
 

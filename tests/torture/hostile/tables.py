@@ -36,9 +36,9 @@ def good_tables(text=PLAIN):
     import tempfile
     import threading
 
+    from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.run import run
     from tendon_cli.engine.run_folder import RunFolder
-    from tendon_cli.space.plan import Plan
     from tendon_cli.studies.load import load_study
 
     with tempfile.TemporaryDirectory() as place:

@@ -17,7 +17,16 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import SizeError
-from tendon_cli.studies.study import CASE_AXIS, LINKED_AXES, Study, keys
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.bounds import Bounds
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Anchors, Array, kinematics
+from tendon_cli.space.axis import PRETENSION, SLACK, Axis
+from tendon_cli.space.space import ANCHORS, Space
+from tendon_cli.studies.axes import lengths_of, space_of
+from tendon_cli.studies.study import Study
+
+Flags = npt.NDArray[np.bool_]
 
 ROW_GROUP = 2**17
 """Rows in a row group of every table."""
@@ -32,20 +41,7 @@ DESIGNS_AT_ONCE = 2 * ROW_GROUP
 """Rows of designs that are gathered before they are written, since designs do not come in their order."""
 
 _MOST_STATES = 2**63 - 1
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One axis of the designs: its dotted key (`case`, `person` or `draw` of linked values), its column, its values."""
-
-    key: str
-    column: str
-    values: npt.NDArray[np.float64] | None
-    """In SI; None for linked values, which have names instead."""
-    names: tuple[str, ...] = ()
-
-    def __len__(self) -> int:
-        return len(self.names) if self.values is None else len(self.values)
+_MOST_LOOKED_INTO = 2**18
 
 
 @dataclass(frozen=True)
@@ -112,16 +108,19 @@ class Plan:
             )
 
     @cached_property
+    def space(self) -> Space:
+        """Its design axes, and what every number is for a design."""
+        return space_of(self.study)
+
+    @property
     def axes(self) -> tuple[Axis, ...]:
         """The design axes, slowest first."""
-        return tuple(self._axis(key) for key in self.study.axes)
+        return self.space.axes
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Number of values on each design axis."""
-        numbers = self.study.numbers
-        linked = {CASE_AXIS: len(self.study.cases)} | {axis.key: len(axis) for axis in self.study.linked}
-        return tuple(linked[key] if key in linked else len(numbers[key]) for key in self.study.axes)
+        return lengths_of(self.study)
 
     @property
     def designs(self) -> int:
@@ -204,18 +203,46 @@ class Plan:
 
     def coordinates(self, design: int) -> tuple[int, ...]:
         """Position of a design on each axis."""
-        position: list[int] = []
-        for length in reversed(self.shape):
-            design, index = divmod(design, length)
-            position.append(index)
-        return tuple(reversed(position))
+        return tuple(map(int, np.unravel_index(design, self.shape)))
 
-    def _axis(self, key: str) -> Axis:
-        if key == CASE_AXIS:
-            return Axis(key, key, None, tuple(str(getattr(case, "name", "")) for case in self.study.cases))
-        if key in LINKED_AXES:
-            return Axis(key, key, None, tuple(next(axis.names for axis in self.study.linked if axis.key == key)))
-        return Axis(key, keys()[key].column, self.study.numbers[key].array)
+    def motion(self, block: Block) -> tuple[Array, Flags]:
+        """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
+        flexion = np.array([direction == "flexion" for direction in self.directions[block.directions]])
+        return self.elbow_angles[block.angles].reshape(1, -1), flexion.reshape(-1, 1)
+
+    def design(self, block: Block) -> Design:
+        """The designs of a block, as the model takes them."""
+        return self.space.design(block.designs)
+
+    def situation(self, block: Block) -> Situation:
+        """What the states of a block depend on."""
+        return Situation.of(self.design(block), *self.motion(block))
+
+    @cached_property
+    def only_pretension(self) -> frozenset[int]:
+        """The design axes that nothing but pretension depends on."""
+        return frozenset(range(len(self.shape))) - self.space.axes_of(lambda key: key != PRETENSION)
+
+    @cached_property
+    def of_the_arm(self) -> frozenset[int]:
+        """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
+        return self.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
+
+    @property
+    def may_be_unilateral(self) -> bool:
+        """Whether any design has tendons that cannot push."""
+        return bool(np.any(self.space.number(SLACK).within(self.space.whole)))
+
+    @cached_property
+    def always_balanced(self) -> bool:
+        """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
+        anchors = {name: self.space.number(f"arm.{name}") for name in ANCHORS}
+        axes = {axis for number in anchors.values() for axis in number.axes}
+        box = tuple(slice(0, length if axis in axes else 1) for axis, length in enumerate(self.shape))
+        if math.prod(each.stop for each in box) * len(self.elbow_angles) > _MOST_LOOKED_INTO:
+            return False
+        motion = kinematics(Anchors(**{name: each.within(box) for name, each in anchors.items()}), self.elbow_angles)
+        return not np.isnan(motion.pulling_arm).any()
 
     def _block_from(self, design: int, most: int) -> Block:
         """The largest block of at most `most` designs that starts at a design and covers consecutive ones."""
@@ -243,3 +270,9 @@ def _count(number: int) -> str:
         return str(number)
     digits = str(number) if number < 10**300 else None
     return f"{digits[0]}.{digits[1:3]}e{len(digits) - 1}" if digits else "over 1e300"
+
+
+def bounds_of(study: Study) -> Bounds:
+    """The limits of a study, as the model holds states to them."""
+    speed = study.motion.speed
+    return Bounds(speed=math.nan if speed is None else speed.single, **study.limits)

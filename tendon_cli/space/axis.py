@@ -1,0 +1,98 @@
+"""One axis of a study: its values, and what each of them says of the study's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.model.kinematics import Array
+
+SIDES = ("flexor", "extensor")
+CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
+LINKED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
+"""Axes whose values have names, and set several numbers at once."""
+PRETENSION = "tendon.pretension"
+REFERENCE, SLACK = "model.reference", "model.slack"
+"""As numbers: 1 where the flexor's travel is measured from the initial path; 1 where tendons cannot push."""
+
+Role = Literal["choice", "condition", "pretension"]
+Numbers = Mapping[str, Array]
+"""Numbers of some rows by dotted key, or by `scale_of` a key, (rows,), SI; NaN where a row says nothing of it."""
+Rows = npt.NDArray[np.int64]
+
+
+def split_side(path: str) -> tuple[str, str | None]:
+    """`tendon.flexor.length` into `tendon.length` and `flexor`; a common key has no side."""
+    parts = path.split(".")
+    if len(parts) == 3 and parts[1] in SIDES:
+        return f"{parts[0]}.{parts[2]}", parts[1]
+    return path, None
+
+
+def of_side(key: str, side: str) -> str:
+    """`tendon.length` on a side: `tendon.flexor.length`."""
+    table, _, name = key.rpartition(".")
+    return f"{table}.{side}.{name}"
+
+
+_SCALE = "scale of "
+
+
+def scale_of(key: str) -> str:
+    """The key under which a row says by what a number is multiplied, such as an anchor on a larger arm."""
+    return _SCALE + key
+
+
+def over(below: Numbers, above: Numbers) -> dict[str, Array]:
+    """What rows say above, and where they say nothing, what they say below."""
+    both = {key: np.where(np.isnan(above[key]), below[key], above[key]) for key in below.keys() & above.keys()}
+    return {**below, **above, **both}
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One axis: its dotted key (`case`, `person` or `draw` of linked values), its column, what values say of numbers.
+
+    A list of points is an axis, too: each of its values sets some numbers.
+    """
+
+    key: str
+    column: str
+    numbers: Numbers
+    """What each value sets, and by what it scales: (len,) each."""
+    names: tuple[str, ...] = ()
+    """Of linked values; those of a number have none."""
+    role: Role = "choice"
+    is_range: bool = False
+    """A grid, between whose points others may be chosen; a list is a catalogue."""
+    is_log: bool = False
+    weighting: Array | None = None
+    """How much each value counts in a share; None where all count the same."""
+
+    def __len__(self) -> int:
+        return len(self.names) or len(self.values)
+
+    @classmethod
+    def of_points(cls, numbers: Numbers, count: int | None = None) -> Axis:
+        """Points anywhere, by what they say of the numbers; `count` is needed where they may say nothing."""
+        length = max(map(len, numbers.values()), default=1) if count is None else count
+        return cls("", "", numbers, ("",) * length)
+
+    @property
+    def values(self) -> Array:
+        """The values of a number in SI."""
+        return self.numbers[self.key]
+
+    @property
+    def keys(self) -> frozenset[str]:
+        """The numbers that its values set or scale."""
+        return frozenset(key.removeprefix(_SCALE) for key in self.numbers)
+
+    def without(self, *common: str) -> Axis:
+        """The same axis, saying nothing of some numbers and of those on either side."""
+        kept = {key: values for key, values in self.numbers.items() if split_side(key)[0] not in common}
+        return replace(self, numbers=kept)

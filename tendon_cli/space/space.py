@@ -1,0 +1,232 @@
+"""The product of named axes, and what every number is for its designs, in a box of it or at listed points alike.
+
+A design is a row of the product, the last axis fastest. What a number is: the study's single value, over it what an
+axis sets (a later axis over an earlier one: a case, a number that varies, a person or a draw), what is given for one
+side over what is given for both, and at last multiplied by what axes scale it by, such as the anchors of a larger arm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli.model.design import Design, Limb, Side
+from tendon_cli.model.kinematics import Anchors, Array, Flag, Real
+from tendon_cli.model.limits import GIVEN
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    DRAW_AXIS,
+    PERSON_AXIS,
+    PRETENSION,
+    REFERENCE,
+    SIDES,
+    SLACK,
+    Axis,
+    Numbers,
+    Rows,
+    of_side,
+    scale_of,
+    split_side,
+)
+
+Box = tuple[slice, ...]
+"""A slice of each axis."""
+Place = tuple[str, str | None]
+"""The common key of a number, and the side of the arm if it is that of one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Varying:
+    """What a number is for each design: a value, or values along the axes that it depends on."""
+
+    value: float
+    """Where no axis sets it; NaN where nothing does."""
+    sets: tuple[tuple[int, Array], ...] = ()
+    """Axes with what they set, the later over the earlier, which counts where the later is NaN."""
+    scales: tuple[tuple[int, Array], ...] = ()
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The axes that it depends on, ascending."""
+        return tuple(sorted({axis for axis, _ in (*self.sets, *self.scales)}))
+
+    def within(self, box: Box) -> Real:
+        """Its values in a box, shaped to broadcast over the box's designs, directions and angles."""
+        found: Real = self.value
+        for at, (axis, values) in enumerate(self.sets):
+            given = _along(axis, values, box)
+            found = given if at == 0 else np.where(np.isnan(given), found, given)
+        for axis, values in self.scales:
+            found = found * _along(axis, values, box)
+        return found
+
+
+def _along(axis: int, values: Array, box: Box) -> Array:
+    shape = [1] * (len(box) + 2)
+    shape[axis] = -1
+    return values[box[axis]].reshape(shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Space:
+    """Every combination of some axes, and the single numbers that all of them share."""
+
+    axes: tuple[Axis, ...] = ()
+    """Slowest first."""
+    single: Mapping[str, float] = field(default_factory=dict)
+    """By dotted key, SI; those that a study gives once for all."""
+    groups: Rows | None = None
+    """Which rows must be served together to count, numbered from 0 and ascending; None where each counts by itself."""
+    weighting: Array | None = None
+    """Of each row; None where all count the same."""
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values on each axis."""
+        return tuple(len(axis) for axis in self.axes)
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    @property
+    def whole(self) -> Box:
+        """The box of all rows."""
+        return tuple(slice(0, length) for length in self.shape)
+
+    @cached_property
+    def choices(self) -> Space:
+        """The product of what a designer decides."""
+        return Space(tuple(axis for axis in self.axes if axis.role == "choice"), self.single)
+
+    @cached_property
+    def conditions(self) -> Space:
+        """The product of what a design must survive, in groups by persons, or by draws where there are no persons.
+
+        One of these is served by a pretension that all its other conditions allow, and counts as much as it is
+        weighted.
+        """
+        return Space(tuple(axis for axis in self.axes if axis.role == "condition"), self.single).grouped()
+
+    def grouped(self) -> Space:
+        """The same product with persons, or draws where there are none, slowest, and as what a share is of."""
+        whose = next((axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key), None)
+        if whose is None:
+            return self
+        others = tuple(axis for axis in self.axes if axis is not whose)
+        each = math.prod(len(axis) for axis in others)
+        weighting = np.ones(len(whose)) if whose.weighting is None else whose.weighting
+        groups = np.repeat(np.arange(len(whose)), each)
+        return replace(self, axes=(whose, *others), weighting=np.repeat(weighting, each), groups=groups)
+
+    def unset(self) -> Space:
+        """The same product without pretension, which is solved for, and with tendons that cannot push."""
+        axes = tuple(axis.without(PRETENSION, SLACK) for axis in self.axes if axis.role != "pretension")
+        single = {key: value for key, value in self.single.items() if split_side(key)[0] != PRETENSION}
+        return Space(axes, {**single, PRETENSION: 0.0, SLACK: 1.0})
+
+    def places(self, rows: Rows) -> dict[str, Rows]:
+        """Where rows stand on each axis, by its key."""
+        if not self.axes:
+            return {}
+        at = np.unravel_index(rows, self.shape)
+        return {axis.key: np.asarray(place) for axis, place in zip(self.axes, at, strict=True)}
+
+    def numbers(self, rows: Rows) -> Numbers:
+        """What rows say of the study's numbers."""
+        at = self.places(rows)
+        return {key: values[at[axis.key]] for axis in self.axes for key, values in axis.numbers.items()}
+
+    def columns(self, rows: Rows) -> dict[str, npt.NDArray[Any]]:
+        """Rows as a table has them: values, and of linked ones the position among their names."""
+        at = self.places(rows)
+        return {axis.column: at[axis.key] if axis.names else axis.values[at[axis.key]] for axis in self.axes}
+
+    @cached_property
+    def of_sides(self) -> frozenset[str]:
+        """Common keys, such as `tendon.length`, that are given for a single side anywhere."""
+        given = (*self.single, *(key for axis in self.axes for key in axis.keys))
+        return frozenset(common for common, side in map(split_side, given) if side)
+
+    def number(self, key: str, side: str | None = None) -> Varying:
+        """A number by its common key; with `side`, as it is on that side of the arm."""
+        value, sets = np.nan, list[tuple[int, Array]]()
+        for candidate in (key, of_side(key, side)) if side else (key,):
+            if candidate in self.single:
+                value, sets = self.single[candidate], []
+            for at, axis in enumerate(self.axes):
+                given = axis.numbers.get(candidate)
+                if given is None:
+                    continue
+                silent = np.isnan(given)
+                if not silent.any():
+                    sets = []
+                elif not sets:
+                    given = np.where(silent, value, given)
+                if axis.key == CASE_AXIS and not sets and (given == given[:1]).all():
+                    value = given[0].item()
+                else:
+                    sets.append((at, given))
+        scales = [(at, axis.numbers.get(scale_of(key))) for at, axis in enumerate(self.axes)]
+        return Varying(value, tuple(sets), tuple((at, scale) for at, scale in scales if scale is not None))
+
+    @cached_property
+    def of_the_model(self) -> dict[Place, Varying]:
+        """Every number that the model takes, once."""
+        return {place: self.number(*place) for place in _PLACES}
+
+    def axes_of(self, wanted: Callable[[str], bool]) -> frozenset[int]:
+        """The axes that the numbers of the model whose keys are wanted depend on."""
+        return frozenset(at for (key, _), number in self.of_the_model.items() if wanted(key) for at in number.axes)
+
+    def design(self, box: Box | None = None) -> Design:
+        """The designs of a box, else of the whole product, each number shaped as it varies to (*box, 1, 1)."""
+        place = self.whole if box is None else box
+        given = {where: number.within(place) for where, number in self.of_the_model.items()}
+
+        def arm(names: tuple[str, ...]) -> dict[str, Any]:
+            return {name: given[f"arm.{name}", None] for name in names}
+
+        def is_so(key: str) -> Flag:
+            return given[key, None] > 0.5
+
+        flexor, extensor = (Side(**{name: given[key, side] for name, key in _OF_A_SIDE.items()}) for side in SIDES)
+        return Design(
+            arm=Limb(Anchors(**arm(ANCHORS)), **arm(_WEIGHTS)),
+            flexor=flexor,
+            extensor=extensor,
+            flexor_radius=given["spool.flexor_radius", None],
+            ratio=given["spool.ratio", None],
+            load_mass=given["load.mass", None],
+            from_initial=is_so(REFERENCE),
+            unilateral=is_so(SLACK),
+            given={key: given[key, side] for key, side in _GIVEN},
+        )
+
+
+ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
+_WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
+_OF_A_SIDE = {
+    "friction": "sheath.friction",
+    "bend_angle": "sheath.bend_angle",
+    "length": "tendon.length",
+    "diameter": "tendon.diameter",
+    "youngs_modulus": "tendon.youngs_modulus",
+    "spring_stiffness": "spring.stiffness",
+    "pretension": PRETENSION,
+}
+"""What a side of the arm has: the names in the model and the common keys."""
+_WITH_SIDES = ("sheath", "tendon", "spring")
+_GIVEN: tuple[Place, ...] = tuple((key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN)
+"""What a limit alone needs; of what the sides may differ in, the flexor's."""
+_PLACES: tuple[Place, ...] = (
+    *((f"arm.{name}", None) for name in (*ANCHORS, *_WEIGHTS)),
+    *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass", REFERENCE, SLACK)),
+    *((key, side) for key in _OF_A_SIDE.values() for side in SIDES),
+    *_GIVEN,
+)

@@ -1,0 +1,107 @@
+"""The space of a study: its axes with their roles, and the numbers that all of its designs share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_cli.model.kinematics import Array
+from tendon_cli.space.axis import (
+    CASE_AXIS,
+    DRAW_AXIS,
+    PERSON_AXIS,
+    PRETENSION,
+    REFERENCE,
+    SLACK,
+    Axis,
+    Role,
+    scale_of,
+    split_side,
+)
+from tendon_cli.space.space import Space
+from tendon_cli.studies.contents import case_numbers
+from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.uncertain import drawn
+from tendon_cli.studies.values import Grid
+
+_WORDS = {REFERENCE: "initial", SLACK: "unilateral"}
+"""The choices of the model, which are numbers to it, each with the word that is 1."""
+
+
+def space_of(study: Study) -> Space:
+    """The product of a study's axes, slowest first."""
+    linked = {axis.key: axis for axis in linked_axes(study)}
+    axes = [linked.get(key) or number_axis(study, key) for key in study.axes]
+    return Space(tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study))
+
+
+def lengths_of(study: Study) -> tuple[int, ...]:
+    """How many values each axis of a study has, without any of them."""
+    people = study.people.population if study.people is not None else ()
+    linked = {CASE_AXIS: len(study.cases), PERSON_AXIS: len(people), DRAW_AXIS: study.draws}
+    return tuple(linked[key] if key in linked else len(study.numbers[key]) for key in study.axes)
+
+
+def single_numbers(study: Study) -> dict[str, float]:
+    """What a study gives once for all of its designs, by dotted key, SI."""
+    model = {key: float(getattr(study.model, key.partition(".")[2]) == word) for key, word in _WORDS.items()}
+    return {key: values.single for key, values in study.numbers.items() if not values.is_axis} | model
+
+
+def linked_axes(study: Study) -> tuple[Axis, ...]:
+    """Cases, persons and draws, as far as a study has them; where each person gets a draw of its own, no draws."""
+    asked, axes = study.uncertainty if study.uncertain else None, [case_axis(study)] if study.cases else []
+    if study.people is not None:
+        own = {}
+        if asked is not None and not study.draws:
+            own = drawn(study.uncertain, len(study.people.population), asked.seed)
+        axes.append(person_axis(study, own))
+    if asked is not None and study.draws:
+        names = tuple(f"draw {at + 1}" for at in range(study.draws))
+        axes.append(Axis(DRAW_AXIS, DRAW_AXIS, drawn(study.uncertain, study.draws, asked.seed), names))
+    return tuple(axes)
+
+
+def case_axis(study: Study) -> Axis:
+    """The cases of a study, each of which may set numbers and the choices of the model; NaN where it does not."""
+    given = [case_numbers(case) for case in study.cases]
+    named = dict.fromkeys(key for each in given for key in each)
+    numbers = {key: _stacked(each.get(key) for each in given) for key in named}
+    models = [getattr(case, "model", None) for case in study.cases]
+    for key, word in _WORDS.items():
+        said = [getattr(model, key.partition(".")[2], None) for model in models]
+        if any(said):
+            numbers[key] = _stacked(None if each is None else each == word for each in said)
+    return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))
+
+
+def person_axis(study: Study, own: Mapping[str, Array]) -> Axis:
+    """The persons of a study; `own` are uncertain numbers of which each has one value."""
+    from tendon_cli.studies.people.population import arms_of  # a study without people does without it
+
+    if study.people is None:
+        raise ValueError("a study without people has no axis of persons")
+    people = study.people.population
+    sets, scales = arms_of(people, study.of_the_body)
+    numbers = {**own, **sets, **{scale_of(key): values for key, values in scales.items()}}
+    return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
+
+
+def number_axis(study: Study, key: str) -> Axis:
+    """A number that varies: a grid with several values is a range, a list a catalogue."""
+    values = study.numbers[key]
+    grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
+    is_log = grid is not None and grid.log
+    return Axis(key, keys()[key].column, {key: values.array}, is_range=grid is not None, is_log=is_log)
+
+
+def _role(study: Study, key: str) -> Role:
+    if split_side(key)[0] == PRETENSION:
+        return "pretension"
+    return "condition" if key in study.conditions else "choice"
+
+
+def _stacked(values: Iterable[float | None]) -> Array:
+    return np.array([np.nan if value is None else float(value) for value in values])
