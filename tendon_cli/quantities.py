@@ -139,6 +139,7 @@ _OF_LIMITS = (  # over all states of a design, if the study states what the limi
 _OF_WINDOWS = (
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
     _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
+    _quantity("served_at", "served at", "number", "share of people, draws or conditions that the pretension serves"),
 )
 
 _OF_CYCLES = (  # both strokes of a design at a speed of the elbow

@@ -7,7 +7,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tendon_cli.answers.candidates import Candidates, Pair, best_of, counted, leaves_out, nearest, pairs, relevant
+from tendon_cli.answers.candidates import (
+    Candidates,
+    Pair,
+    best_of,
+    counted,
+    leaves_out,
+    nearest,
+    numbers_of,
+    pairs,
+    relevant,
+)  # fmt: skip
 from tendon_cli.answers.conflicts import Conflict, conflict
 from tendon_cli.answers.fixes import Fix, fixes, sampled
 from tendon_cli.answers.front import SERVED, USUAL, Goal, compromise, front, goals_of
@@ -58,6 +68,8 @@ class Findings:
     """Of the choice that is nearest to have a window, if none has."""
     sensitivities: tuple[Sensitivity, ...] = ()
     """Of the window of the best choice."""
+    window_for_all: tuple[float, float] | None = None
+    """The interval of the best choice in which all are served, N, if the question asks for a share."""
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -139,6 +151,13 @@ def _distinct(candidates: Candidates) -> Candidates:
     return candidates.taken(np.sort(first))
 
 
+def _window_for_all(problem: Problem, choice: Candidates) -> tuple[float, float] | None:
+    """The interval in which a choice serves all; None if there is none, or if all is what is asked for."""
+    ends = problem.ends(numbers_of(problem, choice.columns), 1)
+    low, high = float(ends.low.max()), float(ends.high.min())
+    return (low, high) if problem.enough < 1.0 and low <= high else None
+
+
 def _explained(answer: Findings) -> Findings:
     """With conflicts, and with sensitivities of the best or, if there is none, with fixes."""
     problem, kept = answer.problem, answer.summary.relevant
@@ -150,7 +169,8 @@ def _explained(answer: Findings) -> Findings:
         conflicts.append(conflict(problem, pair, count, nearest(infeasible.taken(rows))))
     answer = replace(answer, conflicts=tuple(conflicts))
     if answer.chosen is not None:
-        return replace(answer, sensitivities=tuple(sensitivities(problem, answer.chosen)))
+        moves = tuple(sensitivities(problem, answer.chosen))
+        return replace(answer, sensitivities=moves, window_for_all=_window_for_all(problem, answer.chosen))
     closest = nearest(infeasible)
     some = sampled(problem, closest)
     if len(some.weighting) < len(problem.weighting):

@@ -133,10 +133,9 @@ def population(problem: Problem, chosen: Candidates) -> PopulationResult | None:
     numbers = numbers_of(problem, chosen.columns)
     windows = windows_of(problem, numbers)
     pretension = float(chosen.solutions.pretension[0])
-    weights = coverage.normalised(problem.weighting)
     return PopulationResult(
         problem, chosen, people, windows, pretension,
-        share=float(weights[windows.served(pretension)].sum()),
+        share=float(chosen.solutions.served_at[0]),
         reasons=not_served(problem, windows, pretension, people),
         curve=coverage.curve(windows.low, windows.high, problem.weighting),
         sizes=tuple(_sizes(problem, chosen)) if people is not None else (),

@@ -42,6 +42,7 @@ def record_of(answer: Findings, population: PopulationResult | None) -> dict[str
         "goals": [asdict(goal) for goal in answer.goals],
         "best": next(iter(best.values()), None) if single or not best else best,
         "given_up": _given_up(answer),
+        "window_for_all": _finite_ends(answer.window_for_all),
         "gains": answer.gains,
         "front": [] if answer.front is None else _rows(answer, answer.front),
         "fixes": [_fix(fix) for fix in answer.fixes],
@@ -89,6 +90,10 @@ def _given_up(answer: Findings) -> float | None:
     scores = answer.front.scores(answer.goals)
     at = np.flatnonzero((scores == answer.chosen.scores(answer.goals)[0]).all(axis=1))[0]
     return float(losses(scores)[at].max())
+
+
+def _finite_ends(ends: tuple[float, float] | None) -> list[float | None] | None:
+    return None if ends is None else [finite(end) for end in ends]
 
 
 def _fix(fix: Fix) -> dict[str, Any]:

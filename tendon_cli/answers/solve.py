@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.answers.coverage import ROUNDING, grouped, share_served
+from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, share_served
 from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.model import extremes
 from tendon_cli.model.actuator import Situation
@@ -40,7 +40,7 @@ class Solutions:
     """Results of choices, (choices,), as `choices.parquet` has them; NaN where there is none."""
 
     pretension_from: Array
-    """N; over all conditions, or where enough is served. Empty where from > to, NaN where no pretension could do."""
+    """N; the widest interval in which enough is served. Empty where from > to, NaN where no pretension could do."""
     pretension_to: Array
     """N; infinite where nothing bounds it."""
     windows: npt.NDArray[np.int64]
@@ -55,6 +55,8 @@ class Solutions:
     to_state: Rows
     served: Array
     """The largest share that one pretension serves."""
+    served_at: Array
+    """The share that `pretension` serves."""
     pretension: Array
     """In the window, or if that is empty, one that serves most, N."""
     max_tension: Array
@@ -119,6 +121,7 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
     ends = problem.ends(numbers, count)
     low, high, from_condition, to_condition, windows, served, best = _common(problem, ends)
     pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
+    held = _served_at(problem, ends, pretension)
     solutions = Solutions(
         pretension_from=low,
         pretension_to=high,
@@ -130,42 +133,41 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
         from_state=_taken(ends.low_state, from_condition),
         to_state=_taken(ends.high_state, to_condition),
         served=served,
+        served_at=_share(problem, held),
         pretension=pretension,
         **dict.fromkeys(WORST, np.full(count, np.nan)),
         has_worst=np.zeros(count, dtype=np.bool_),
     )
-    return solutions, _served_at(problem, ends, pretension)
+    return solutions, held
 
 
 def _common(
     problem: Problem, ends: Ends
 ) -> tuple[Array, Array, Rows, Rows, npt.NDArray[np.int64], Array, tuple[Array, Array]]:
-    """The window over all conditions, or where enough is served; its binding conditions; and what is best served."""
-    groups, weighting = problem.groups, problem.weighting
+    """The widest interval that serves enough, its binding conditions, how many there are, and what is best served.
+
+    If there is none, its ends are those of the window over all conditions, which is empty.
+    """
     # A condition that no pretension suits leaves no window at all, and is the reason: argmax takes the first NaN.
     from_condition, to_condition = np.argmax(ends.low, axis=1), np.argmin(ends.high, axis=1)
     low, high = _taken(ends.low, from_condition), _taken(ends.high, to_condition)
-    is_open = low <= high
-    windows, served = is_open.astype(np.int64), np.where(is_open, 1.0, 0.0)
-    best_low, best_high = np.where(is_open, low, np.nan), np.where(is_open, high, np.nan)
-    rest = np.flatnonzero(~is_open)
-    if not rest.size:
-        return low, high, from_condition, to_condition, windows, served, (best_low, best_high)
-    of_groups = grouped(ends.low[rest], ends.high[rest], groups)
-    covered = share_served(*of_groups, weighting, enough=problem.enough)
-    served[rest], best_low[rest], best_high[rest] = covered.served, covered.best_low, covered.best_high
-    if problem.enough < 1.0:
-        windows[rest] = covered.windows
-        for end, of_conditions, value, condition in (
-            (low, ends.low, covered.low, from_condition),
-            (high, ends.high, covered.high, to_condition),
-        ):
-            some = ~np.isnan(value)
-            end[rest[some]] = value[some]
-            served_group = np.repeat(of_groups[0] <= of_groups[1], np.bincount(groups), axis=1)
-            binds = (of_conditions[rest] == value[:, np.newaxis]) & served_group
-            condition[rest[some]] = np.argmax(binds[some], axis=1)
-    return low, high, from_condition, to_condition, windows, served, (best_low, best_high)
+    of_groups = grouped(ends.low, ends.high, problem.groups)
+    covered = share_served(*of_groups, problem.weighting, enough=problem.enough)
+    served = np.where(low <= high, 1.0, covered.served)
+    if problem.enough >= 1.0:
+        windows = (low <= high).astype(np.int64)
+        return low, high, from_condition, to_condition, windows, served, (covered.best_low, covered.best_high)
+    has_window = np.repeat(of_groups[0] <= of_groups[1], np.bincount(problem.groups), axis=1)
+    some = np.flatnonzero(~np.isnan(covered.low))
+    for end, of_conditions, value, condition in (
+        (low, ends.low, covered.low, from_condition),
+        (high, ends.high, covered.high, to_condition),
+    ):
+        end[some] = value[some]
+        binds = (of_conditions[some] == value[some, np.newaxis]) & has_window[some]
+        condition[some] = np.argmax(binds, axis=1)
+    best = covered.best_low, covered.best_high
+    return low, high, from_condition, to_condition, covered.windows, served, best
 
 
 def _taken(values: npt.NDArray[Kind], condition: Rows) -> npt.NDArray[Kind]:
@@ -189,6 +191,13 @@ def _served_at(problem: Problem, ends: Ends, pretension: Array) -> Flags:
         return served
     firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
     return np.repeat(np.logical_and.reduceat(served, firsts, axis=1), np.bincount(problem.groups), axis=1)
+
+
+def _share(problem: Problem, served: Flags) -> Array:
+    """The share of groups all of whose conditions are served, (choices,); exactly 1 if these are all."""
+    firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
+    weights = normalised(problem.weighting)
+    return np.where(served.all(axis=1), 1.0, np.minimum(served[:, firsts] @ weights, 1.0))
 
 
 # --- The worst at a pretension ---------------------------------------------------------------------------------------
@@ -236,7 +245,6 @@ def _quantities(problem: Problem, numbers: Numbers, pretension: Array) -> Iterat
 def _extremes(problem: Problem, design: Design, shape: tuple[int, ...]) -> extremes.Found:
     """What designs of a shape, (choices, conditions), come to over all their states."""
     values, states = extremes.begin(shape), (*shape, problem.flexion.size, problem.angles.size)
-    kernel.fold_extremes(
-        values, Situation.of(design, problem.angles, problem.flexion), problem.angles.ravel(), states
-    )  # fmt: skip
+    of_states = Situation.of(design, problem.angles, problem.flexion)
+    kernel.fold_extremes(values, of_states, problem.angles.ravel(), states)
     return values

@@ -26,7 +26,7 @@ _LIMITS = ("", *LIMIT_NAMES)
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
     """Columns of `choices.parquet`."""
     directions = ("", *problem.study.motion.direction)
-    number = {name: Column.of(QUANTITIES[name]) for name in ("tolerance", "served", "pretension", *WORST)}
+    number = {name: Column.of(QUANTITIES[name]) for name in ("tolerance", "served", "served_at", "pretension", *WORST)}
     return (
         *map(_of_axis, problem.choices.axes),
         Column("refined", "truth", "1", "a point between those of the grid"),
@@ -40,6 +40,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         *(Column(f"{end}_direction", "text", "1", _OF_STATE, choices=directions) for end in ("from", "to")),
         *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
         number["served"],
+        number["served_at"],
         number["pretension"],
         *(number[name] for name in WORST),
         Column("feasible", "truth", "1", "there is a pretension that keeps every limit"),
@@ -63,7 +64,7 @@ def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_fro
         rows[f"{end}_condition"] = getattr(found, f"{end}_condition")
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
         rows[f"{end}_elbow_angle"] = np.where(state < 0, np.nan, problem.angles[0, angle])
-    rows |= {name: getattr(found, name) for name in ("served", "pretension", *WORST)}
+    rows |= {name: getattr(found, name) for name in ("served", "served_at", "pretension", *WORST)}
     return rows | {"feasible": found.feasible, "on_front": on_front}
 
 

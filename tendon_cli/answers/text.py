@@ -11,7 +11,18 @@ from tendon_cli.answers.answer import goals_or_usual
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.population_text import population_lines
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.words import Row, aligned, end_words, high_of, parameter, row_words, tolerance, where_words
+from tendon_cli.answers.words import (
+    Row,
+    aligned,
+    conflict_lines,
+    end_words,
+    fix_lines,
+    high_of,
+    in_choices,
+    parameter,
+    row_words,
+    tolerance,
+)  # fmt: skip
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
 
@@ -60,21 +71,37 @@ def _answer(problem: Problem, record: Row, best: Row) -> Iterator[str]:
 
 
 def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
-    what, high = row_words(problem.choices, best), high_of(best)
+    """The pretension, whom it serves, and between which ends that holds."""
+    what = row_words(problem.choices, best)
     start = f"{what}: a pretension" if what else "A pretension"
-    span = f"anything from {say.number(best['pretension_from'])}"
-    span += f" to {say.number(high)} N does" if np.isfinite(high) else " N on does"
+    serves = f"{start} of {say.number(best['pretension'])} N"
+    low, high = best["pretension_from"], high_of(best)
     either_way = f", {tolerance(best)} % either way" if np.isfinite(high) else ""
-    suits = f"{start} of {say.number(best['pretension'])} N suits {_whom(problem, best['served'])}"
-    return f"{suits}; {span}{either_way}.{_why_first(problem, record)}"
+    if problem.enough >= 1.0:
+        span = f"anything {_span(low, high)} does{either_way}"
+        return f"{serves} suits {_all_of(problem)}; {span}.{_why_first(problem, record)}"
+    share = f"{say.percent(best['served_at'])} of {_everyone(problem)}" if best["served_at"] < 1.0 else _all_of(problem)
+    span = f"at least {say.percent(problem.enough)} are served {_span(low, high)}{either_way}"
+    if (ends := record["window_for_all"]) is not None:
+        everyone = np.inf if ends[1] is None else ends[1]
+        span += ", all of them " + ("there" if (ends[0], everyone) == (low, high) else _span(ends[0], everyone))
+    return f"{serves} serves {share}; {span}.{_why_first(problem, record)}"
 
 
-def _whom(problem: Problem, served: float) -> str:
-    """Whom the pretension suits."""
-    if served < 1.0:
-        return f"at least {say.percent(problem.enough)} of the {problem.counted}"
-    conditions = len(problem.conditions)
-    return "the design" if conditions == 1 else f"all {conditions:,} conditions"
+def _span(low: float, high: float) -> str:
+    return f"from {say.number(low)}" + (f" to {say.number(high)} N" if np.isfinite(high) else " N on")
+
+
+def _all_of(problem: Problem) -> str:
+    """What a pretension must suit."""
+    count, noun = len(problem.weighting), problem.counted
+    if count > 1:
+        return f"all {_everyone(problem)}"
+    return "the design" if noun == "conditions" else f"this {noun[:-1]}"
+
+
+def _everyone(problem: Problem) -> str:
+    return f"{len(problem.weighting):,} {problem.counted}"
 
 
 def _why_first(problem: Problem, record: Row) -> str:
@@ -169,14 +196,15 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[str]:
 
 
 def _table(problem: Problem, rows: list[tuple[str, Row]]) -> Iterator[str]:
-    head = ("", "", "window N", "±%", "N", "tension", "spring", "torque")
-    lines: list[tuple[str, ...]] = [head]
+    some = problem.enough < 1.0
+    lines: list[tuple[str, ...]] = [("", "", "window N", "±%", "N", *["served"] * some, "tension", "spring", "torque")]
     for name, row in rows:
         high = "on" if np.isinf(high_of(row)) else f"to {say.number(high_of(row), 3)}"
         worst = ("max_tension", "max_spring_extension", "peak_motor_torque")
         lines.append((
             name, ("~" if row["refined"] else "") + row_words(problem.choices, row),
             f"{say.number(row['pretension_from'], 3)} {high}", tolerance(row), say.number(row["pretension"], 3),
+            *[say.percent(row["served_at"])] * some,
             *("-" if row[each] is None else say.quantity(each, row[each]) for each in worst),
         ))  # fmt: skip
     yield from aligned(lines)
@@ -186,64 +214,24 @@ def _counts(problem: Problem, record: Row) -> Iterator[str]:
     """How many choices have a window, and what leaves the others without one."""
     if record["choices"] > 1:
         yield ""
-        yield from say.filled(f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')} have a window.")
+        have = "has" if record["feasible"] == 1 else "have"
+        counts = f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')}"
+        yield from say.filled(f"{counts} {have} a window.")
     for each in record["conflicts"]:
-        yield from say.filled(_in_choices(problem, each), "  ")
+        yield from say.filled(in_choices(problem, each), "  ")
 
 
-# --- There is none ---------------------------------------------------------------------------------------------------
-
-
-def _in_choices(problem: Problem, conflict: Row) -> str:
-    choices = say.counted(conflict["choices"], "choice")
-    return f"in {choices} {say.conflict(conflict['limits'], problem.study.limits)}"
+# --- There is none ----------------------------------------------------------------------------------------------------
 
 
 def _no_window(problem: Problem, record: Row) -> Iterator[str]:
     choices = record["choices"]
     which = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
-    yield from say.filled(f"No pretension suits {_whom(problem, 0.0 if problem.enough < 1.0 else 1.0)}{which}.")
+    whom = _all_of(problem) if problem.enough >= 1.0 else f"{say.percent(problem.enough)} of {_everyone(problem)}"
+    yield from say.filled(f"No pretension suits {whom}{which}.")
     yield "\nWhy"
     for each in record["conflicts"]:
-        yield from _conflict(problem, record, each)
+        yield from conflict_lines(problem, record, each)
     if record["fixes"]:
         yield "\nWhat would help, all else equal"
-        yield from _fixes(record["fixes"])
-
-
-def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
-    row = conflict["nearest"]
-    if record["choices"] > 1:
-        nearest = row_words(problem.choices, row)
-        yield from say.filled(f"{_in_choices(problem, conflict)}; nearest to a window: {nearest}", "  ")
-    if row["pretension_from"] is None:
-        broken = say.limit_words(row["from_by"], problem.study.limits).broken
-        yield from say.filled(f"at any pretension {broken}{where_words(problem, row, 'from')}", "  ")
-    else:
-        yield from say.filled(f"{end_words(problem, row, 'from', 'below')},", "  ")
-        gap = say.number(conflict["gap"], 3)
-        yield from say.filled(f"{end_words(problem, row, 'to', 'above')}: {gap} N apart", "  ")
-        if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
-            served = f"{say.percent(row['served'])} of the {problem.counted}"
-            yield from say.filled(f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}", "  ")
-    for limit, value in conflict["relaxed"].items():
-        toward = -np.inf if limit.startswith("min_") else np.inf
-        words = f"relaxing {limit} does not help"
-        if value is not None:
-            words = f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
-        yield from say.filled(words, "  ")
-
-
-def _fixes(fixes: list[Row]) -> Iterator[str]:
-    names = ("max_tension", "max_spring_extension", "peak_motor_torque")
-    lines: list[tuple[str, ...]] = [("", "N", "tension", "spring", "torque")]
-    for fix in (fix for fix in fixes if fix["after"] is not None):
-        before = parameter(fix["parameter"], fix["before"])
-        after = say.quantity(keys()[fix["parameter"]].number.quantity, fix["after"])
-        worst = ("-" if fix[name] is None else say.quantity(name, fix[name]) for name in names)
-        lines.append((f"{before} to {after}", say.number(fix["pretension"], 3), *worst))
-    if len(lines) > 1:
-        yield from aligned(lines)
-    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
-    if idle:
-        yield from say.filled(f"no plausible value of these helps: {', '.join(idle)}; nor does any pretension", "  ")
+        yield from fix_lines(record["fixes"])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.answers.coverage import grouped
+from tendon_cli.answers.coverage import grouped, normalised
 from tendon_cli.answers.problem import Problem
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Numbers
@@ -141,7 +141,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
 
 def _of_persons(whose: Axis, people: Population, shares: Array) -> dict[str, Array]:
     """What the persons at some shares of the weighting say of the study's numbers."""
-    upto = np.cumsum(people.weighting) / np.sum(people.weighting)
+    upto = np.cumsum(normalised(people.weighting))
     persons = np.minimum(np.searchsorted(upto, shares, side="right"), len(people) - 1)
     return {key: values[persons] for key, values in whose.numbers.items()}
 

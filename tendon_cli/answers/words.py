@@ -75,3 +75,52 @@ def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
     for line in lines:
         cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
         yield f"  {'  '.join(cells)}".rstrip()[: say.WIDTH]
+
+
+# --- Conflicts and fixes ----------------------------------------------------------------------------------------------
+
+
+def in_choices(problem: Problem, conflict: Row) -> str:
+    """In how many choices two limits exclude each other, and how."""
+    choices = say.counted(conflict["choices"], "choice")
+    return f"in {choices} {say.conflict(conflict['limits'], problem.study.limits)}"
+
+
+def conflict_lines(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
+    """What leaves some choices without a window, and what relaxing a limit would take."""
+    row = conflict["nearest"]
+    if record["choices"] > 1:
+        nearest = row_words(problem.choices, row)
+        yield from say.filled(f"{in_choices(problem, conflict)}; nearest to a window: {nearest}", "  ")
+    if row["pretension_from"] is None:
+        broken = say.limit_words(row["from_by"], problem.study.limits).broken
+        yield from say.filled(f"at any pretension {broken}{where_words(problem, row, 'from')}", "  ")
+    else:
+        yield from say.filled(f"{end_words(problem, row, 'from', 'below')},", "  ")
+        gap = say.number(conflict["gap"], 3)
+        yield from say.filled(f"{end_words(problem, row, 'to', 'above')}: {gap} N apart", "  ")
+        if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
+            served = f"{say.percent(row['served'])} of the {problem.counted}"
+            yield from say.filled(f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}", "  ")
+    for limit, value in conflict["relaxed"].items():
+        toward = -np.inf if limit.startswith("min_") else np.inf
+        words = f"relaxing {limit} does not help"
+        if value is not None:
+            words = f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
+        yield from say.filled(words, "  ")
+
+
+def fix_lines(fixes: list[Row]) -> Iterator[str]:
+    """What each parameter alone would have to become, as a table."""
+    names = ("max_tension", "max_spring_extension", "peak_motor_torque")
+    lines: list[tuple[str, ...]] = [("", "N", "tension", "spring", "torque")]
+    for fix in (fix for fix in fixes if fix["after"] is not None):
+        before = parameter(fix["parameter"], fix["before"])
+        after = say.quantity(keys()[fix["parameter"]].number.quantity, fix["after"])
+        worst = ("-" if fix[name] is None else say.quantity(name, fix[name]) for name in names)
+        lines.append((f"{before} to {after}", say.number(fix["pretension"], 3), *worst))
+    if len(lines) > 1:
+        yield from aligned(lines)
+    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
+    if idle:
+        yield from say.filled(f"no plausible value of these helps: {', '.join(idle)}; nor does any pretension", "  ")

@@ -22,6 +22,7 @@ CHOICE_RESULTS = (
     "windows",
     "tolerance",
     "served",
+    "served_at",
     "pretension",
     "max_tension",
     "max_spring_extension",

@@ -1,0 +1,82 @@
+"""What must hold of any question: more to keep never widens a window, less to serve never narrows it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tendon_cli.answers.question import question
+from tendon_cli.answers.solve import solve
+from tendon_cli.studies.load import study_from
+
+COARSE = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}
+LIMITS = {
+    "max_tension": [420.0, 400.0, 380.0, 350.0],
+    "max_spring_extension": [0.09, 0.07, 0.06],
+    "peak_motor_torque": [12.0, 11.0, 9.0],
+    "min_elbow_stiffness": [-2.0, 0.0, 1.0, 3.0],
+    "min_extensor_tension": [0.0, 5.0, 20.0],
+    "max_pretension": [200.0, 150.0, 120.0],
+}
+
+
+def solved(**content):
+    base = {"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [1.0, 0.7, 0.6, 0.5]}, "motion": COARSE}
+    problem = question(study_from({**base, "load": {"mass": [0.0, 5.0, 10.0]}, **content}))
+    return solve(problem, problem.choices.numbers(np.arange(12)), 12)
+
+
+def width(solutions):
+    """How wide each window is, N; below 0 if there is none."""
+    return np.where(solutions.feasible, solutions.pretension_to - solutions.pretension_from, -1.0)
+
+
+def never_widens(looser, tighter):
+    one, other = width(looser), width(tighter)
+    assert (other <= one + 1e-9).all()
+    return one, other
+
+
+@pytest.mark.parametrize("serve", [1.0, 0.6])
+@pytest.mark.parametrize("limit", LIMITS)
+def test_a_tighter_limit_never_widens_a_window(limit, serve):
+    given = [solved(limits={limit: value}, design={"serve": serve}) for value in LIMITS[limit]]
+    pairs = [never_widens(looser, tighter) for looser, tighter in pairwise(given)]
+    assert any((one != other).any() for one, other in pairs)
+
+
+def test_one_more_condition_never_widens_a_window():
+    masses = [5.0, 0.0, 10.0, 3.0, 12.0]
+    given = [solved(load={"mass": masses[: 1 + count]}) for count in range(len(masses))]
+    for fewer, more in pairwise(given):
+        never_widens(fewer, more)
+
+
+def test_one_more_person_never_widens_a_window_of_everyone():
+    given = [solved(people={"count": count}, design={"serve": 1.0}) for count in (1, 2, 5, 20, 80)]
+    for fewer, more in pairwise(given):
+        one, other = width(fewer), width(more)
+        assert (other <= one + 1e-9).all()
+
+
+@pytest.mark.parametrize(
+    "whom",
+    [
+        {},
+        {"people": {"count": 60}},
+        {"people": {"count": 60}, "limits": {"max_tension": 380.0}},
+        {"sheath": {"friction": {"mean": 0.07, "std": 0.02}}, "uncertainty": {"draws": 64}},
+    ],
+    ids=["loads", "people", "limited people", "draws"],
+)
+def test_a_lower_share_never_narrows_a_window_and_is_served_in_all_of_it(whom):
+    shares = (1.0, 0.99, 0.95, 0.9, 0.75, 0.5, 0.3)
+    given = [solved(**whom, design={"serve": share}) for share in shares]
+    for more, less in pairwise(given):
+        assert (width(less) >= width(more) - 1e-9).all()
+        np.testing.assert_allclose(less.served, more.served, atol=1e-12)
+    for share, each in zip(shares, given, strict=True):
+        served = each.served_at[each.feasible]
+        assert (served >= share - 1e-9).all()
+        assert (each.served_at <= each.served + 1e-12).all()
+        assert (each.feasible == (each.served >= share - 1e-9)).all()
