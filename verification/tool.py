@@ -29,14 +29,14 @@ class ToolAnswers:
 def answers(cases: list[Case]) -> ToolAnswers:
     """Evaluate the cases as one array of unilateral designs without friction."""
     arm = Limb(
-        anchors=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius")),
+        anchors=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius", "from_initial")),
         **_columns(cases, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle"),
     )
     design = Design(
         arm=arm,
         flexor=_side([case.flexor for case in cases]),
         extensor=_side([case.extensor for case in cases]),
-        **_columns(cases, "flexor_radius", "ratio", "load_mass", "from_initial"),
+        **_columns(cases, "flexor_radius", "ratio", "load_mass"),
         unilateral=True,
     )
     state = actuator.evaluate(design, **_columns(cases, "elbow_angle", "flexion"))
@@ -44,7 +44,7 @@ def answers(cases: list[Case]) -> ToolAnswers:
 
 
 def _values(state: actuator.State) -> dict[str, Array]:
-    radius = state.coupling.elbow_radius
+    radius = state.coupling.extensor_arm
     return {
         "flexor_path": state.motion.flexor_path,
         "flexor_moment_arm": state.motion.flexor_moment_arm,

@@ -20,7 +20,7 @@ from tendon_cli.errors import SizeError
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Anchors, Array, kinematics
+from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import PRETENSION, SLACK, Axis
 from tendon_cli.space.space import ANCHORS, Space
 from tendon_cli.studies.axes import lengths_of, space_of
@@ -236,12 +236,11 @@ class Plan:
     @cached_property
     def always_balanced(self) -> bool:
         """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
-        anchors = {name: self.space.number(f"arm.{name}") for name in ANCHORS}
-        axes = {axis for number in anchors.values() for axis in number.axes}
+        axes = {axis for name in ANCHORS for axis in self.space.number(f"arm.{name}").axes}
         box = tuple(slice(0, length if axis in axes else 1) for axis, length in enumerate(self.shape))
         if math.prod(each.stop for each in box) * len(self.elbow_angles) > _MOST_LOOKED_INTO:
             return False
-        motion = kinematics(Anchors(**{name: each.within(box) for name, each in anchors.items()}), self.elbow_angles)
+        motion = self.space.design(box).arm.joint.motion(self.elbow_angles)
         return not np.isnan(motion.pulling_arm).any()
 
     def _block_from(self, design: int, most: int) -> Block:

@@ -35,7 +35,7 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 12
+VERSION = 13
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -149,24 +149,35 @@ def _as_input(value: npt.ArrayLike) -> Array:
 def _given(at: Situation) -> dict[str, Array]:
     """What compiled code takes of a situation, by the names of GIVEN in `arrays.h`."""
     design, motion = at.design, at.motion
+    sides = {"flexor": at.flexor, "extensor": at.extensor}
+    before = sides if at.resting is None else dict(zip(sides, at.resting, strict=True))
     values = {
         "moment_arm": motion.flexor_moment_arm,
         "pulling_arm": motion.pulling_arm,
-        "moment_arm_slope": motion.flexor_moment_arm_slope,
+        "flexor_slope": at.arm_slopes[0],
         "flexor_travel": motion.flexor_travel,
         "extensor_travel": motion.extensor_travel,
         "sine": at.sine,
         "cosine": at.cosine,
+        "other_torque": at.other_torque,
+        "other_slope": at.other_slope,
         "gravity_moment": at.gravity_moment,
-        "elbow_radius": design.arm.anchors.elbow_radius,
+        "extensor_arm": motion.extensor_moment_arm,
+        "extensor_slope": at.arm_slopes[1],
         "flexor_radius": design.flexor_radius,
         "ratio": design.ratio,
         "flexor_capstan": at.flexor.capstan,
         "extensor_capstan": at.extensor.capstan,
-        "flexor_tendon": at.flexor.tendon,
-        "extensor_tendon": at.extensor.tendon,
-        "flexor_spring": at.flexor.spring,
-        "extensor_spring": at.extensor.spring,
+        **{
+            f"{name}_{part}": getattr(side, part)
+            for name, side in sides.items()
+            for part in ("tendon", "spring", "anchor")
+        },
+        **{
+            f"{name}_{part}_resting": getattr(side, part)
+            for name, side in before.items()
+            for part in ("tendon", "spring")
+        },
         "flexor_pretension": design.flexor.pretension,
         "extensor_pretension": design.extensor.pretension,
         "unilateral": design.unilateral,

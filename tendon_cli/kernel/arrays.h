@@ -6,11 +6,14 @@
 #define MOST_AXES 64
 
 /* What a state depends on, by the names that Python uses; SI units. `moment_arm` may be negative, `pulling_arm` is then
- * not a number; `unilateral` is one or zero. */
+ * not a number; `unilateral` is one or zero. The first ones up to `gravity_moment` differ from angle to angle; what
+ * follows does not in a plain sheath and joint. `resting` is where the pretension is set. */
 #define GIVEN(X)                                                                                                       \
-    X(moment_arm) X(pulling_arm) X(moment_arm_slope) X(flexor_travel) X(extensor_travel) X(sine) X(cosine)             \
-    X(gravity_moment) X(elbow_radius) X(flexor_radius) X(ratio) X(flexor_capstan) X(extensor_capstan) X(flexor_tendon) \
-    X(extensor_tendon) X(flexor_spring) X(extensor_spring) X(flexor_pretension) X(extensor_pretension) X(unilateral)
+    X(moment_arm) X(pulling_arm) X(flexor_slope) X(flexor_travel) X(extensor_travel) X(sine) X(cosine)                 \
+    X(other_torque) X(other_slope) X(gravity_moment) X(extensor_arm) X(extensor_slope) X(flexor_radius) X(ratio)       \
+    X(flexor_capstan) X(extensor_capstan) X(flexor_tendon) X(extensor_tendon) X(flexor_spring) X(extensor_spring)      \
+    X(flexor_anchor) X(extensor_anchor) X(flexor_tendon_resting) X(extensor_tendon_resting)                            \
+    X(flexor_spring_resting) X(extensor_spring_resting) X(flexor_pretension) X(extensor_pretension) X(unilateral)
 
 /* Results of a state: the columns of `states` but its status. */
 #define RESULTS(X)                                                                                                     \

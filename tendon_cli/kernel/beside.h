@@ -9,6 +9,7 @@ typedef struct {
     char *at[LIMITED + ACCUMULATORS][LANES]; /* each input and then each result, in one direction */
     int alike[LIMITED];                      /* whether all lanes have the same of an input */
     int one_arm;                             /* and of all that may depend on the angle, the first ones */
+    int plain;                               /* whether the drives of the design are plain */
     long step[INPUTS];                       /* of an input from an angle to the next */
     int adjoining;                           /* whether results of one design follow those of the other */
     long count;                              /* designs; what is left of the lanes repeats the first, for nobody */
@@ -28,7 +29,7 @@ static int gather(Beside *b, Walk *walk, Array *arrays, int inputs, int results)
     }
     for (int i = 0; i < INPUTS; i++) {
         b->step[i] = arrays[i].step[walk->axes - 1];
-        b->one_arm &= b->alike[i] || i > IN_cosine;
+        b->one_arm &= b->alike[i] || i >= IN_gravity_moment;
     }
     for (int i = inputs; i < all; i++)
         for (int lane = 1; lane < LANES; lane++) b->adjoining &= b->at[i][lane] == b->at[i][0] + 8 * lane;
@@ -53,12 +54,18 @@ INLINE Angle angle_across(const Beside *b, long angle) {
 #define ONE(name) same(*(const double *)(b->at[IN_##name][0] + angle * b->step[IN_##name]))
 #define ACROSS(name) across(b, IN_##name, angle * b->step[IN_##name])
     if (b->one_arm)
-        return (Angle){ONE(pulling_arm), ONE(moment_arm_slope), ONE(flexor_travel), ONE(extensor_travel), ONE(sine),
-                       ONE(cosine)};
-    return (Angle){ACROSS(pulling_arm), ACROSS(moment_arm_slope), ACROSS(flexor_travel), ACROSS(extensor_travel),
-                   ACROSS(sine), ACROSS(cosine)};
+        return (Angle){ONE(pulling_arm), ONE(flexor_slope), ONE(flexor_travel), ONE(extensor_travel),
+                       ONE(sine),        ONE(cosine),       ONE(other_torque),  ONE(other_slope)};
+    return (Angle){ACROSS(pulling_arm), ACROSS(flexor_slope), ACROSS(flexor_travel), ACROSS(extensor_travel),
+                   ACROSS(sine),        ACROSS(cosine),       ACROSS(other_torque),  ACROSS(other_slope)};
 #undef ACROSS
 #undef ONE
+}
+
+/* The inputs at an angle, where they depend on it, and the drive of these. */
+INLINE Drive drive_across(const Beside *b, Lanes *in, long angle) {
+    for (int i = 0; i < INPUTS; i++) in[i] = across(b, i, angle * b->step[i]);
+    return drive_at(in);
 }
 
 /* What is done with designs in one direction, of which `in` are the inputs. */
@@ -76,6 +83,8 @@ INLINE void over_designs(Walk *walk, Array *arrays, int inputs, int results, Vis
             Lanes in[LIMITED];
             for (int i = 0; i < inputs; i++) in[i] = across(&of, i, 0);
             Drive d = drive_at(in);
+            of.plain = adds_nothing(&d);
+            for (int i = IN_gravity_moment; i < INPUTS; i++) of.plain &= !of.step[i];
             visit(what, &of, in, &d, direction);
         }
     } while (more);

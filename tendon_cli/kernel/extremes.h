@@ -24,9 +24,10 @@ INLINE Found nothing(void) {
 }
 
 /* A state more of each design; `any_slack` says whether one may be. */
-INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, Lanes pretension, int any_slack) {
+INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, Lanes pretension, int any_slack,
+                    int plain) {
     Lanes zero = same(0.0), unit = same(1.0);
-    State s = state_at(lines, d, pretension);
+    State s = state_at(lines, d, pretension, plain);
     f->low_x = smaller(s.x, f->low_x), f->high_x = larger(s.x, f->high_x);
     f->low_y = smaller(s.y, f->low_y), f->high_y = larger(s.y, f->high_y);
     f->low_motor = smaller(s.motor, f->low_motor), f->high_motor = larger(s.motor, f->high_motor);
@@ -39,19 +40,19 @@ INLINE void take_in(Found *f, const Lines *lines, const Drive *d, Lanes angle, L
 }
 
 INLINE Found along_angles(Found f, const Lines *lines, const double *angle, long angles, const Drive *d,
-                          Lanes pretension, int any_slack) {
-    for (long at = 0; at < angles; at++) take_in(&f, lines + at, d, same(angle[at]), pretension, any_slack);
+                          Lanes pretension, int any_slack, int plain) {
+    for (long at = 0; at < angles; at++) take_in(&f, lines + at, d, same(angle[at]), pretension, any_slack, plain);
     return f;
 }
 
 /* The lines of some angles, and these; returns the pretension below which one of their states is slack. */
 static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, const Beside *of, const Drive *d, long from,
-                     long angles) {
+                     long angles, int plain) {
     Lanes limit = same(-INFINITY);
     for (long at = 0; at < angles; at++, lines++) {
         angle[at] = *(const double *)(e->angle.at + (from + at) * e->angle.step[e->walk.axes - 1]);
         Angle here = angle_across(of, from + at);
-        *lines = lines_at(d, &here);
+        *lines = lines_at(d, &here, plain);
         limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);
         b->low_torque = pick(lines->able, smaller(lines->torque, b->low_torque), b->low_torque);
         b->high_torque = pick(lines->able, larger(lines->torque, b->high_torque), b->high_torque);
@@ -83,11 +84,11 @@ INTO(more, sum)
 
 /* What was found at a pretension, by its place, into the results of the designs. */
 INLINE void note(const Extremes *e, const Beside *of, const long *step, long place, const Found *f, const Before *b,
-                 const Drive *d, const Lanes *in, Lanes pretension, Lanes smaller_side) {
+                 const Drive *d, const Lanes *in, Lanes pretension, Lanes smaller_side, long angles) {
 #define ITS(name) of, INPUTS + AT_##name, place * step[INPUTS + AT_##name]
     Lanes capstan_x = in[IN_flexor_capstan], capstan_y = in[IN_extensor_capstan], low = same(-INFINITY);
     Lanes max_x = larger(f->high_x, f->high_x / capstan_x), max_y = larger(f->high_y, f->high_y / capstan_y);
-    Mask any_taut = (double)e->walk.length[e->walk.axes - 1] > f->slack + b->no_equilibrium;
+    Mask any_taut = (double)angles > f->slack + b->no_equilibrium;
     Lanes no_slack = pick(d->unilateral & any_taut, same(0.0), low);
     least(ITS(min_flexor_tension), smaller(f->low_x, f->low_x / capstan_x));
     least(ITS(min_extensor_tension), smaller(f->low_y, f->low_y / capstan_y));
@@ -103,9 +104,10 @@ INLINE void note(const Extremes *e, const Beside *of, const long *step, long pla
 #undef ITS
 }
 
-/* Designs in a direction at `count` pretensions, from `first` on; `step` is from one to the next, of each array. */
-static void fold_some(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
-                      long count) {
+/* Designs in a direction at `count` pretensions, from `first` on, and some angles; `step` is from one pretension to the
+ * next, of each array. */
+INLINE void fold_some(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
+                      long count, long start, long stop, int plain) {
     Lines lines[ANGLES];
     double angle[ANGLES];
     Found found[PRETENSIONS];
@@ -116,16 +118,30 @@ static void fold_some(const Extremes *e, const Beside *of, const long *step, con
         Lanes y = across(of, IN_extensor_pretension, (first + p) * step[IN_extensor_pretension]);
         found[p] = nothing(), pretension[p] = common_pretension(d, x, y), smaller_side[p] = smaller(x, y);
     }
-    for (long from = 0, all = e->walk.length[e->walk.axes - 1]; from < all; from += ANGLES) {
-        long angles = all - from < ANGLES ? all - from : ANGLES;
-        Lanes limit = prepare(lines, angle, &before, e, of, d, from, angles);
+    for (long from = start; from < stop; from += ANGLES) {
+        long angles = stop - from < ANGLES ? stop - from : ANGLES;
+        Lanes limit = prepare(lines, angle, &before, e, of, d, from, angles, plain);
         for (long p = 0; p < count; p++)
             found[p] = any(pretension[p] < limit)
-                           ? along_angles(found[p], lines, angle, angles, d, pretension[p], 1)
-                           : along_angles(found[p], lines, angle, angles, d, pretension[p], 0);
+                           ? along_angles(found[p], lines, angle, angles, d, pretension[p], 1, plain)
+                           : along_angles(found[p], lines, angle, angles, d, pretension[p], 0, plain);
     }
     for (long p = 0; p < count; p++)
-        note(e, of, step, first + p, found + p, &before, d, in, pretension[p], smaller_side[p]);
+        note(e, of, step, first + p, found + p, &before, d, in, pretension[p], smaller_side[p], stop - start);
+}
+
+static void fold_plain(const Extremes *e, const Beside *of, const long *step, const Lanes *in, const Drive *d, long first,
+                       long count) {
+    fold_some(e, of, step, in, d, first, count, 0, e->walk.length[e->walk.axes - 1], 1);
+}
+
+/* Tension scales differently along a sheath at each angle, so each is folded by itself. */
+static void fold_each_angle(const Extremes *e, const Beside *of, const long *step, long first, long count) {
+    Lanes in[INPUTS];
+    for (long at = 0; at < e->walk.length[e->walk.axes - 1]; at++) {
+        Drive d = drive_across(of, in, at);
+        fold_some(e, of, step, in, &d, first, count, at, at + 1, 0);
+    }
 }
 
 /* Designs after each of which come `pretensions` less one, `step` from one another. */
@@ -140,7 +156,8 @@ INLINE void fold_run(void *what, const Beside *of, const Lanes *in, const Drive 
     (void)direction;
     for (long first = 0; first < run->pretensions; first += PRETENSIONS) {
         long count = run->pretensions - first < PRETENSIONS ? run->pretensions - first : PRETENSIONS;
-        fold_some(run->e, of, run->step, in, d, first, count);
+        if (of->plain) fold_plain(run->e, of, run->step, in, d, first, count);
+        else fold_each_angle(run->e, of, run->step, first, count);
     }
 }
 

@@ -11,32 +11,37 @@ INLINE Lanes along(const Array *arrays, int input, long axis, long angle, long c
 
 INLINE Angle angles_along(const Array *a, long axis, long angle, long count) {
 #define ALONG(name) along(a, IN_##name, axis, angle, count)
-    return (Angle){ALONG(pulling_arm), ALONG(moment_arm_slope), ALONG(flexor_travel), ALONG(extensor_travel),
-                   ALONG(sine), ALONG(cosine)};
+    return (Angle){ALONG(pulling_arm), ALONG(flexor_slope), ALONG(flexor_travel), ALONG(extensor_travel),
+                   ALONG(sine),        ALONG(cosine),       ALONG(other_torque),  ALONG(other_slope)};
 #undef ALONG
 }
 
+/* By how much something is longer than where the pretension was set, of its compliances and tensions now and there. */
+INLINE Lanes stretch(Lanes now, Lanes resting, Lanes tension, Lanes pretension) {
+    return now * (tension - pretension) + (now - resting) * pretension;
+}
+
 /* All result columns of some states, in the order of RESULTS; returns their status. */
-INLINE Mask results_of(Lanes *r, const Lanes *in, const Angle *g, const Drive *d) {
-    Lines l = lines_at(d, g);
+INLINE Mask results_of(Lanes *r, const Lanes *in, const Angle *g, const Drive *d, int plain) {
+    Lines l = lines_at(d, g, plain);
     Lanes pretension = common_pretension(d, in[IN_flexor_pretension], in[IN_extensor_pretension]);
-    State s = state_at(&l, d, pretension);
+    State s = state_at(&l, d, pretension, plain);
     Mask no_flexor = pretension < l.flexor_limit, no_extensor = pretension < l.extensor_limit;
     Mask both = no_flexor & no_extensor;
-    Lanes flexor_change = s.x - in[IN_flexor_pretension], extensor_change = s.y - in[IN_extensor_pretension];
     Lanes known = pick(both | ~l.able, same(NAN), d->unknown), length = s.loose * l.per_side;
     r[OF_flexor_tension_proximal] = s.x / in[IN_flexor_capstan], r[OF_flexor_tension_distal] = s.x;
     r[OF_extensor_tension_proximal] = s.y / in[IN_extensor_capstan], r[OF_extensor_tension_distal] = s.y;
-    r[OF_flexor_tendon_stretch] = in[IN_flexor_tendon] * flexor_change;
-    r[OF_extensor_tendon_stretch] = in[IN_extensor_tendon] * extensor_change;
-    r[OF_flexor_spring_stretch] = in[IN_flexor_spring] * flexor_change;
-    r[OF_extensor_spring_stretch] = in[IN_extensor_spring] * extensor_change;
+    Lanes start_x = in[IN_flexor_pretension], start_y = in[IN_extensor_pretension];
+    r[OF_flexor_tendon_stretch] = stretch(in[IN_flexor_tendon], in[IN_flexor_tendon_resting], s.x, start_x);
+    r[OF_extensor_tendon_stretch] = stretch(in[IN_extensor_tendon], in[IN_extensor_tendon_resting], s.y, start_y);
+    r[OF_flexor_spring_stretch] = stretch(in[IN_flexor_spring], in[IN_flexor_spring_resting], s.x, start_x);
+    r[OF_extensor_spring_stretch] = stretch(in[IN_extensor_spring], in[IN_extensor_spring_resting], s.y, start_y);
     r[OF_flexor_slack] = pick(no_flexor & ~no_extensor, length, known);
     r[OF_extensor_slack] = pick(no_extensor & ~no_flexor, length, known);
     r[OF_elbow_torque] = pick(l.able, l.torque, same(NAN));
     r[OF_motor_torque] = s.motor, r[OF_elbow_stiffness] = s.stiffness;
-    Lanes by_flexor = (g->flexor_travel + d->c_x * flexor_change) / in[IN_flexor_radius];
-    Lanes by_extensor = (g->extensor_travel - d->c_y * extensor_change) / (d->ratio * in[IN_flexor_radius]);
+    Lanes by_flexor = (g->flexor_travel + stretch(d->c_x, d->c_x_resting, s.x, start_x)) / in[IN_flexor_radius];
+    Lanes by_extensor = (g->extensor_travel - stretch(d->c_y, d->c_y_resting, s.y, start_y)) / (d->ratio * in[IN_flexor_radius]);
     Lanes angle = pick(no_flexor & d->unilateral, by_extensor, by_flexor);
     r[OF_spool_angle] = pick(both & d->unilateral, same(NAN), angle);
     r[OF_flexor_travel] = g->flexor_travel, r[OF_extensor_travel] = g->extensor_travel;
@@ -64,6 +69,8 @@ static void write_line(Rows *w, long angle, long angles, long row) {
     Lanes in[INPUTS];
     for (int i = 0; i < INPUTS; i++) in[i] = same(*(const double *)a[i].at);
     Drive d = drive_at(in);
+    int plain = adds_nothing(&d);
+    for (int i = IN_gravity_moment; i < INPUTS; i++) plain &= !a[i].step[axis];
     for (int i = 0; i < w->keys; i++) {
         const Array *from = a + INPUTS + i;
         copy(w->key[i].to + row * w->key[i].bytes, from->at + angle * from->step[axis], from->step[axis], w->key[i].bytes,
@@ -74,7 +81,11 @@ static void write_line(Rows *w, long angle, long angles, long row) {
         /* Written out twice: knowing that all lanes are used saves every copy by length. */
         Angle g = count >= LANES ? angles_along(a, axis, at, LANES) : angles_along(a, axis, at, count);
         Lanes results[COLUMNS];
-        Mask status = results_of(results, in, &g, &d);
+        if (!plain) {
+            for (int i = 0; i < INPUTS; i++) in[i] = along(a, i, axis, at, count);
+            d = drive_at(in);
+        }
+        Mask status = plain ? results_of(results, in, &g, &d, 1) : results_of(results, in, &g, &d, 0);
         results[OF_flexor_moment_arm] = along(a, IN_moment_arm, axis, at, count);
         for (int column = 0; column < COLUMNS; column++)
             if (w->column[column]) {

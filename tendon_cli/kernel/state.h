@@ -4,6 +4,9 @@
  * `drive_at` is what a design has in one direction, `lines_at` some of its states as straight lines in pretension, and
  * `state_at` these states at a pretension. Whatever is wanted of states is a fold over these. Angles lie along the
  * lanes (`rows.h`), or designs do (`beside.h`).
+ *
+ * A drive is `plain` if it is the same at all angles: then it is worked out once. If a sheath bends with the joint, or
+ * the extensor's moment arm changes, it is one per angle, with some terms more. Whoever calls says which, as a constant.
  */
 
 #ifndef TENDON_STATE_H
@@ -14,25 +17,26 @@
 
 #define TOLERANCE 1e-9 /* statics.SLACK_TOLERANCE */
 
-/* What does not depend on the angle. */
+/* What in a plain drive does not depend on the angle. `resting` is where the pretension is set, in all else the same. */
 typedef struct {
-    Lanes c_x, c_y, ratio, radius, moment, turned, common, per_common, per_radius, per_c_x, per_ratio, share_x, share_y;
-    Lanes pull_y, motor_x, motor_y, lowest, unknown;
+    Lanes c_x, c_y, ratio, radius, moment, turned, all, per_all, per_radius, per_c_x, per_ratio, share_x, share_y;
+    Lanes pull_y, motor_x, motor_y, lowest, unknown, slope_y;
+    Lanes c_x_resting, c_y_resting, common, share_resting;
     Mask unilateral;
     int any_bilateral;
 } Drive;
 
 /* What does. Without a positive moment arm `pulling_arm` is not a number. */
 typedef struct {
-    Lanes pulling_arm, moment_arm_slope, flexor_travel, extensor_travel, sine, cosine;
+    Lanes pulling_arm, slope_x, flexor_travel, extensor_travel, sine, cosine, torque, torque_slope;
 } Angle;
 
 /* With v = max(F - shortfall, lowest) the tensions are x + x_gain v and y + y_gain v. Below `flexor_limit` and
  * `extensor_limit` the sides are slack. Where the flexor cannot balance anything all but the last two is no number. */
 typedef struct {
     Lanes shortfall, limit, x, x_gain, y, y_gain;
-    Lanes stiffness, slack_stiffness; /* but for what the flexor's tension takes of it; both sides pulling, or not */
-    Lanes arm_slope;
+    Lanes stiffness, slack_stiffness; /* but for - slope_x x + slope_y y; both sides pulling, or not */
+    Lanes slope_x;
     Lanes per_side; /* slack length per loose path; not a number where that is not determined */
     Lanes flexor_limit, extensor_limit, torque;
     Mask able;
@@ -47,11 +51,15 @@ typedef struct {
 /* From the inputs in the order of GIVEN. */
 INLINE Drive drive_at(const Lanes *in) {
     Drive d;
-    d.c_x = in[IN_flexor_tendon] + in[IN_flexor_spring], d.c_y = in[IN_extensor_tendon] + in[IN_extensor_spring];
-    d.ratio = in[IN_ratio], d.radius = in[IN_elbow_radius], d.moment = in[IN_gravity_moment];
-    d.turned = d.ratio * d.c_x, d.common = d.turned + d.c_y;
-    d.per_common = 1.0 / d.common, d.per_radius = 1.0 / d.radius, d.per_c_x = 1.0 / d.c_x, d.per_ratio = 1.0 / d.ratio;
-    d.share_x = d.turned * d.per_common, d.share_y = d.c_y * d.per_common;
+    d.c_x = in[IN_flexor_tendon] + in[IN_flexor_spring] + in[IN_flexor_anchor];
+    d.c_y = in[IN_extensor_tendon] + in[IN_extensor_spring] + in[IN_extensor_anchor];
+    d.ratio = in[IN_ratio], d.radius = in[IN_extensor_arm], d.moment = in[IN_gravity_moment];
+    d.turned = d.ratio * d.c_x, d.all = d.turned + d.c_y, d.slope_y = in[IN_extensor_slope];
+    d.per_all = 1.0 / d.all, d.per_radius = 1.0 / d.radius, d.per_c_x = 1.0 / d.c_x, d.per_ratio = 1.0 / d.ratio;
+    d.share_x = d.turned * d.per_all, d.share_y = d.c_y * d.per_all;
+    d.c_x_resting = in[IN_flexor_tendon_resting] + in[IN_flexor_spring_resting] + in[IN_flexor_anchor];
+    d.c_y_resting = in[IN_extensor_tendon_resting] + in[IN_extensor_spring_resting] + in[IN_extensor_anchor];
+    d.common = d.ratio * d.c_x_resting + d.c_y_resting, d.share_resting = d.ratio * d.c_x_resting * (1.0 / d.common);
     d.pull_y = d.radius * d.radius / d.c_y;
     d.motor_x = in[IN_flexor_radius] / in[IN_flexor_capstan];
     d.motor_y = d.ratio * in[IN_flexor_radius] / in[IN_extensor_capstan];
@@ -60,9 +68,14 @@ INLINE Drive drive_at(const Lanes *in) {
     return d;
 }
 
+/* Whether what a drive adds to a plain one is nothing. */
+INLINE int adds_nothing(const Drive *d) {
+    return !any((d->slope_y != 0.0) | (d->c_x_resting != d->c_x) | (d->c_y_resting != d->c_y));
+}
+
 /* The pretension of both sides that does what two different ones do. */
 INLINE Lanes common_pretension(const Drive *d, Lanes flexor, Lanes extensor) {
-    return extensor + d->share_x * (flexor - extensor);
+    return extensor + d->share_resting * (flexor - extensor);
 }
 
 /* Pretensions below which either of the paper's bilateral tendons counts as slack. */
@@ -78,16 +91,17 @@ INLINE void side_limits(Lines *l, const Drive *d, Lanes arm, Lanes mismatch) {
     l->per_side = pick(d->unilateral, l->per_side, same(NAN));
 }
 
-INLINE Lines lines_at(const Drive *d, const Angle *g) {
+INLINE Lines lines_at(const Drive *d, const Angle *g, int plain) {
     Lines l;
     Lanes arm = g->pulling_arm, zero = same(0.0), per_arm = 1.0 / arm;
-    l.able = is_number(arm), l.arm_slope = g->moment_arm_slope;
-    l.torque = d->moment * g->sine;
-    Lanes torque_slope = d->moment * g->cosine, mismatch = g->extensor_travel - d->ratio * g->flexor_travel;
+    l.able = is_number(arm), l.slope_x = g->slope_x;
+    l.torque = d->moment * g->sine + g->torque;
+    Lanes torque_slope = d->moment * g->cosine + g->torque_slope, mismatch = g->extensor_travel - d->ratio * g->flexor_travel;
     l.x = at_least(zero, l.torque * per_arm), l.y = at_least(zero, -l.torque * d->per_radius);
     Lanes load = at_least(l.x, l.y), spread = d->share_x * d->radius + d->share_y * arm;
+    l.shortfall = d->share_x * l.x + d->share_y * l.y - mismatch * d->per_all;
+    if (!plain) spread /= d->common / d->all, l.shortfall /= d->common / d->all;
     l.x_gain = d->radius / spread, l.y_gain = l.x_gain * (arm * d->per_radius);
-    l.shortfall = d->share_x * l.x + d->share_y * l.y - mismatch * d->per_common;
     Lanes size = magnitude(l.shortfall), pull_x = arm * arm * d->per_c_x;
     l.stiffness = pull_x + d->pull_y + torque_slope;
     Mask backward = l.torque < 0.0, idle = load <= TOLERANCE * size;
@@ -100,13 +114,14 @@ INLINE Lines lines_at(const Drive *d, const Angle *g) {
     return l;
 }
 
-INLINE State state_at(const Lines *l, const Drive *d, Lanes pretension) {
+INLINE State state_at(const Lines *l, const Drive *d, Lanes pretension, int plain) {
     State s;
     Lanes surplus = pretension - l->shortfall, v = at_least(d->lowest, surplus);
     s.slack = pretension < l->limit;
     s.x = l->x + l->x_gain * v, s.y = l->y + l->y_gain * v;
     s.motor = s.x * d->motor_x - s.y * d->motor_y;
-    s.stiffness = pick(s.slack, l->slack_stiffness, l->stiffness) - s.x * l->arm_slope;
+    s.stiffness = pick(s.slack, l->slack_stiffness, l->stiffness) - s.x * l->slope_x;
+    if (!plain) s.stiffness += s.y * d->slope_y;
     s.loose = -d->common * surplus;
     return s;
 }

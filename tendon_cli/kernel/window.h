@@ -37,14 +37,16 @@ INLINE void bounded(Range *r, Lanes base, Lanes gain, Lanes bound, int below) {
 }
 
 /* A state more of each design, with what each is held to; `place` is its number. */
-INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *asked, int forms, Lanes place) {
+INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *asked, int forms, const Drive *d, Lanes place,
+                    int plain) {
     Range r = {same(0.0), same(INFINITY), ~l->able};
     const int *bound = asked->bound;
     if (bound[IN_flexor_least]) r.low = larger((in[IN_flexor_least] - l->x) / l->x_gain, r.low);
     if (bound[IN_extensor_least]) r.low = larger((in[IN_extensor_least] - l->y) / l->y_gain, r.low);
     if (bound[IN_flexor_most]) r.high = smaller((in[IN_flexor_most] - l->x) / l->x_gain, r.high);
     if (bound[IN_extensor_most]) r.high = smaller((in[IN_extensor_most] - l->y) / l->y_gain, r.high);
-    Lanes k = l->stiffness - l->x * l->arm_slope, k_gain = -(l->x_gain * l->arm_slope);
+    Lanes k = l->stiffness - l->x * l->slope_x, k_gain = -(l->x_gain * l->slope_x);
+    if (!plain) k += l->y * d->slope_y, k_gain += l->y_gain * d->slope_y;
     if (bound[IN_stiffness_least]) bounded(&r, k, k_gain, in[IN_stiffness_least], 1);
     if (bound[IN_stiffness_most]) bounded(&r, k, k_gain, in[IN_stiffness_most], 0);
     for (int form = 0; form < forms; form++) {
@@ -85,7 +87,7 @@ INLINE void fold_states(void *what, const Beside *of, const Lanes *in, const Dri
     const Window *w = what;
     int inputs = BOUNDED + PER_FORM * w->forms;
     double first = (double)(direction * w->total + w->first);
-    Lanes none = same(INFINITY), nowhere = same(-1.0), now[LIMITED];
+    Lanes none = same(INFINITY), nowhere = same(-1.0), now[LIMITED], its[INPUTS];
     Asked asked = asked_of(w, in, inputs);
     Tightest t = {-none, none, nowhere, nowhere, none};
     for (int i = INPUTS; i < inputs; i++) now[i] = in[i];
@@ -95,8 +97,14 @@ INLINE void fold_states(void *what, const Beside *of, const Lanes *in, const Dri
             now[input] = across(of, input, at * w->arrays[input].step[w->walk.axes - 1]);
         }
         Angle here = angle_across(of, at);
-        Lines l = lines_at(d, &here);
-        tighten(&t, &l, now, &asked, w->forms, same(first + (double)at));
+        if (of->plain) {
+            Lines l = lines_at(d, &here, 1);
+            tighten(&t, &l, now, &asked, w->forms, d, same(first + (double)at), 1);
+        } else {
+            Drive own = drive_across(of, its, at);
+            Lines l = lines_at(&own, &here, 0);
+            tighten(&t, &l, now, &asked, w->forms, &own, same(first + (double)at), 0);
+        }
     }
     char *const(*found)[LANES] = of->at + inputs;
     settle(found[END_low], found[END_low_state], of->count, t.low, t.low_at, 1.0);

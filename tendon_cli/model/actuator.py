@@ -1,7 +1,8 @@
 """The whole actuator: arm, two sheathed tendons with springs and one motor, from a design to its states.
 
-Composes `kinematics`, `sheath` and `statics`. All fields of `Design` and both `elbow_angle` and `flexion` are scalars
-or arrays that broadcast against each other; a result has the shape of what it depends on. SI units, angles in radians.
+Composes a joint (`kinematics`), two sheaths (`sheath`) and their balance (`statics`). All fields of `Design` and both
+`elbow_angle` and `flexion` are scalars or arrays that broadcast against each other; a result has the shape of what it
+depends on. SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -13,11 +14,12 @@ import numpy as np
 
 from tendon_cli.model import statics
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flag, Flags, Kinematics, Real, kinematics
-from tendon_cli.model.response import Coupling, Response, coupling, respond
+from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
+from tendon_cli.model.response import Coupling, Response, respond
+from tendon_cli.model.sheath import Sheathed, sheaths_of
 from tendon_cli.model.statics import Balance, Status
-from tendon_cli.model.transmission import Transmission, transmissions
 
+SIDES = ("flexor", "extensor")
 STANDARD_GRAVITY = 9.81
 """g in m/s², as the paper's findings assume."""
 
@@ -30,23 +32,30 @@ class Situation:
     """
 
     design: Design
-    motion: Kinematics
-    flexor: Transmission
-    extensor: Transmission
+    motion: Travels
+    flexor: Sheathed
+    extensor: Sheathed
     gravity_moment: Array
     """Of forearm and load about the elbow where the forearm is level, N m."""
     sine: Array
     """Of the forearm's inclination from the vertical."""
     cosine: Array
+    other_torque: Array
+    """What joint and task ask for besides the weights, N m."""
+    other_slope: Array
+    """Its slope, N m/rad."""
+    resting: tuple[Sheathed, Sheathed] | None = None
+    """Both sheaths in the posture in which the pretension is set, if they are others there."""
 
     @classmethod
     def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> Situation:
         """From arrays that broadcast: elbow angle in rad, and whether it is flexion, else extension."""
-        arm, (flexor, extensor) = design.arm, transmissions(design, flexion)
+        arm, sides = design.arm, (design.flexor, design.extensor)
+        flexor, extensor = sheaths_of(*sides, elbow_angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)
         return cls(
             design=design,
-            motion=kinematics(arm.anchors, elbow_angle, from_initial=design.from_initial),
+            motion=arm.joint.motion(elbow_angle),
             flexor=flexor,
             extensor=extensor,
             gravity_moment=np.asarray(
@@ -54,26 +63,45 @@ class Situation:
             ),
             sine=np.sin(inclination),
             cosine=np.cos(inclination),
+            other_torque=np.asarray(design.other_torque(elbow_angle), dtype=np.float64),
+            other_slope=np.asarray(design.other_torque(elbow_angle, 1), dtype=np.float64),
+            resting=sheaths_of(*sides, design.setting_angle, flexion) if design.follows else None,
         )
 
     @cached_property
     def coupling(self) -> Coupling:
         """What ties the two tensions together."""
-        return coupling(
-            moment_arm=self.motion.pulling_arm,
-            elbow_radius=self.design.arm.anchors.elbow_radius,
-            ratio=self.design.ratio,
+        motion, ratio = self.motion, self.design.ratio
+        return Coupling(
+            moment_arm=motion.pulling_arm,
+            extensor_arm=motion.extensor_moment_arm,
+            ratio=ratio,
             flexor_compliance=self.flexor.compliance,
             extensor_compliance=self.extensor.compliance,
-            flexor_travel=self.motion.flexor_travel,
-            extensor_travel=self.motion.extensor_travel,
-            elbow_torque=self.gravity_moment * self.sine,
+            mismatch=motion.mismatch(ratio),
+            elbow_torque=self.gravity_moment * self.sine + self.other_torque,
+            resting=None if self.resting is None else (self.resting[0].compliance, self.resting[1].compliance),
         )
+
+    @property
+    def follows_angle(self) -> bool:
+        """Whether more than the flexor's path differs from angle to angle: a sheath's bend, or the extensor's arm."""
+        return self.resting is not None or np.ndim(self.motion.extensor_moment_arm_slope) > 0
+
+    @cached_property
+    def arm_slopes(self) -> tuple[Array, Real]:
+        """J_f' - J_f c_f'/c_f and J_e' - J_e c_e'/c_e: what a newton takes of, gives to the elbow's stiffness, m."""
+        motion = self.motion
+        of_flexor, of_extensor = motion.flexor_moment_arm_slope, motion.extensor_moment_arm_slope
+        if self.resting is None:
+            return of_flexor, of_extensor
+        flexor, extensor = (side.compliance_rate / side.compliance for side in (self.flexor, self.extensor))
+        return of_flexor - motion.flexor_moment_arm * flexor, of_extensor - motion.extensor_moment_arm * extensor
 
     @property
     def torque_slope(self) -> Array:
         """dτ_a/dθ, N m/rad."""
-        return np.asarray(self.gravity_moment * self.cosine)
+        return np.asarray(self.gravity_moment * self.cosine + self.other_slope)
 
     @cached_property
     def response(self) -> Response:
@@ -174,19 +202,28 @@ class State:
     @property
     def elbow_stiffness(self) -> Array:
         """k, with the motor held, N m/rad."""
-        slope = self.motion.flexor_moment_arm_slope
-        return statics.elbow_stiffness(self.situation.held_stiffness, self.balance, slope)
+        return statics.elbow_stiffness(self.situation.held_stiffness, self.balance, self.situation.arm_slopes)
 
     @property
     def spool_angle(self) -> Array:
         """α from the pretensioned state, read from a side under tension; any angle does where neither is, rad."""
         design, motion, status = self.situation.design, self.motion, self.status
-        stretch = self.flexor.compliance * (self.balance.flexor - self.flexor_pretension)
-        by_flexor = np.asarray((motion.flexor_travel + stretch) / design.flexor_radius)
-        stretch = self.extensor.compliance * (self.balance.extensor - self.extensor_pretension)
-        by_extensor = (motion.extensor_travel - stretch) / (design.ratio * np.asarray(design.flexor_radius))
+        flexor, extensor = (self._stretches(side)["compliance"] for side in SIDES)
+        by_flexor = np.asarray((motion.flexor_travel + flexor) / design.flexor_radius)
+        by_extensor = (motion.extensor_travel - extensor) / (design.ratio * np.asarray(design.flexor_radius))
         alpha = np.where((status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, by_flexor)
         return np.where((status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)
+
+    def _stretches(self, side: str) -> dict[str, Array]:
+        """By how much all, the tendon and the spring of a side are longer than in the pretensioned state, m."""
+        at, number = self.situation, SIDES.index(side)
+        now, before = getattr(at, side), at.resting[number] if at.resting else getattr(at, side)
+        start = getattr(self, f"{side}_pretension")
+        change = getattr(self.balance, side) - start
+        return {
+            name: getattr(now, name) * change + (getattr(now, name) - getattr(before, name)) * start
+            for name in ("compliance", "tendon", "spring")
+        }
 
     @property
     def status(self) -> Status:
@@ -194,17 +231,17 @@ class State:
         return self.balance.status
 
     @property
-    def motion(self) -> Kinematics:
+    def motion(self) -> Travels:
         """Path, travels and moment arms."""
         return self.situation.motion
 
     @property
-    def flexor(self) -> Transmission:
+    def flexor(self) -> Sheathed:
         """What the flexor's sheath and spring do."""
         return self.situation.flexor
 
     @property
-    def extensor(self) -> Transmission:
+    def extensor(self) -> Sheathed:
         """And the extensor's."""
         return self.situation.extensor
 
@@ -215,18 +252,17 @@ class State:
 
     def columns(self) -> dict[str, Array]:
         """The result columns of a table of states, by name, but for the status."""
-        at, balance, motion = self.situation, self.balance, self.situation.motion
-        flexor_change = balance.flexor - self.flexor_pretension
-        extensor_change = balance.extensor - self.extensor_pretension
+        balance, motion = self.balance, self.situation.motion
+        flexor, extensor = self._stretches("flexor"), self._stretches("extensor")
         return {
             "flexor_tension_proximal": self.flexor_tension_proximal,
             "flexor_tension_distal": balance.flexor,
             "extensor_tension_proximal": self.extensor_tension_proximal,
             "extensor_tension_distal": balance.extensor,
-            "flexor_tendon_stretch": at.flexor.tendon * flexor_change,
-            "extensor_tendon_stretch": at.extensor.tendon * extensor_change,
-            "flexor_spring_stretch": at.flexor.spring * flexor_change,
-            "extensor_spring_stretch": at.extensor.spring * extensor_change,
+            "flexor_tendon_stretch": flexor["tendon"],
+            "extensor_tendon_stretch": extensor["tendon"],
+            "flexor_spring_stretch": flexor["spring"],
+            "extensor_spring_stretch": extensor["spring"],
             "flexor_slack": self.flexor_slack,
             "extensor_slack": self.extensor_slack,
             "elbow_torque": self.elbow_torque,
@@ -239,8 +275,8 @@ class State:
         }
 
 
-def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Kinematics, Transmission, Transmission, Coupling]:
-    """What a state knows before any pretension: motion, both transmissions, and how they are tied together."""
+def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Travels, Sheathed, Sheathed, Coupling]:
+    """What a state knows before any pretension: motion, both sheaths, and how they are tied together."""
     at = Situation.of(design, elbow_angle, flexion)
     return at.motion, at.flexor, at.extensor, at.coupling
 

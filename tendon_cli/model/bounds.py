@@ -98,8 +98,11 @@ def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
 
 def stiffness_line(at: Situation) -> tuple[Array, Array]:
     """k of a taut state over v = F - shortfall: base and gain, N m/rad and per newton."""
-    response, slope = at.response, at.motion.flexor_moment_arm_slope
-    return at.held_stiffness[0] - response.flexor_floor * slope, -(response.flexor_gain * slope)
+    response, (of_flexor, of_extensor) = at.response, at.arm_slopes
+    base, gain = at.held_stiffness[0] - response.flexor_floor * of_flexor, -(response.flexor_gain * of_flexor)
+    if np.any(of_extensor):
+        base, gain = base + response.extensor_floor * of_extensor, gain + response.extensor_gain * of_extensor
+    return base, gain
 
 
 def ends_of(at: Situation, bounds: Bounds) -> Iterator[tuple[int, Array, Flags, Array, Flags]]:

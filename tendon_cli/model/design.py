@@ -12,14 +12,15 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Anchors, Flag, Real
+from tendon_cli.model.kinematics import Array, Flag, Joint, Real
+from tendon_cli.model.spline import Spline
 
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """The arm, its anchors and its weight."""
+    """A joint, the limb beyond it and its weight."""
 
-    anchors: Anchors
+    joint: Joint
     forearm_mass: Real
     """Mass of forearm and hand, kg."""
     forearm_com: Real
@@ -30,16 +31,35 @@ class Limb:
     """ψ, inclination of the upper arm, forward positive, rad."""
     contact_width: Real = np.nan
     """Width of the extensor's strap around the elbow, m."""
+    contact_radius: Real = np.nan
+    """Its radius of curvature, m; not a number where the joint tells."""
+    stiffness: Real = 0.0
+    """The joint's own, N m/rad."""
+    rest_angle: Real = 0.0
+    """Where that asks for no torque, rad."""
+    torque: Spline | None = None
+    """What the joint asks for by itself, N m over rad, instead of the two."""
+
+    @property
+    def strap_radius(self) -> Array:
+        """Radius of curvature of the extensor's strap, m."""
+        return np.where(np.isnan(self.contact_radius), self.joint.strap_radius, self.contact_radius)
+
+    def passive(self, angle: Real, derivative: int = 0) -> Real:
+        """The torque that the joint asks for by itself to be flexed further (N m), or its slope (N m/rad)."""
+        if self.torque is not None:
+            return self.torque(angle, derivative)
+        return self.stiffness * np.subtract(angle, self.rest_angle) if derivative == 0 else self.stiffness
 
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """One tendon with its sheath and its series spring."""
+    """One tendon with its sheath, its series spring and its anchor."""
 
     friction: Real
     """μ."""
-    bend_angle: Real
-    """φ = ∫κ ds, rad."""
+    bend_angle: Real | Spline
+    """φ = ∫κ ds, rad, or how it follows the joint."""
     length: Real
     """L, m."""
     diameter: Real
@@ -47,9 +67,19 @@ class Side:
     youngs_modulus: Real
     """E, Pa."""
     spring_stiffness: Real
-    """K_SE, N/m."""
+    """K_SE, N/m; infinite without a spring."""
     pretension: Real
     """F0, distal tension before motion, N."""
+    anchor_stiffness: Real = np.inf
+    """K_t, of tissue and cuff behind the anchor, N/m."""
+    spring_at_motor: Flag = False
+    """Whether the spring sits at the motor's end of the tendon, else at the joint's."""
+
+    def bend(self, angle: Real) -> tuple[Real, Real]:
+        """φ (rad) and dφ/dθ at angles of the joint."""
+        if isinstance(self.bend_angle, Spline):
+            return self.bend_angle(angle), self.bend_angle(angle, 1)
+        return self.bend_angle, 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +95,26 @@ class Design:
     """η = R_m^e / R_m^f."""
     load_mass: Real
     """kg."""
-    from_initial: Flag = False
-    """Measure the flexor's travel from L_c(0) instead of b1 + b2."""
     unilateral: Flag = True
     """A tendon cannot push; otherwise the paper's bilateral model."""
+    load_torque: Spline | None = None
+    """What a task asks for besides, N m over rad."""
+    load_scale: Real = 1.0
+    """Times that torque."""
+    setting_angle: Real = 0.0
+    """θ0, the posture in which the pretension is set, rad."""
     given: Mapping[str, Real] = field(default_factory=dict)
     """Numbers that a limit alone needs, by key (`limits.GIVEN`); what a side may have of its own is the flexor's."""
+
+    @property
+    def follows(self) -> bool:
+        """Whether a sheath bends as the joint turns."""
+        return isinstance(self.flexor.bend_angle, Spline) or isinstance(self.extensor.bend_angle, Spline)
+
+    def other_torque(self, angle: Real, derivative: int = 0) -> Real:
+        """What joint and task ask for besides the weights (N m), or its slope (N m/rad)."""
+        own = self.arm.passive(angle, derivative)
+        return own if self.load_torque is None else own + self.load_scale * self.load_torque(angle, derivative)
 
 
 Made = TypeVar("Made")

@@ -52,6 +52,10 @@ def fold(found: Found, at: Situation, elbow_angle: Array) -> None:
 
     What does not depend on pretension is worked out once for all pretensions, in portions of states.
     """
+    if len(elbow_angle) > 1 and at.follows_angle:  # tension scales differently along a sheath at each angle
+        for index in range(len(elbow_angle)):
+            fold(found, changed(at, partial(_angle, index=index)), elbow_angle[index : index + 1])
+        return
     shape = (*found["slack"].shape, *np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:])
     axes, ascending = StateAxes(shape, _axis_of_pretension(at, shape)), np.argsort(elbow_angle, kind="stable")
     angles = elbow_angle[ascending]
@@ -68,9 +72,15 @@ def fold(found: Found, at: Situation, elbow_angle: Array) -> None:
     _take(found, {name: axes.back(values) for name, values in into.items()})
 
 
+def _angle(values: npt.NDArray[Kind], index: int) -> npt.NDArray[Kind]:
+    """One elbow angle of what may vary along them."""
+    return values if values.shape[-1] == 1 else values[..., index : index + 1]
+
+
 def _axis_of_pretension(at: Situation, shape: tuple[int, ...]) -> int | None:
     """The longest axis of designs that nothing but pretension depends on; None where there is none."""
-    others = *vars(at.coupling).values(), *at.motor_arms, at.design.unilateral
+    tied = vars(at.coupling) | {"resting": np.zeros(())}
+    others = *tied.values(), *(at.coupling.resting or ()), *at.motor_arms, at.other_slope, at.design.unilateral
     known = np.broadcast_shapes((1,) * len(shape), *map(np.shape, others))
     free = (axis for axis, length in enumerate(shape[:-2]) if known[axis] == 1 < length)
     return max(free, key=shape.__getitem__, default=None)

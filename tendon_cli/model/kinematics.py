@@ -1,13 +1,15 @@
-"""How the tendon paths change as the elbow bends (Eqs. 1-3).
+"""A joint: how far both tendons travel as it turns, and by which moment arms (Eqs. 1-3).
 
-The flexor tendon runs straight from the anchor r on the upper arm to the anchor q on the forearm (Fig. 2); the
-extensor tendon wraps a virtual pulley at the elbow. All functions broadcast their arguments; lengths in metres,
-angles in radians.
+A joint says at each angle by how much the flexor's path has shortened and the extensor's lengthened, with the slopes of
+these curves: more of it does not enter the model. `Anchors` is the arm of the paper, whose flexor tendon runs straight
+from the anchor r on the upper arm to the anchor q on the forearm (Fig. 2) while the extensor tendon wraps a virtual
+pulley at the elbow. All functions broadcast their arguments; lengths in metres, angles in radians.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +21,46 @@ Flag = bool | Flags
 
 DEAD_CENTRE = 1e-9
 """A moment arm below this share of all anchor offsets together is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Travels:
+    """Both tendons' travels at some angles of a joint, with their first and second derivatives."""
+
+    flexor_travel: Array
+    """H_f, by how much the flexor path is shorter than its reference, m."""
+    extensor_travel: Array
+    """H_e, by how much the extensor path is longer than its reference, m."""
+    flexor_moment_arm: Array
+    """J_f = dH_f/dθ, m; not a number where the anchors coincide."""
+    extensor_moment_arm: Real
+    """J_e = dH_e/dθ, m."""
+    flexor_moment_arm_slope: Array
+    """dJ_f/dθ, m/rad."""
+    extensor_moment_arm_slope: Real
+    """dJ_e/dθ, m/rad."""
+    pulling_arm: Array
+    """J_f where both tendons can turn the joint; not a number from the dead centre on, where J_f <= 0 but for rounding,
+    or where J_e <= 0, m."""
+    flexor_path: Array | None = None
+    """L_c, length of the flexor's path outside of its sheath (Eq. 1), m; None where the joint does not tell."""
+
+    def mismatch(self, ratio: Real) -> Array:
+        """h = H_e - η H_f, what the springs must give for the spool's ratio η, m."""
+        return np.asarray(self.extensor_travel - ratio * self.flexor_travel)
+
+
+class Joint(Protocol):
+    """One degree of freedom that two tendons pull on."""
+
+    def motion(self, angle: Real) -> Travels:
+        """Travels and moment arms at angles of the joint."""
+        ...
+
+    @property
+    def strap_radius(self) -> Real:
+        """Radius of curvature of the extensor's strap on the joint, m; NaN where the joint does not tell."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,24 +77,38 @@ class Anchors:
     """Distance of the distal anchor q from the elbow along the forearm."""
     elbow_radius: Real
     """Radius of the virtual pulley, the constant moment arm of the extensor."""
+    from_initial: Flag = False
+    """Measure the flexor's travel from L_c(0) instead of b1 + b2, as published: that is off by L_c(0) - (b1 + b2),
+    0.7 mm for the paper's arm, so that H_f(0) is not zero."""
 
+    @property
+    def strap_radius(self) -> Real:
+        """The strap lies on the virtual pulley, m."""
+        return self.elbow_radius
 
-@dataclass(frozen=True, eq=False)
-class Kinematics:
-    """The flexor path at some elbow angles and both travels."""
-
-    flexor_path: Array
-    """L_c, distance between the anchors q and r (Eq. 1), m."""
-    flexor_travel: Array
-    """H_f, by how much the flexor path is shorter than its reference, m."""
-    extensor_travel: Array
-    """H_e = R_elb θ, by how much the extensor path is longer than at θ = 0, m."""
-    flexor_moment_arm: Array
-    """J = dH_f/dθ, m; not a number where the anchors coincide."""
-    flexor_moment_arm_slope: Array
-    """dJ/dθ, m/rad."""
-    pulling_arm: Array
-    """J where the flexor can flex the elbow; not a number from the dead centre on, where J <= 0 but for rounding, m."""
+    def motion(self, angle: Real) -> Travels:
+        """Path, travels and moment arms with their derivatives, analytically (Eqs. 1-3)."""
+        forward, up = _anchor_offset(self, angle)
+        path = np.sqrt(forward * forward + up * up)
+        # As the forearm turns, the offset moves at a right angle to the position of q: (forward + a1, up + b1).
+        forward_rate = -(up + self.b1)
+        up_rate = forward + self.a1
+        with np.errstate(divide="ignore", invalid="ignore"):
+            moment_arm = -(forward * forward_rate + up * up_rate) / path
+            # d²(L_c²/2)/dθ² = L_c'² + L_c L_c'', and q moves on a circle: its acceleration is minus its position.
+            speed_squared = forward_rate * forward_rate + up_rate * up_rate
+            slope = (forward * up_rate - up * forward_rate - speed_squared + moment_arm * moment_arm) / path
+        reference = np.where(self.from_initial, flexor_path(self, 0.0), np.add(self.b1, self.b2))
+        return Travels(
+            flexor_travel=reference - path,
+            extensor_travel=np.multiply(self.elbow_radius, angle),
+            flexor_moment_arm=moment_arm,
+            extensor_moment_arm=self.elbow_radius,
+            flexor_moment_arm_slope=slope,
+            extensor_moment_arm_slope=0.0,
+            pulling_arm=np.where(moment_arm >= _dead_centre(self), moment_arm, np.nan),
+            flexor_path=path,
+        )
 
 
 def flexor_path(anchors: Anchors, elbow_angle: Real) -> Array:
@@ -61,35 +117,7 @@ def flexor_path(anchors: Anchors, elbow_angle: Real) -> Array:
     return np.sqrt(forward * forward + up * up)
 
 
-def kinematics(anchors: Anchors, elbow_angle: Real, *, from_initial: Flag = False) -> Kinematics:
-    """Path, travels and moment arm with its derivative, analytically (Eqs. 1-3).
-
-    Travel is measured from b1 + b2, as published, or from L_c(0) where `from_initial`: the published reference is off
-    by L_c(0) - (b1 + b2), 0.7 mm for the paper's arm, so that H_f(0) is not zero.
-    """
-    forward, up = _anchor_offset(anchors, elbow_angle)
-    path = np.sqrt(forward * forward + up * up)
-    # As the forearm turns, the offset moves at a right angle to the position of q, which is (forward + a1, up + b1).
-    forward_rate = -(up + anchors.b1)
-    up_rate = forward + anchors.a1
-    with np.errstate(divide="ignore", invalid="ignore"):
-        moment_arm = -(forward * forward_rate + up * up_rate) / path
-        # d²(L_c²/2)/dθ² = L_c'² + L_c L_c'', and q moves on a circle: its acceleration is minus its position.
-        speed_squared = forward_rate * forward_rate + up_rate * up_rate
-        slope = (forward * up_rate - up * forward_rate - speed_squared + moment_arm * moment_arm) / path
-    straight = flexor_path(anchors, 0.0)
-    reference = np.where(from_initial, straight, np.add(anchors.b1, anchors.b2))
-    return Kinematics(
-        flexor_path=path,
-        flexor_travel=reference - path,
-        extensor_travel=np.multiply(anchors.elbow_radius, elbow_angle),
-        flexor_moment_arm=moment_arm,
-        flexor_moment_arm_slope=slope,
-        pulling_arm=np.where(moment_arm >= _dead_centre(anchors), moment_arm, np.nan),
-    )
-
-
-def no_slack_radius_ratio(motion: Kinematics) -> Array:
+def no_slack_radius_ratio(motion: Travels) -> Array:
     """H_f / H_e (Eq. 3 and Fig. 4): flexor over extensor radius that would wind both paths without slack.
 
     The paper prints it as R_e / R_f, with the labels of Eq. 2 exchanged; it diverges at θ = 0.

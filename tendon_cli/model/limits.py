@@ -34,8 +34,8 @@ def spool_to_tendon(design: Design) -> Array:
 
 
 def contact_pressure(design: Design, extensor_tension: Array) -> Array:
-    """p = T / (R_elb w) of the extensor's strap around the elbow (Pa), T its distal tension (N)."""
-    return np.asarray(extensor_tension / (np.asarray(design.arm.anchors.elbow_radius) * design.arm.contact_width))
+    """p = T / (R w) of the extensor's strap (Pa), T its distal tension (N) and R its radius of curvature."""
+    return np.asarray(extensor_tension / (design.arm.strap_radius * design.arm.contact_width))
 
 
 def _least_end(capstan: Array) -> Array:
@@ -48,11 +48,10 @@ def _largest_end(capstan: Array) -> Array:
 
 
 def _turning(at: Any, speed: Real) -> Form:
-    """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J/c_f + η R_elb/c_e)."""
+    """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J_f/c_f + η J_e/c_e)."""
     tied = at.coupling
-    pull = (
-        tied.moment_arm / tied.flexor_compliance + tied.ratio * np.asarray(tied.elbow_radius) / tied.extensor_compliance
-    )
+    by_extensor = tied.ratio * np.asarray(tied.extensor_arm) / tied.extensor_compliance
+    pull = tied.moment_arm / tied.flexor_compliance + by_extensor
     return Form(stiffness=speed / (at.design.flexor_radius * pull))
 
 

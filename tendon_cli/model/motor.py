@@ -14,12 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.model import sheath
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
-from tendon_cli.model.transmission import Transmission
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,50 +42,29 @@ class MotorRates:
 
 
 def motor_rates(design: Design, state: State) -> MotorRates:
-    """Rates of states by their elbow stiffness k = dα/dθ R_f (J/c_f + η R_elb/c_e), which leaves slack sides out."""
-    tied, status = state.coupling, state.balance.status
+    """Rates of states by their elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack sides out."""
+    tied, status, at = state.coupling, state.balance.status, state.situation
     limp = np.asarray(design.unilateral)
     flexor_pulls = ~(((status == FLEXOR_SLACK) | (status == BOTH_SLACK)) & limp)
     extensor_pulls = ~(((status == EXTENSOR_SLACK) | (status == BOTH_SLACK)) & limp)
     by_flexor = flexor_pulls * tied.moment_arm / tied.flexor_compliance
-    by_extensor = extensor_pulls * tied.ratio * tied.elbow_radius / tied.extensor_compliance
+    by_extensor = extensor_pulls * tied.ratio * tied.extensor_arm / tied.extensor_compliance
     with np.errstate(divide="ignore", invalid="ignore"):
         winding = np.where(flexor_pulls | extensor_pulls, state.elbow_stiffness / (by_flexor + by_extensor), np.nan)
     wound = np.where(np.isnan(winding) & ~np.isnan(tied.moment_arm), 0.0, winding)
     x, y = state.balance.flexor, state.balance.extensor
-    x_rate = flexor_pulls * (wound - tied.moment_arm) / tied.flexor_compliance
-    y_rate = extensor_pulls * (tied.elbow_radius - tied.ratio * wound) / tied.extensor_compliance
-    flexor_gives = state.flexor.spring + strain_compliance(state.flexor)
-    extensor_gives = state.extensor.spring + strain_compliance(state.extensor)
-    flexor_slides = tied.moment_arm + state.flexor.spring * x_rate
-    extensor_slides = state.extensor.spring * y_rate - tied.elbow_radius
+    x_takes, y_takes = wound - tied.moment_arm, tied.extensor_arm - tied.ratio * wound
+    if at.resting is not None:  # a bend that follows the joint stretches the tendons, too
+        x_takes, y_takes = x_takes - at.flexor.compliance_rate * x, y_takes - at.extensor.compliance_rate * y
+    x_rate = flexor_pulls * x_takes / tied.flexor_compliance
+    y_rate = extensor_pulls * y_takes / tied.extensor_compliance
+    started = (at.flexor if at.resting is None else at.resting[0]).compliance * design.flexor.pretension
     return MotorRates(
-        spool_angle=state.spool_angle + tied.flexor_compliance * design.flexor.pretension / design.flexor_radius,
+        spool_angle=state.spool_angle + started / design.flexor_radius,
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
-        stored=0.5 * (flexor_gives * x * x + extensor_gives * y * y),
-        storing=flexor_gives * x * x_rate + extensor_gives * y * y_rate,
-        friction=friction_rate(state.flexor, x, x_rate, flexor_slides)
-        + friction_rate(state.extensor, y, y_rate, extensor_slides),
-    )  # fmt: skip
-
-
-def strain_compliance(side: Transmission) -> Array:
-    """∫ (F/T)² ds / AE, twice the strain energy of a sheathed tendon over the square of its distal tension T, m/N.
-
-    With F = T e^(as/L) from the elbow on it is L/(AE) (e^(2a) - 1)/(2a), where c_Ten has a once.
-    """
-    exponent = -np.log(side.capstan)
-    return np.asarray(side.tendon * sheath.relative_elongation(2.0 * exponent) / sheath.relative_elongation(exponent))
-
-
-def friction_rate(side: Transmission, tension: Array, tension_rate: Array, slides: Array) -> Array:
-    """∫ dF/ds du/dθ ds over a sheath: what friction takes, N m, by the distal tension T and its rate (N, N/rad).
-
-    `slides` is how fast the tendon moves toward the motor at the elbow's end (m/rad). Further along it moves faster by
-    dT/dθ w(s), w the elongation from the elbow to s per newton, so that the integral is (e^a - 1) T slides +
-    T dT/dθ ∫ (dF/ds)/T w ds; by parts the last one is e^a c_Ten less `strain_compliance`.
-    """
-    near = 1.0 / side.capstan
-    along = near * side.tendon - strain_compliance(side)
-    return np.asarray(tension * ((near - 1.0) * slides + tension_rate * along))
+        stored=0.5 * (at.flexor.gives * x * x + at.extensor.gives * y * y),
+        storing=at.flexor.storing(x, x_rate) + at.extensor.storing(y, y_rate),
+        friction=at.flexor.friction_rate(x, x_rate, tied.moment_arm)
+        + at.extensor.friction_rate(y, y_rate, -np.asarray(tied.extensor_arm)),
+    )

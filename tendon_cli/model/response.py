@@ -22,9 +22,9 @@ class Coupling:
     """What ties the two tensions together in a state; arrays that broadcast against each other."""
 
     moment_arm: Array
-    """J where the flexor can flex the elbow, not a number where J <= 0, m."""
-    elbow_radius: Real
-    """R_elb, m."""
+    """J_f where both tendons can turn the joint, not a number where J_f <= 0 or J_e <= 0, m."""
+    extensor_arm: Real
+    """J_e, m."""
     ratio: Real
     """η, extensor over flexor radius of the spool."""
     flexor_compliance: Array
@@ -36,19 +36,32 @@ class Coupling:
     elbow_torque: Array
     """τ_a, N m."""
 
+    resting: tuple[Array, Array] | None = None
+    """c_f and c_e in the posture in which the pretension is set, if they are others there, m/N."""
+
     @cached_property
-    def common_compliance(self) -> Array:
-        """η c_f + c_e, by how much h grows per newton of pretension on both sides, m/N."""
+    def compliance(self) -> Array:
+        """η c_f + c_e, m/N."""
         return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
 
     @cached_property
     def flexor_share(self) -> Array:
         """η c_f of that, as a share."""
-        return np.asarray(self.ratio * self.flexor_compliance * (1.0 / self.common_compliance))
+        return np.asarray(self.ratio * self.flexor_compliance * (1.0 / self.compliance))
+
+    @cached_property
+    def common_compliance(self) -> Array:
+        """η c_f + c_e where the pretension is set: by how much D grows per newton of it on both sides, m/N."""
+        if self.resting is None:
+            return self.compliance
+        return np.asarray(self.ratio * self.resting[0] + self.resting[1])
 
     def common_pretension(self, flexor: Real, extensor: Real) -> Array:
         """The pretension of both sides that does what two different ones do, N: each counts by its compliance."""
-        return np.asarray(extensor + self.flexor_share * np.subtract(flexor, extensor))
+        share = self.flexor_share
+        if self.resting is not None:
+            share = np.asarray(self.ratio * self.resting[0] * (1.0 / self.common_compliance))
+        return np.asarray(extensor + share * np.subtract(flexor, extensor))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +77,7 @@ class Response:
     """
 
     shortfall: Array
-    """Smallest pretension of both sides that keeps the state taut, N; not a number where J <= 0."""
+    """Smallest pretension of both sides that keeps the state taut, N; not a number without an equilibrium."""
     unilateral: Flag
     flexor_limit: Array
     """Pretension below which the flexor counts as slack, N: the shortfall but for rounding, or minus infinity."""
@@ -94,22 +107,6 @@ class Response:
         return np.fmax(self.flexor_limit, self.extensor_limit)
 
 
-def coupling(
-    *, moment_arm: Array, elbow_radius: Real, ratio: Real, flexor_compliance: Array, extensor_compliance: Array,
-    flexor_travel: Array, extensor_travel: Array, elbow_torque: Array,
-) -> Coupling:  # fmt: skip
-    """Gather a state's coefficients; where the flexor cannot balance anything its moment arm is not a number."""
-    return Coupling(
-        moment_arm=moment_arm,
-        elbow_radius=elbow_radius,
-        ratio=ratio,
-        flexor_compliance=flexor_compliance,
-        extensor_compliance=extensor_compliance,
-        mismatch=extensor_travel - ratio * flexor_travel,
-        elbow_torque=elbow_torque,
-    )
-
-
 def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     """The tensions of a state as functions of its pretension.
 
@@ -118,15 +115,18 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
     solution for J > 0. Bilateral ones go on along the same lines.
     """
-    radius, arm = np.asarray(state.elbow_radius), state.moment_arm
-    per_common, per_radius, per_arm = 1.0 / state.common_compliance, 1.0 / radius, 1.0 / arm
-    flexor_share, extensor_share = state.flexor_share, state.extensor_compliance * per_common
+    radius, arm = np.asarray(state.extensor_arm), state.moment_arm
+    per_compliance, per_radius, per_arm = 1.0 / state.compliance, 1.0 / radius, 1.0 / arm
+    flexor_share, extensor_share = state.flexor_share, state.extensor_compliance * per_compliance
     floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
     floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
     spread = flexor_share * radius + extensor_share * arm
+    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_compliance
+    if state.resting is not None:
+        grown = state.common_compliance / state.compliance
+        spread, shortfall = spread / grown, shortfall / grown
     flexor_gain = radius / spread
     extensor_gain = flexor_gain * (arm * per_radius)
-    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_common
     # With no torque to balance unilateral tendons are slack both at once, else the one that the torque does not load.
     load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
     idle = load <= SLACK_TOLERANCE * np.abs(shortfall)
@@ -152,7 +152,7 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
 def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
     """Pretensions below which flexor and extensor are each in negative tension, N, in the bilateral model."""
     common = state.common_compliance
-    at_flexor, at_extensor = state.elbow_torque / state.moment_arm, -state.elbow_torque / state.elbow_radius
+    at_flexor, at_extensor = state.elbow_torque / state.moment_arm, -state.elbow_torque / state.extensor_arm
     for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
     for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
     return (
@@ -169,7 +169,7 @@ def _tolerance(tension: Array, pretension: Array) -> Array:
 def pretension_shortfall(state: Coupling) -> Array:
     """Smallest pretension of both sides that keeps a state taut, N; negative where any would do, NaN where J <= 0.
 
-    Exact: max(η c_f τ_a / J, -c_e τ_a / R_elb) - h over η c_f + c_e. The largest over a design's states, and 0, is the
+    Exact: max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h over η c_f + c_e. The largest over a design's states, and 0, is the
     required pretension F0*.
     """
     return respond(state).shortfall

@@ -18,9 +18,8 @@ import numpy as np
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Flags
-from tendon_cli.model.motor import strain_compliance
-from tendon_cli.model.transmission import Transmission, transmissions
+from tendon_cli.model.kinematics import Array, Flags, Real
+from tendon_cli.model.sheath import Sheathed, sheaths_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,11 +36,15 @@ class SideReversal:
     """Rotation of the spool after which the far end follows, rad."""
     loss: Array
     """What friction takes until then, J."""
+    sprung: Array
+    """The share of the turn that a spring at the motor takes for the first of the change of tension; 0 without."""
 
     def tension(self, turn: Array) -> Array:
         """Tension at the motor once the spool has turned so far (N), the far end at rest or just following."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(self.turn > 0.0, np.sqrt(np.minimum(turn / self.turn, 1.0)), 1.0)
+            done = np.minimum(turn / self.turn, 1.0)
+            root = np.sqrt(np.square(self.sprung) + 4.0 * (1.0 - self.sprung) * done)
+            share = np.where(self.turn > 0.0, np.where(done > 0.0, 2.0 * done / (self.sprung + root), 0.0), 1.0)
         return np.asarray(self.tension_before * np.square(1.0 + share * (self.ratio - 1.0)))
 
     @property
@@ -65,10 +68,10 @@ class Reversal:
         return np.asarray((flexor - self.ratio * extensor) * self.flexor_radius)
 
 
-def reversal(design: Design, state: State, flexion: Flags) -> Reversal:
-    """The turn of the motion at states."""
+def reversal(design: Design, state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
+    """The turn of the motion at states, which are at elbow angles (rad)."""
     radius = np.asarray(design.flexor_radius)
-    after = transmissions(design, ~np.asarray(flexion))
+    after = sheaths_of(design.flexor, design.extensor, elbow_angle, ~np.asarray(flexion))
     return Reversal(
         _side(state.flexor, after[0], state.balance.flexor, radius),
         _side(state.extensor, after[1], state.balance.extensor, radius * design.ratio),
@@ -77,20 +80,26 @@ def reversal(design: Design, state: State, flexion: Flags) -> Reversal:
     )
 
 
-def _side(before: Transmission, after: Transmission, tension: Array, radius: Array) -> SideReversal:
-    """One tendon, by its transmission before and after the turn and its distal tension T.
+def _side(before: Sheathed, after: Sheathed, tension: Array, radius: Array) -> SideReversal:
+    """One tendon, by its sheath before and after the turn and its distal tension T.
 
-    The stretch is T |c_Ten before - after|, and over the turn the tension at the motor is P (1 + q (r - 1))², q² the
-    share of the turn that is done: so its work is P times the stretch times 1 + 4/3 (r - 1) + (r - 1)²/2.
+    The stretch is T |c before - after|. As the front has come through the share q of the sheath's change, the tendon
+    has let out q² T (c_Ten before - after), and the tension at the motor is P (1 + q (r - 1))²: so the work there is P
+    times what the tendon lets out times 1 + 4/3 (r - 1) + (r - 1)²/2. A spring at the motor lets out what its tension
+    says, (P - P (1 + q (r - 1))²)/K: its share of the turn begins with the slope 2 P (1 - r)/K, and loses nothing.
     """
     pulled = np.where(tension > 0.0, tension, np.nan)
     near, change = pulled / before.capstan, before.capstan - 1.0
-    let_out = pulled * (before.tendon - after.tendon)
-    released = 0.5 * np.square(pulled) * (strain_compliance(before) - strain_compliance(after))
+    of_tendon, of_spring = pulled * (before.tendon - after.tendon), pulled * (before.spring - after.spring)
+    let_out, first = of_tendon + of_spring, -2.0 * change * np.where(before.at_motor, before.spring, 0.0) * pulled
+    released = 0.5 * np.square(pulled) * (before.strain - after.strain)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sprung = np.where(let_out != 0.0, first / let_out, 0.0)
     return SideReversal(
         tension_before=near,
         ratio=before.capstan,
         stretch=np.abs(let_out),
         turn=np.abs(let_out) / radius,
-        loss=released - near * let_out * (1.0 + 4.0 / 3.0 * change + 0.5 * np.square(change)),
+        loss=released - near * of_tendon * (1.0 + 4.0 / 3.0 * change + 0.5 * np.square(change)),
+        sprung=sprung,
     )

@@ -2,8 +2,11 @@
 
 The unknowns are the distal tensions x (flexor) and y (extensor). With c the distal compliance of a side,
 
-    J x - R_elb y = τ_a                                   elbow balance, Eq. 5
-    η c_f (x - F0_f) + c_e (y - F0_e) = H_e - η H_f       both spools turn together, Eqs. 12-16
+    J_f x - J_e y = τ_a                                   elbow balance, Eq. 5, whose J^e is -J_e
+    η (c_f x - c_f0 F0_f) + c_e y - c_e0 F0_e = H_e - η H_f    both spools turn together, Eqs. 12-16
+
+with c0 the compliance in the posture in which the pretension is set; only a bend that follows the joint makes it
+another.
 
 The sign of the right side and the simultaneous solution depart from the letter of the paper; only so do its own figures
 come out (see docs/physics.md).
@@ -84,7 +87,7 @@ def solve(
 ) -> Balance:  # fmt: skip
     """Distal tensions and status. `unilateral` tendons cannot push; otherwise negative tension is the paper's slack.
 
-    Where J <= 0 the tensions are not numbers. `response` is what `respond` gives, for whoever has it already.
+    Without an equilibrium the tensions are not numbers. `response` is what `respond` gives, for whoever has it already.
     """
     response = respond(state, unilateral=unilateral) if response is None else response
     pretension = state.common_pretension(flexor_pretension, extensor_pretension)
@@ -110,27 +113,30 @@ def _if_any(flags: Flags) -> Flags:
 
 
 def springs(state: Coupling) -> tuple[Array, Array]:
-    """J²/c_f and R_elb²/c_e, what either tendon adds to the elbow's stiffness with the motor held, N m/rad."""
+    """J_f²/c_f and J_e²/c_e, what either tendon adds to the elbow's stiffness with the motor held, N m/rad."""
     flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
-    return flexor, np.asarray(np.square(state.elbow_radius) / state.extensor_compliance)
+    return flexor, np.asarray(np.square(state.extensor_arm) / state.extensor_compliance)
 
 
 def held_stiffness(
     state: Coupling, response: Response, elbow_torque_slope: Array, *, unilateral: Flag = True
 ) -> tuple[Array, Array]:
-    """J²/c_f + R_elb²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
+    """J_f²/c_f + J_e²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
     flexor, extensor = springs(state)
     left = np.where(response.idle, 0.0, np.where(state.elbow_torque < 0.0, extensor, flexor))
     taut = flexor + extensor
     return taut + elbow_torque_slope, np.where(unilateral, left, taut) + elbow_torque_slope
 
 
-def elbow_stiffness(held: tuple[Array, Array], balance: Balance, moment_arm_slope: Array) -> Array:
-    """k = J²/c_f + R_elb²/c_e + dτ_a/dθ - x dJ/dθ with the motor held, N m/rad; `held` is what `held_stiffness` gives.
+def elbow_stiffness(held: tuple[Array, Array], balance: Balance, arm_slopes: tuple[Array, Real]) -> Array:
+    """k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y, the motor held.
 
-    Negative where the arm is unstable: there the spool must turn back while the elbow goes on, and the direction of
-    friction that the state assumes is wrong.
+    In N m/rad; `held` is what `held_stiffness` gives, `arm_slopes` the two brackets. Negative where the arm is
+    unstable: there the spool must turn back while the elbow goes on, and the direction of friction that the state
+    assumes is wrong.
     """
     taut, slack = held
     standing = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
-    return np.asarray(standing - balance.flexor * moment_arm_slope)
+    of_flexor, of_extensor = arm_slopes
+    stiffness = standing - balance.flexor * of_flexor
+    return np.asarray(stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness)

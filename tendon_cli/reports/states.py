@@ -54,7 +54,7 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
     states = (*shape, flexion.size, angles.size)
     wanted = [column for label in labels for column in GROUPS[label]]
     found = {name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted}
-    measures = {name: getattr(design.arm.anchors, name) for name in _ANCHORS}
+    measures = {name: getattr(design.arm.joint, name) for name in _ANCHORS}
     measures["load_distance"] = design.arm.load_distance
     return found | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
 

@@ -187,23 +187,22 @@ class Space:
     def design(self, box: Box | None = None) -> Design:
         """The designs of a box, else of the whole product, each number shaped as it varies to (*box, 1, 1)."""
         place = self.whole if box is None else box
-        given = {where: number.within(place) for where, number in self.of_the_model.items()}
+        given: dict[Place, Any] = {where: number.within(place) for where, number in self.of_the_model.items()}
 
         def arm(names: tuple[str, ...]) -> dict[str, Any]:
             return {name: given[f"arm.{name}", None] for name in names}
 
         def is_so(key: str) -> Flag:
-            return given[key, None] > 0.5
+            return np.asarray(given[key, None]) > 0.5
 
         flexor, extensor = (Side(**{name: given[key, side] for name, key in _OF_A_SIDE.items()}) for side in SIDES)
         return Design(
-            arm=Limb(Anchors(**arm(ANCHORS)), **arm(_WEIGHTS)),
+            arm=Limb(Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)), **arm(_WEIGHTS)),
             flexor=flexor,
             extensor=extensor,
             flexor_radius=given["spool.flexor_radius", None],
             ratio=given["spool.ratio", None],
             load_mass=given["load.mass", None],
-            from_initial=is_so(REFERENCE),
             unilateral=is_so(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
         )

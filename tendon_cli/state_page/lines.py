@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 
 
@@ -57,35 +58,47 @@ def null_if_nan(value: float) -> float | None:
 def sections_of(state: State, angle: float) -> list[PageSection]:
     """A state from its geometry on, at an elbow angle in degrees; up to its load where it has no equilibrium."""
     design = state.situation.design
-    found = [_geometry(state, design, angle), _sheath(state, design), _load(state, design, angle)]
+    found = [_geometry(state, design, angle), _sheath(state, design, angle), _load(state, design, angle)]
     if int(state.status.flat[0]) != NO_EQUILIBRIUM:
         found += [_balance(state, design), _results(state, design)]
     return found
 
 
 def _geometry(state: State, design: Design, angle: float) -> PageSection:
-    motion, anchors = state.motion, design.arm.anchors
-    theta = float(np.radians(angle))
-    reference = "L_c(0) - L_c" if np.any(design.from_initial) else "(b1 + b2) - L_c"
+    motion, joint, at = state.motion, design.arm.joint, (float(np.radians(angle)),)
+    theta = PageLine("θ", f"elbow angle, {angle:.6g} deg", at, "rad")
+    travels = (one(motion.flexor_travel),), (one(motion.extensor_travel),)
+    arms = (one(motion.flexor_moment_arm),), (one(motion.extensor_moment_arm),)
+    if not isinstance(joint, Anchors):
+        lines: tuple[PageLine, ...] = (
+            theta,
+            PageLine("H_f", "shortening of the flexor's path, table", travels[0], "m", "Eq. 2"),
+            PageLine("H_e", "lengthening of the extensor's, table", travels[1], "m", "Eq. 2"),
+            PageLine("J_f", "dH_f/dθ of the same curve", arms[0], "m", "Eq. 5"),
+            PageLine("J_e", "dH_e/dθ of the same curve", arms[1], "m", "Eq. 5"),
+        )
+        return PageSection("Geometry", lines)
+    reference = "L_c(0) - L_c" if np.any(joint.from_initial) else "(b1 + b2) - L_c"
+    path = (one(flexor_path(joint, at[0])),)
     return PageSection(
         "Geometry",
         (
-            PageLine("a1, b1", "proximal anchor of the flexor", (one(anchors.a1), one(anchors.b1)), "m", "Fig. 2"),
-            PageLine("a2, b2", "distal anchor of the flexor", (one(anchors.a2), one(anchors.b2)), "m", "Fig. 2"),
-            PageLine("θ", f"elbow angle, {angle:.6g} deg", (theta,), "rad"),
-            PageLine("L_c", "distance between the anchors", (one(motion.flexor_path),), "m", "Eq. 1"),
-            PageLine("H_f", reference, (one(motion.flexor_travel),), "m", "Eq. 2"),
-            PageLine("H_e", "R_elb θ", (one(motion.extensor_travel),), "m", "Eq. 2"),
-            PageLine("J", "-dL_c/dθ", (one(motion.flexor_moment_arm),), "m", "Eq. 5"),
-            PageLine("R_elb", "moment arm of the extensor", (one(anchors.elbow_radius),), "m", "Fig. 2"),
+            PageLine("a1, b1", "proximal anchor of the flexor", (one(joint.a1), one(joint.b1)), "m", "Fig. 2"),
+            PageLine("a2, b2", "distal anchor of the flexor", (one(joint.a2), one(joint.b2)), "m", "Fig. 2"),
+            theta,
+            PageLine("L_c", "distance between the anchors", path, "m", "Eq. 1"),
+            PageLine("H_f", reference, travels[0], "m", "Eq. 2"),
+            PageLine("H_e", "R_elb θ", travels[1], "m", "Eq. 2"),
+            PageLine("J", "-dL_c/dθ", arms[0], "m", "Eq. 5"),
+            PageLine("R_elb", "moment arm of the extensor", arms[1], "m", "Fig. 2"),
         ),
     )
 
 
-def _sheath(state: State, design: Design) -> PageSection:
+def _sheath(state: State, design: Design, angle: float) -> PageSection:
     sides = (design.flexor, design.extensor)
     transmissions = (state.flexor, state.extensor)
-    exponents = tuple(one(side.friction) * one(side.bend_angle) for side in sides)
+    exponents = tuple(one(side.friction) * one(side.bend(np.radians(angle))[0]) for side in sides)
     return PageSection(
         "Sheath, tendon and spring (flexor, extensor)",
         (
@@ -124,7 +137,7 @@ def _load(state: State, design: Design, angle: float) -> PageSection:
 def _balance(state: State, design: Design) -> PageSection:
     tied, ratio = state.coupling, one(design.ratio)
     c_f, c_e, moment_arm = one(tied.flexor_compliance), one(tied.extensor_compliance), one(tied.moment_arm)
-    radius, torque = one(tied.elbow_radius), one(tied.elbow_torque)
+    radius, torque = one(tied.extensor_arm), one(tied.elbow_torque)
     preload = one(tied.mismatch) + ratio * c_f * one(design.flexor.pretension) + c_e * one(design.extensor.pretension)
     determinant = ratio * c_f * radius + moment_arm * c_e
     x_both = (c_e * torque + radius * preload) / determinant

@@ -46,9 +46,9 @@ def cycle_section(results: dict[str, float | None], speed: float) -> PageSection
     return PageSection(f"Over the study's angles and directions at {_per_second(speed)}", tuple(lines))
 
 
-def reversal_section(design: Design, state: State, *, flexion: bool) -> PageSection:
+def reversal_section(design: Design, state: State, elbow_angle: float, *, flexion: bool) -> PageSection:
     """What it takes until both far ends follow where the motion turns back at this state (flexor, extensor)."""
-    turn = reversal(design, state, np.asarray(flexion))
+    turn = reversal(design, state, elbow_angle, np.asarray(flexion))
     sides: tuple[SideReversal, SideReversal] = (turn.flexor, turn.extensor)
     turns = np.array([one(side.turn) for side in sides])
     ends = np.sort(turns[~np.isnan(turns)])

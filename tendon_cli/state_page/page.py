@@ -114,7 +114,7 @@ def _of_the_motor(plan: Plan, state: State, *, reversal: bool, plot: Path | None
         sections += [motor_section(design, state, speed.single, flexion=flexion), cycle_section(results, speed.single)]
         loss = results["friction_loss"]
     if reversal:
-        sections.append(reversal_section(design, state, flexion=flexion))
+        sections.append(reversal_section(design, state, float(plan.elbow_angles[0]), flexion=flexion))
     if plot is not None:
         from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
 

@@ -55,7 +55,7 @@ def _stroke(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:
 
 
 def _turn(design: Design, state: State, plan: Plan) -> Turn:
-    turned = reversal(design, state, np.asarray(plan.directions[0] == "flexion"))
+    turned = reversal(design, state, float(plan.elbow_angles[0]), np.asarray(plan.directions[0] == "flexion"))
     ends = {"flexor": one(turned.flexor.turn), "extensor": one(turned.extensor.turn)}
     path = 1.15 * max([end for end in ends.values() if end > 0.0] or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
 

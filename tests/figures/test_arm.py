@@ -11,7 +11,6 @@ from matplotlib.text import Text
 
 from tendon_cli.figures.arm.draw import arm_page
 from tendon_cli.figures.arm.shape import ArmShape, arm_sizes
-from tendon_cli.model.kinematics import kinematics
 from tendon_cli.studies.load import study_from
 
 ANGLES = [math.radians(angle) for angle in (-20.0, 0.0, 35.0, 90.0, 140.0)]
@@ -24,7 +23,7 @@ STUDY = study_from(
 def test_points_agree_with_the_model(angle: float) -> None:
     shape = ArmShape(arm_sizes(STUDY), angle)
     points = shape.anchors
-    motion = kinematics(shape.sizes.anchors, angle)
+    motion = shape.sizes.anchors.motion(angle)
     assert np.linalg.norm(points["q"] - points["r"]) == pytest.approx(float(motion.flexor_path))
     foot = shape.moment_arm_foot
     assert np.linalg.norm(foot) == pytest.approx(abs(float(motion.flexor_moment_arm)))

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from tendon_cli import kernel
 from tendon_cli.model import extremes, portions
 from tendon_cli.model.actuator import Situation, State
 from tendon_cli.model.design import Design, Limb, Side
 from tendon_cli.model.kinematics import Anchors
+from tendon_cli.model.spline import Excursion, Spline
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 
 from .filling import each_kind, needs_code, same_bits
@@ -21,6 +23,12 @@ SIDE = {
 }  # fmt: skip
 
 
+def spline(rng, low, high):
+    """A curve that rises over most of the angles, and falls somewhere."""
+    found = CubicSpline(np.linspace(-0.6, 3.1, 8), np.linspace(low, high, 8) + 0.06 * high * rng.standard_normal(8))
+    return Spline(found.x, found.c)
+
+
 def situation_of(rng, slack):
     """Random designs along random axes, and directions and elbow angles for them; some past the dead centre."""
     shape = tuple(rng.integers(1, 5, rng.integers(1, 4)))
@@ -30,8 +38,15 @@ def situation_of(rng, slack):
         lengths = [length if varies else 1 for length, varies in zip(shape, axes, strict=True)]
         return rng.uniform(low, high, (*lengths, 1, 1))
 
+    new = (
+        rng.random(5) < 0.25
+    )  # a table of travels, a bend that follows, anchors, springs at the motor, a joint's torque
+
     def side(pretension):
         drawn = {name: some(*ends) for name, ends in SIDE.items()}
+        drawn |= {"bend_angle": spline(rng, 2.0, 6.0)} if new[1] and rng.random() < 0.7 else {}
+        drawn |= {"anchor_stiffness": some(3e3, 4e4)} if new[2] else {}
+        drawn |= {"spring_at_motor": some(0.0, 1.0) > 0.3} if new[3] else {}
         return Side(**drawn | {"pretension": drawn["pretension"] if pretension is None else pretension})
 
     on_the_bone = rng.random() < 0.1
@@ -41,9 +56,15 @@ def situation_of(rng, slack):
     weight = some(0.3, 3.0) * loaded, 0.17, some(0.2, 0.4), 0.0 if rng.random() < 0.3 else some(-2.0, 1.2)
     pretension = np.linspace(0.0, 300.0, shape[0]).reshape(-1, *[1] * (len(shape) + 1)) if rng.random() < 0.7 else None
     unilateral = {"unilateral": True, "bilateral": False, "both": some(0.0, 1.0) > 0.5}[slack]
+    joint = Anchors(*anchors, from_initial=some(0.0, 1.0) > 0.5)
+    if new[0]:
+        joint = Excursion(spline(rng, 0.0, 0.06), spline(rng, 0.0, 0.05), some(-0.2, 0.4), some(0.8, 1.2))
+    limb = Limb(joint, *weight)
+    if new[4]:
+        limb = replace(limb, stiffness=some(0.0, 2.0), rest_angle=some(0.0, 1.5))
     design = Design(
-        Limb(Anchors(*anchors), *weight), side(pretension), side(pretension), some(0.01, 0.06), some(0.5, 2.0),
-        some(0.0, 12.0) * loaded, from_initial=some(0.0, 1.0) > 0.5, unilateral=unilateral,
+        limb, side(pretension), side(pretension), some(0.01, 0.06), some(0.5, 2.0),
+        some(0.0, 12.0) * loaded, unilateral=unilateral, setting_angle=some(0.0, 0.4) if new[1] else 0.0,
     )  # fmt: skip
     angles = np.append(0.0, rng.uniform(-0.5, 3.0, rng.choice(ANGLES)))[1 - int(on_the_bone) :]
     flexion = np.array([[True], [False]])[: rng.integers(1, 3)]

@@ -91,10 +91,10 @@ def test_code_of_another_version_is_not_used(monkeypatch):
 
 
 ONE = (
-    "moment_arm", "pulling_arm", "moment_arm_slope", "flexor_travel", "extensor_travel", "sine", "cosine",
-    "gravity_moment", "elbow_radius", "flexor_radius", "ratio", "unilateral",
+    "moment_arm", "pulling_arm", "flexor_slope", "flexor_travel", "extensor_travel", "sine", "cosine", "other_torque",
+    "other_slope", "gravity_moment", "extensor_arm", "extensor_slope", "flexor_radius", "ratio", "unilateral",
 )  # fmt: skip
-BY_SIDE = ("capstan", "tendon", "spring", "pretension")
+BY_SIDE = ("capstan", "tendon", "spring", "anchor", "tendon_resting", "spring_resting", "pretension")
 NAMES = (*ONE, *(f"{side}_{by}" for side in ("flexor", "extensor") for by in BY_SIDE))
 GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tendon_cli.model.design import Design, Limb, Side
@@ -24,10 +26,15 @@ BASELINE = {
 def design(p) -> Design:
     """The package's design of flat parameters, numbers or arrays."""
     sides = {side: Side(**{name: p[f"{side}_{name}"] for name in SIDE}) for side in ("flexor", "extensor")}
-    anchors = Anchors(p["a1"], p["b1"], p["a2"], p["b2"], p["elbow_radius"])
+    anchors = Anchors(p["a1"], p["b1"], p["a2"], p["b2"], p["elbow_radius"], p["from_initial"])
     arm = Limb(anchors, p["forearm_mass"], p["forearm_com"], p["load_distance"], p["upper_arm_angle"])
-    rest = ("flexor_radius", "ratio", "load_mass", "from_initial", "unilateral")
+    rest = ("flexor_radius", "ratio", "load_mass", "unilateral")
     return Design(arm=arm, **sides, **{name: p[name] for name in rest})
+
+
+def kinematics(arm: Anchors, angle, *, from_initial=False):
+    """The motion of an arm, its travel measured from either reference."""
+    return replace(arm, from_initial=from_initial).motion(angle)
 
 
 def baseline(**changes):

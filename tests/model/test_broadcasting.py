@@ -16,6 +16,8 @@ def leaves(result, prefix=""):
     made = [name for name, each in vars(type(result)).items() if isinstance(each, property | cached_property)]
     for name in (*(field.name for field in fields(result)), *made):
         value = getattr(result, name)
+        if value is None:  # what only a bend that follows the joint has
+            continue
         if is_dataclass(value):
             yield from leaves(value, f"{prefix}{name}.")
         elif isinstance(value, tuple):

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tendon_cli.model import actuator, statics
-from tendon_cli.model.kinematics import Anchors, flexor_path, kinematics, no_slack_radius_ratio
+from tendon_cli.model.kinematics import Anchors, flexor_path, no_slack_radius_ratio
 
-from .designs import baseline, design
+from .designs import baseline, design, kinematics
 from .rig import derivative
 
 OFFSETS = st.floats(0.005, 0.08)
@@ -100,7 +100,7 @@ def test_the_radius_ratio_without_slack_is_the_ratio_of_both_travels(arm, angle)
 
 
 def test_the_radius_ratio_has_no_value_where_neither_path_has_moved():
-    anchors = design(baseline()).arm.anchors
+    anchors = design(baseline()).arm.joint
     assert np.isnan(no_slack_radius_ratio(kinematics(anchors, 0.0, from_initial=True)))
 
 

@@ -7,12 +7,12 @@ import pytest
 from scipy.optimize import brentq
 
 from tendon_cli.model import actuator, response, statics
-from tendon_cli.model.kinematics import kinematics, no_slack_radius_ratio
+from tendon_cli.model.kinematics import no_slack_radius_ratio
 
-from .designs import baseline, design
+from .designs import baseline, design, kinematics
 
 FULL_RANGE = np.radians(np.linspace(0.0, 90.0, 901))
-ANCHORS = design(baseline()).arm.anchors
+ANCHORS = design(baseline()).arm.joint
 
 
 def assert_printed(value, printed: str):

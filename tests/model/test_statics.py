@@ -441,14 +441,14 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     arm, radius, ratio, c_f, c_e, h_f, h_e, torque, f_f, f_e, unilateral
 ):
     """What flexes in one arm extends in its mirror image, with the ratio 1/η and both travels exchanged."""
-    one = response.coupling(
-        moment_arm=np.asarray(arm), elbow_radius=radius, ratio=ratio, flexor_compliance=np.asarray(c_f),
-        extensor_compliance=np.asarray(c_e), flexor_travel=np.asarray(h_f), extensor_travel=np.asarray(h_e),
+    one = response.Coupling(
+        moment_arm=np.asarray(arm), extensor_arm=radius, ratio=ratio, flexor_compliance=np.asarray(c_f),
+        extensor_compliance=np.asarray(c_e), mismatch=np.asarray(h_e - ratio * h_f),
         elbow_torque=np.asarray(torque),
     )  # fmt: skip
-    other = response.coupling(
-        moment_arm=np.asarray(radius), elbow_radius=arm, ratio=1 / ratio, flexor_compliance=np.asarray(c_e),
-        extensor_compliance=np.asarray(c_f), flexor_travel=np.asarray(-h_e), extensor_travel=np.asarray(-h_f),
+    other = response.Coupling(
+        moment_arm=np.asarray(radius), extensor_arm=arm, ratio=1 / ratio, flexor_compliance=np.asarray(c_e),
+        extensor_compliance=np.asarray(c_f), mismatch=np.asarray(h_e / ratio - h_f),
         elbow_torque=np.asarray(-torque),
     )  # fmt: skip
     a = statics.solve(one, f_f, f_e, unilateral=unilateral)
@@ -504,7 +504,7 @@ def test_a_slack_tendon_adds_no_stiffness():
 
 def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
     edge = response.Coupling(
-        moment_arm=np.asarray(0.1), elbow_radius=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
+        moment_arm=np.asarray(0.1), extensor_arm=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
         extensor_compliance=np.asarray(3e-4), mismatch=np.asarray(-0.01), elbow_torque=np.asarray(7.0),
     )  # fmt: skip
     least = float(response.pretension_shortfall(edge))

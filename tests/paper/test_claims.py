@@ -9,7 +9,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tendon_cli.model import actuator, kinematics, sheath
+from tendon_cli.model import actuator, sheath
+from tendon_cli.model.kinematics import Anchors
 from tendon_cli.paper.entry import FALSE, IN_PART, TRUE, judge
 from tendon_cli.paper.ledger import Places
 from tendon_cli.paper.reproduce import evaluate
@@ -101,6 +102,8 @@ def test_a_verdict_is_that_of_its_parts(parts, verdict):
     assert (judged.verdict, judged.value, judged.numbers) == (verdict, "0.0, 2.0 N of 3", (-0.04, 2.0, 3.0))
 
 
+RIGHT = Anchors.motion
+
 # --- Mutations ------------------------------------------------------------------------------------------------------
 
 
@@ -116,11 +119,11 @@ def no_elongation_of_the_tendon(monkeypatch):
 
 def scaled(by, *names):
     def mutate(monkeypatch):
-        def moved(*given, **options):
-            motion = kinematics.kinematics(*given, **options)
+        def moved(arm, angle):
+            motion = RIGHT(arm, angle)
             return dataclasses.replace(motion, **{name: by * getattr(motion, name) for name in names})
 
-        monkeypatch.setattr(actuator, "kinematics", moved)
+        monkeypatch.setattr(Anchors, "motion", moved)
 
     return mutate
 
@@ -130,10 +133,10 @@ def weaker_gravity(monkeypatch):
 
 
 def travel_from_the_straight_arm(monkeypatch):
-    def moved(*given, **_):
-        return kinematics.kinematics(*given, from_initial=True)
+    def moved(arm, angle):
+        return RIGHT(dataclasses.replace(arm, from_initial=True), angle)
 
-    monkeypatch.setattr(actuator, "kinematics", moved)
+    monkeypatch.setattr(Anchors, "motion", moved)
 
 
 MUTATIONS = {

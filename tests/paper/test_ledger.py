@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_cli.model import actuator, sheath
+from tendon_cli.model import sheath
 from tendon_cli.model.actuator import couple
+from tendon_cli.model.kinematics import Travels
 from tendon_cli.paper import letter
 from tendon_cli.paper.entry import Entry
 from tendon_cli.paper.ledger import ledger_json, ledger_page
@@ -164,10 +165,7 @@ def forget_friction(monkeypatch):
 
 def add_the_travels(monkeypatch):
     """Eq. 12 as it is printed."""
-    right = actuator.coupling
-    monkeypatch.setattr(
-        actuator, "coupling", lambda **given: right(**given | {"flexor_travel": -given["flexor_travel"]})
-    )
+    monkeypatch.setattr(Travels, "mismatch", lambda at, ratio: at.extensor_travel + ratio * at.flexor_travel)
 
 
 @pytest.mark.parametrize(

@@ -124,7 +124,9 @@ def design_of(numbers) -> Design:
         side: Side(**{name: on_side(numbers, key, side) for name, key in SIDE_KEYS.items()})
         for side in ("flexor", "extensor")
     }
-    anchors = Anchors(*(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")))
+    anchors = Anchors(
+        *(numbers[f"arm.{name}"] for name in ("a1", "b1", "a2", "b2", "elbow_radius")), numbers["from_initial"]
+    )
     weight = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle")
     return Design(
         arm=Limb(anchors, *(numbers[f"arm.{name}"] for name in weight)),
@@ -132,6 +134,5 @@ def design_of(numbers) -> Design:
         flexor_radius=numbers["spool.flexor_radius"],
         ratio=numbers["spool.ratio"],
         load_mass=numbers["load.mass"],
-        from_initial=numbers["from_initial"],
         unilateral=numbers["unilateral"],
     )

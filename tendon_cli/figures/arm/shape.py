@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.model.kinematics import Anchors, kinematics
+from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import case_axis, number_axis, single_numbers
 from tendon_cli.studies.fields import nearest
@@ -110,12 +110,12 @@ class ArmShape:
     @property
     def moment_arm(self) -> float:
         """J at this angle, mm; the distance of the flexor's line from the elbow where it is in front of it."""
-        return float(kinematics(self.sizes.anchors, self.elbow_angle).flexor_moment_arm)
+        return float(self.sizes.anchors.motion(self.elbow_angle).flexor_moment_arm)
 
     @property
     def flexor_path(self) -> float:
         """L_c at this angle, mm."""
-        return float(kinematics(self.sizes.anchors, self.elbow_angle).flexor_path)
+        return float(flexor_path(self.sizes.anchors, self.elbow_angle))
 
     @property
     def moment_arm_foot(self) -> Points:

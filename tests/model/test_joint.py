@@ -1,0 +1,224 @@
+"""Any joint: travels from curves, sheaths that bend with it, a torque of its own; against a rig that integrates."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+
+from tendon_cli.model import actuator, window
+from tendon_cli.model.actuator import State
+from tendon_cli.model.bounds import Bounds
+from tendon_cli.model.design import Design, Limb, Side
+from tendon_cli.model.motor import motor_rates
+from tendon_cli.model.spline import Excursion, Spline
+from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
+
+from . import rig
+from .designs import baseline, design
+
+BOTH = np.array([[True], [False]])
+
+
+def curve(function, low, high, rows=400, beyond=0.1):
+    """A function as a table that reaches beyond the motion, and the spline through it."""
+    angles = np.linspace(low - beyond, high + beyond, rows)
+    found = CubicSpline(angles, function(angles))
+    return Spline(found.x, found.c)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Travels of the checks in closed form, both zero at `start`."""
+
+    shortens: object
+    lengthens: object
+    start: float = 0.3
+
+    def excursion(self, low, high, **how):
+        return Excursion(curve(self.shortens, low, high, **how), curve(self.lengthens, low, high, **how), self.start)
+
+
+FIRST = Joint(
+    lambda t: 0.035 * t - 0.04 / 0.9 * np.cos(0.9 * t),
+    lambda t: 0.028 * t + 0.008 / 1.3 * np.sin(1.3 * t - 0.4),
+)
+SECOND = Joint(lambda t: 0.05 * t - 0.006 * t**2, lambda t: 0.02 * t + 0.0075 * t**2)
+
+
+def passive(angle):
+    return 9.0 * np.sin(angle) - 1.5 * (angle - 0.9) + 0.6 * np.exp(2.0 * (angle - 1.6))
+
+
+def of_the_checks(joint, torque, bend, low, high, pretension=0.0, **how):
+    """Section 15's suit on a joint: mu 0.12, L 1.4 m, K 6 and 9 kN/m, eta 0.55, R_f 25 mm."""
+    flexor, extensor = (Side(0.12, bend, 1.4, 1.5e-3, 145e9, stiffness, pretension) for stiffness in (6e3, 9e3))
+    limb = Limb(joint.excursion(low, high, **how), 0.0, 0.0, 0.0, 0.0, torque=curve(torque, low, high, **how))
+    return Design(limb, flexor, extensor, 0.025, 0.55, 0.0, setting_angle=joint.start)
+
+
+def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():
+    bend = curve(lambda t: 2.4 + 0.7 * t, 0.0, 1.9)
+    made = of_the_checks(FIRST, passive, bend, 0.0, 1.9, pretension=140.0)
+    state = actuator.evaluate(made, 0.9, True)
+    assert float(state.balance.flexor) == pytest.approx(181.516858512, rel=1e-6)
+    assert float(state.balance.extensor) == pytest.approx(130.811298850, rel=1e-6)
+    assert float(state.elbow_stiffness) == pytest.approx(32.426351369, rel=1e-6)
+    found = window.window(made, np.linspace(0.0, 1.9, 20)[np.newaxis], BOTH, Bounds())
+    # Of 400 rows J' is off by a share of h²: with ten times as many the end is right to 1e-8.
+    assert (float(found.low), float(found.high)) == pytest.approx((84.654056308, 777.431276238), rel=2e-6)
+
+
+def test_a_table_that_just_covers_the_motion_is_nearly_as_good():
+    bend = curve(lambda t: 2.4 + 0.7 * t, 0.0, 1.9)
+    made = of_the_checks(FIRST, passive, bend, 0.0, 1.9, beyond=0.0)
+    found = window.window(made, np.linspace(0.0, 1.9, 20)[np.newaxis], BOTH, Bounds())
+    assert (float(found.low), float(found.high)) == pytest.approx((84.654056308, 777.431276238), rel=2e-5)
+
+
+def test_stiffness_may_bound_pretension_from_below():
+    made = of_the_checks(SECOND, lambda t: 22.0 + 19.0 * np.cos(1.8 * t), 2.4, 0.0, 1.6)
+    found = window.window(made, np.linspace(0.0, 1.6, 9)[np.newaxis], BOTH, Bounds())
+    assert float(found.low) == pytest.approx(572.162102383, abs=2e-5)
+    assert np.isinf(found.high)
+
+
+def test_the_papers_arm_as_a_table_of_its_own_excursions():
+    arm = design(baseline(load_mass=5.0, pretension=180.0, ratio=0.6, from_initial=True))
+    angles = np.linspace(-0.2, np.pi / 2 + 0.2, 1200)
+    moved = arm.arm.joint.motion(angles)
+    splines = (CubicSpline(angles, values) for values in (moved.flexor_travel, moved.extensor_travel))
+    table = Excursion(*(Spline(each.x, each.c) for each in splines))
+    tabled = replace(arm, arm=replace(arm.arm, joint=table))
+    at = np.linspace(0.0, np.pi / 2, 37)[np.newaxis]
+    for name, expected in State.columns(actuator.evaluate(arm, at, BOTH)).items():
+        found = State.columns(actuator.evaluate(tabled, at, BOTH))[name]
+        np.testing.assert_allclose(found, expected + 0.0 * found, atol=1e-6 * np.nanmax(np.abs(expected)), err_msg=name)
+
+
+# --- Random joints against the rig -----------------------------------------------------------------------------------
+
+
+@dataclass
+class Suit:
+    """A suit drawn at random, in closed form for the rig and as the model's design."""
+
+    joint: Joint
+    torque: object
+    bend: object
+    made: Design
+    spring_at_motor: bool
+
+    def spring_and_anchor(self, side):
+        return 1.0 / side.spring_stiffness, 1.0 / side.anchor_stiffness
+
+    def compliance(self, name, angle, flexion):
+        """By walking along the sheath: proximal over distal tension, and all that gives, per distal newton."""
+        side = getattr(self.made, name)
+        toward_elbow = flexion if name == "extensor" else not flexion
+        gain, mean = rig.walk_along_sheath(side.friction, self.bend(angle), toward_elbow)
+        spring, anchor = self.spring_and_anchor(side)
+        rope = float(mean) * side.length / (np.pi * (side.diameter / 2) ** 2 * side.youngs_modulus)
+        return float(gain), rope + spring * (float(gain) if self.spring_at_motor else 1.0) + anchor
+
+    def taut(self, angle, flexion, pretension):
+        """Tensions and spool angle where both tendons pull, the spool turned until the joint balances."""
+        start = {name: self.compliance(name, self.joint.start, flexion)[1] for name in rig.SIDES}
+        now = {name: self.compliance(name, angle, flexion) for name in rig.SIDES}
+        made, at = self.made, (self.joint.shortens, self.joint.lengthens)
+        arms = [rig.derivative(each, angle) for each in at]
+        h_f, h_e = (each(angle) - each(self.joint.start) for each in at)
+
+        def tensions(turn):
+            x = (start["flexor"] * pretension + made.flexor_radius * turn - h_f) / now["flexor"][1]
+            y = (start["extensor"] * pretension + h_e - made.ratio * made.flexor_radius * turn) / now["extensor"][1]
+            return x, y
+
+        def surplus(turn):
+            x, y = tensions(turn)
+            return arms[0] * x - arms[1] * y - self.torque(angle)
+
+        turn = brentq(surplus, -1e3, 1e3, xtol=1e-300, rtol=1e-15, maxiter=500)
+        return *tensions(turn), turn, now
+
+
+def suit(seed, *, at_motor):
+    rng = np.random.default_rng(seed)
+    a, b, c, d = rng.uniform(0.02, 0.05), rng.uniform(-0.01, 0.01), rng.uniform(0.015, 0.04), rng.uniform(-0.006, 0.006)
+    joint = Joint(
+        lambda t: a * t + b * np.sin(1.1 * t), lambda t: c * t + d * np.sin(0.8 * t + 0.5), float(rng.uniform(0.0, 0.6))
+    )
+    slope, swing = rng.uniform(-2.0, 2.0), rng.uniform(2.0, 12.0)
+
+    def torque(t):
+        return swing * np.sin(t) + slope * (t - 0.4)
+
+    turned = rng.uniform(-0.8, 0.8)
+
+    def bend(t):
+        return 2.6 + turned * t
+
+    sides = [
+        Side(rng.uniform(0.02, 0.2), curve(bend, 0.0, 1.6), rng.uniform(0.5, 2.0), 1.5e-3, 145e9,
+             rng.uniform(2e3, 12e3), 0.0, anchor_stiffness=rng.choice([np.inf, 2e4, 6e3]), spring_at_motor=at_motor)
+        for _ in rig.SIDES
+    ]  # fmt: skip
+    limb = Limb(joint.excursion(0.0, 1.6), 0.0, 0.0, 0.0, 0.0, torque=curve(torque, 0.0, 1.6))
+    made = Design(limb, *sides, 0.03, float(rng.uniform(0.5, 1.1)), 0.0, unilateral=False, setting_angle=joint.start)
+    return Suit(joint, torque, bend, made, at_motor)
+
+
+def held_at(made, pretension):
+    sides = {name: replace(getattr(made, name), pretension=pretension) for name in rig.SIDES}
+    return replace(made, **sides)
+
+
+@pytest.mark.parametrize("at_motor", [False, True])
+@pytest.mark.parametrize("flexion", [True, False])
+@pytest.mark.parametrize("seed", range(12))
+def test_random_joints_settle_as_on_the_rig(seed, flexion, at_motor):
+    drawn, angles = suit(seed, at_motor=at_motor), (0.2, 0.9, 1.5)
+    made = held_at(drawn.made, 300.0)
+    for angle in angles:
+        x, y, turn, now = drawn.taut(angle, flexion, 300.0)
+        state = actuator.evaluate(made, angle, flexion)
+        size = max(abs(x), abs(y), 300.0)
+        assert float(state.balance.flexor) == pytest.approx(x, abs=1e-8 * size)
+        assert float(state.balance.extensor) == pytest.approx(y, abs=1e-8 * size)
+        assert float(state.flexor_tension_proximal) == pytest.approx(x * now["flexor"][0], abs=1e-8 * size)
+        assert float(state.spool_angle) == pytest.approx(turn, abs=1e-8)
+        needed = made.flexor_radius * (x * now["flexor"][0] - made.ratio * y * now["extensor"][0])
+        assert float(state.motor_torque) == pytest.approx(needed, abs=1e-8 * size * made.flexor_radius)
+
+
+@pytest.mark.parametrize("at_motor", [False, True])
+@pytest.mark.parametrize("flexion", [True, False])
+@pytest.mark.parametrize("seed", range(6))
+def test_energy_closes_as_a_joint_moves(seed, flexion, at_motor):
+    """τ_m dα = τ dθ + dU + dW at every angle, the loss by friction's own work; and dα/dθ, dU/dθ are slopes."""
+    made = held_at(suit(seed, at_motor=at_motor).made, 300.0)
+    angles = np.linspace(0.1, 1.5, 29)
+
+    def at(shift):
+        state = actuator.evaluate(made, angles + shift, flexion)
+        return state, motor_rates(made, state)
+
+    state, rates = at(0.0)
+    assert (state.status == TAUT).mean() > 0.5
+    np.testing.assert_allclose(rates.power, state.elbow_torque + rates.storing + rates.friction, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        rates.spool_speed, rig.derivative(lambda s: at(s)[1].spool_angle, 0.0), rtol=1e-6, atol=1e-6
+    )
+    np.testing.assert_allclose(rates.storing, rig.derivative(lambda s: at(s)[1].stored, 0.0), rtol=1e-6, atol=1e-5)
+    assert (rates.friction * (1.0 if flexion else -1.0) > 0.0).mean() > 0.9
+
+
+def test_a_joint_that_does_not_rise_has_no_equilibrium():
+    flat = Joint(lambda t: 0.03 * np.sin(2.0 * t), lambda t: 0.02 * t, 0.0)
+    made = held_at(of_the_checks(flat, np.sin, 2.4, 0.0, 1.6), 100.0)
+    state = actuator.evaluate(made, np.array([0.3, 1.2]), True)
+    assert state.status.tolist()[1] == NO_EQUILIBRIUM
+    assert state.status.tolist()[0] != NO_EQUILIBRIUM
+    backward = Joint(lambda t: 0.03 * t, lambda t: 0.02 * np.sin(2.0 * t), 0.0)
+    assert actuator.evaluate(of_the_checks(backward, np.sin, 2.4, 0.0, 1.6), 1.2, True).status == NO_EQUILIBRIUM
