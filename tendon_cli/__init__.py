@@ -13,19 +13,41 @@ if TYPE_CHECKING:
     from os import PathLike
     from pathlib import Path
     from threading import Event
-    from typing import Any
+    from typing import Any, TypeAlias
+
+    from numpy.typing import ArrayLike
 
     from tendon_cli.answers.run import Answer
+    from tendon_cli.checks.check import Checked
     from tendon_cli.engine.estimate import Estimate
     from tendon_cli.engine.results import Run
+    from tendon_cli.figures.engine import Figure
     from tendon_cli.friction.result import Fit
     from tendon_cli.state_page.page import StatePage
     from tendon_cli.studies.study import Study
 
-    Name = str | PathLike[str]
+    Name: TypeAlias = str | PathLike[str]
+    AnyStudy: TypeAlias = Name | Mapping[str, Any] | Study
+    Result: TypeAlias = Name | Run | Answer
     Drawn = tuple[list[str], list[str], str | None]
 
-__all__ = ["__version__", "design", "estimate", "fit_friction", "load_study", "open_run", "state", "study", "sweep"]
+_ERRORS = (
+    "FolderError", "InputError", "InterruptError", "MemoryShortError", "OutputError", "SizeError", "StudyError",
+    "TendonError", "UsageError", "WorkersLostError",
+)  # fmt: skip
+__all__ = [  # noqa: PLE0604 - errors are read when they are wanted
+    "__version__", "arms", "check", "design", "estimate", "fit_friction", "load_study", "open", "open_run", "plot",
+    "report", "state", "states", "study", "sweep", *_ERRORS,
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> "Any":
+    """The errors and the arms, read when they are wanted."""
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return import_module(f"{__name__}.arms") if name == "arms" else getattr(import_module(f"{__name__}.errors"), name)
 
 
 def load_study(path: "Name", settings: "Iterable[str]" = ()) -> "Study":
@@ -47,20 +69,48 @@ def load_study(path: "Name", settings: "Iterable[str]" = ()) -> "Study":
 def study(content: "Mapping[str, Any]") -> "Study":
     """A checked study from a dictionary with the keys of a study file; raises as `load_study` does.
 
-    Relative paths in it are relative to the working directory.
+    Numbers may be NumPy's, lists may be ranges, arrays or Series, and a `Fit` may be a friction coefficient. Relative
+    paths in it are relative to the working directory. `study.vary(**{"load.mass": "3 kg"})` is the same study with
+    another value.
 
     >>> import tendon_cli as tendon
-    >>> asked = tendon.study({"tendon": {"pretension": "120 N"}, "load": {"mass": ["0 kg", "5 kg"]}})
-    >>> asked.tendon.pretension.array
-    array([120.])
+    >>> asked = tendon.study({"tendon": {"pretension": "120 N"}, "load": {"mass": range(0, 6, 5)}})
+    >>> asked.tendon.pretension.array, asked.load.mass.array
+    (array([120.]), array([0., 5.]))
+    >>> asked.vary(**{"load.mass": "3 kg"}).axes
+    ()
     """
-    from tendon_cli.studies.load import study_from
+    from collections.abc import Mapping
 
-    return study_from(dict(content))
+    from tendon_cli.errors import Fault, StudyError
+    from tendon_cli.studies.load import plain, study_from
+    from tendon_cli.units import described
+
+    if not isinstance(content, Mapping):
+        raise StudyError([Fault("", f"{described(content)} is not a study, expected a dictionary of its keys")])
+    return study_from(plain(content))
+
+
+def _study(given: "AnyStudy") -> "Study":
+    """A study from whatever stands for one: itself, a dictionary, or the path of its file."""
+    from collections.abc import Mapping
+
+    from tendon_cli.studies.study import Study
+
+    if isinstance(given, Study):
+        return given
+    return study(given) if isinstance(given, Mapping) else load_study(given)
+
+
+def varied(study: "Study", settings: "Mapping[str, Any]") -> "Study":
+    """What `study.vary(**settings)` gives."""
+    from tendon_cli.studies.load import varied_study
+
+    return varied_study(study, settings)
 
 
 def sweep(
-    study: "Study",
+    study: "AnyStudy",
     out: "Name | None" = None,
     jobs: int | None = None,
     figures: bool = False,
@@ -90,26 +140,34 @@ def sweep(
     """
     from tendon_cli.engine.sweep import sweep as run
 
-    folder = _folder(out, "sweep", figures=figures)
-    if figures and study.figure:
+    asked, folder = _study(study), _folder(out, "sweep", figures=figures)
+    if figures and asked.figure:
         from tendon_cli.figures.draw import check_figures_of
 
-        check_figures_of(study)
+        check_figures_of(asked)
     return run(
-        study, folder, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
+        asked, folder, jobs=_jobs(jobs), resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
         draw=_draw_run if figures else None, progress=progress, stop=stop,
     )  # fmt: skip
 
 
 def _folder(out: "Name | None", verb: str, *, figures: bool) -> "Path | None":
     """Where a verb writes to; raises UsageError where figures would have no place."""
-    from pathlib import Path
-
     from tendon_cli.errors import UsageError
+    from tendon_cli.files import result_path
 
     if out is None and figures:
         raise UsageError("figures are drawn into a folder", hint=f"name one: {verb}(study, out, figures=True)")
-    return None if out is None else Path(out)
+    return None if out is None else result_path(out)
+
+
+def _jobs(jobs: object) -> int | None:
+    """How many parts are computed at once; raises UsageError for what is no count."""
+    from tendon_cli.errors import UsageError
+
+    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or jobs < 1):
+        raise UsageError(f"jobs = {jobs!r} is not possible, expected 1 or more, or None for every core")
+    return jobs
 
 
 def _draw_run(study: "Study", folder: "Path", out: "Path", record: "dict[str, Any]") -> "Drawn":
@@ -121,7 +179,7 @@ def _draw_run(study: "Study", folder: "Path", out: "Path", record: "dict[str, An
 
 
 def design(
-    study: "Study",
+    study: "AnyStudy",
     out: "Name | None" = None,
     jobs: int | None = None,
     figures: bool = False,
@@ -146,8 +204,8 @@ def design(
     from tendon_cli.answers.run import design as answer
 
     return answer(
-        study, _folder(out, "design", figures=figures), jobs=jobs, overwrite=overwrite, scheduler=scheduler,
-        draw=_draw_answer if figures else None, progress=progress, stop=stop,
+        _study(study), _folder(out, "design", figures=figures), jobs=_jobs(jobs), overwrite=overwrite,
+        scheduler=scheduler, draw=_draw_answer if figures else None, progress=progress, stop=stop,
     )  # fmt: skip
 
 
@@ -176,7 +234,138 @@ def open_run(path: "Name") -> "Run":
     return opened(result_path(path))
 
 
-def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> "Estimate":
+def open(path: "Name") -> "Run | Answer":  # noqa: A001 - as netCDF4, zarr and xarray have it
+    """The run of `sweep` or the answer of `design` that stands in a folder, every byte of its tables verified.
+
+    Raises InputError where there is none or a file of it is damaged, FolderError where it is unfinished.
+
+    >>> import tendon_cli as tendon
+    >>> done = tendon.design({"load": {"mass": [0, 2]}, "spring": {"stiffness": [3000, 5000]}}, "results/mine")
+    >>> tendon.open("results/mine").feasible == done.feasible
+    True
+    """
+    from tendon_cli.answers.folder import open_answer
+    from tendon_cli.answers.run import Answer
+    from tendon_cli.files import result_path
+
+    folder = result_path(path)
+    record = open_answer(folder) if folder.is_dir() else None
+    return open_run(folder) if record is None else Answer(record, folder, up_to_date=True)
+
+
+def check(
+    run: "Result", baseline: "Result | None" = None, *, tolerance: float = 1e-9,
+    apart: "Iterable[str]" = (), worst: int = 10,
+) -> "Checked":  # fmt: skip
+    """Whether every design of a run is within its limits, or with a baseline what changed since that run.
+
+    The result has `holds`, `text` and `record`. `tolerance` is the share of a column's scale by which numbers may
+    differ, `apart` are keys in which the studies may differ. Raises InputError, UsageError.
+
+    >>> import tendon_cli as tendon
+    >>> tendon.sweep({"limits": {"max_tension": "150 N"}}, "results/mine").designs.max_tension.round().item()
+    151.0
+    >>> tendon.check("results/mine").holds
+    False
+    """
+    from tendon_cli.checks.check import check as checked
+    from tendon_cli.checks.check import compare
+
+    if baseline is None:
+        return checked(_folder_of(run), worst=worst)
+    return compare(_folder_of(run), _folder_of(baseline), tolerance=tolerance, apart=tuple(apart), worst=worst)
+
+
+def report(result: "Result", out: "Name | None" = None) -> "Path":
+    """Write one HTML page of a run or an answer, with everything in it; returns its path.
+
+    By default it is `report.html` in the folder of the result. Raises InputError, OutputError.
+
+    >>> import tendon_cli as tendon
+    >>> tendon.report(tendon.sweep({}, "results/mine"), "page.html")
+    PosixPath('page.html')
+    """
+    from tendon_cli.files import result_path
+    from tendon_cli.reports.report import write_report
+
+    return write_report(_folder_of(result), None if out is None else result_path(out))
+
+
+def _folder_of(result: "Result") -> "Path":
+    """The folder in which a result stands; raises UsageError for one in memory."""
+    from tendon_cli.errors import UsageError
+    from tendon_cli.files import result_path
+
+    folder = getattr(result, "folder", result)
+    if folder is None:
+        raise UsageError("this result is in memory, expected one in a folder", hint="name one: sweep(study, out)")
+    return result_path(folder)
+
+
+def plot(result: "Any", *what: str, out: "Name | None" = None, **how: "Any") -> "Figure":
+    """The picture of a study, a state, a run, an answer or a fit, as a matplotlib figure; also `result.plot(...)`.
+
+    A run takes the columns to draw and the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; an
+    answer "tolerance_map", "window" or "front"; a study its `angles` in rad and a `case`. `out` is a file that it is
+    written to, too. Raises UsageError for what cannot be drawn.
+
+    >>> import tendon_cli as tendon
+    >>> run = tendon.sweep({"load": {"mass": [0, 5]}})
+    >>> figure = run.plot("motor_torque", where="load_mass = 5 kg", out="torque.png")
+    >>> len(figure.axes)
+    1
+    """
+    from tendon_cli.files import result_path
+    from tendon_cli.pictures import plot as drawn
+
+    return drawn(result, what, None if out is None else result_path(out), **how)
+
+
+def picture(result: "Any") -> str:
+    """The main picture of a result for a notebook, a PNG in base64; empty for what has none."""
+    from tendon_cli.pictures import encoded
+
+    return encoded(result)
+
+
+def record_of(fit: "Fit") -> "dict[str, Any]":
+    """What `fit.record` is."""
+    from tendon_cli.friction import as_json
+
+    return as_json(fit)
+
+
+def text_of(result: "Any") -> str:
+    """What `result.text` is of a run or a fit."""
+    from tendon_cli.engine.results import Run
+
+    if isinstance(result, Run):
+        from tendon_cli.summary import run_text
+
+        return run_text(result)
+    from tendon_cli.friction import summary_lines
+
+    return summary_lines(result)
+
+
+def states(design: "AnyStudy", angle: "ArrayLike", flexion: "ArrayLike" = True) -> "dict[str, Any]":
+    """The results of a study's states at elbow angles in rad, moving in flexion or extension, as arrays.
+
+    `angle` and `flexion` broadcast against each other. Every result has their shape, after one dimension for each axis
+    of the study, and SI units; `status` is text. Raises TendonError.
+
+    >>> import numpy as np
+    >>> import tendon_cli as tendon
+    >>> found = tendon.states({}, np.radians([0.0, 45.0, 90.0]))
+    >>> found["motor_torque"].round(3)
+    array([2.59 , 0.392, 0.72 ])
+    """
+    from tendon_cli.engine.at_angles import states_at
+
+    return states_at(_study(design), angle, flexion)
+
+
+def estimate(study: "AnyStudy", jobs: int | None = None, figures: bool = False) -> "Estimate":
     """What a sweep would cost, rows exactly, the rest from one part computed in memory; raises SizeError.
 
     >>> import tendon_cli as tendon
@@ -187,11 +376,11 @@ def estimate(study: "Study", jobs: int | None = None, figures: bool = False) -> 
     from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.run import available_cores
 
-    return estimated(Plan(study), jobs or available_cores(), figures=figures)
+    return estimated(Plan(_study(study)), _jobs(jobs) or available_cores(), figures=figures)
 
 
 def state(
-    study: "Study", case: str | None = None, person: str | None = None, *, reversal: bool = False,
+    study: "AnyStudy", case: str | None = None, person: str | None = None, *, reversal: bool = False,
     plot: "Name | None" = None,
 ) -> "StatePage":  # fmt: skip
     """The first state of a study's first design, or of a case's or a person's, line by line; raises UsageError.
@@ -203,11 +392,11 @@ def state(
     >>> page.status, round(page.columns["motor_torque"], 4)
     ('taut', 0.3892)
     """
-    from pathlib import Path
-
+    from tendon_cli.files import result_path
     from tendon_cli.state_page.page import state_page
 
-    return state_page(study, case, person, reversal=reversal, plot=None if plot is None else Path(plot))
+    target = None if plot is None else result_path(plot)
+    return state_page(_study(study), case, person, reversal=reversal, plot=target)
 
 
 def fit_friction(
@@ -235,11 +424,11 @@ def fit_friction(
     >>> round(fit.friction, 3)
     0.074
     """
-    from pathlib import Path
-
+    from tendon_cli.files import path_of
     from tendon_cli.friction import fit_file
 
     return fit_file(
-        Path(path), bend_angle=bend_angle, route=None if route is None else Path(route), path_smoothing=path_smoothing,
-        cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, delay=delay, robust=robust,
+        path_of(path), bend_angle=bend_angle, route=None if route is None else path_of(route),
+        path_smoothing=path_smoothing, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, delay=delay,
+        robust=robust,
     )  # fmt: skip

@@ -33,7 +33,8 @@ def run_text(run: Run) -> str:
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
     lines += [f"  no slack map   {run.note}"] if run.note else []
-    return "\n".join([*lines, f"  written to     {run.folder}: {', '.join(written)}"])
+    lines += [f"  written to     {run.folder}: {', '.join(written)}"] if run.folder is not None else []
+    return "\n".join(lines)
 
 
 def estimate_text(estimate: Estimate, name: str, free: int) -> str:

@@ -11,7 +11,7 @@ import tendon_cli
 
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
-GROUND = {"errors", "files", "quantities", "say", "units", "version"}
+GROUND = {"errors", "files", "quantities", "say", "display", "units", "version"}
 ROOMS = ("figures", "friction", "engine")
 BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
 THE_FACE = ""
@@ -24,6 +24,7 @@ MAY_IMPORT = {
     "terminal": {"errors"},
     "files": {"errors", "units"},
     "quantities": set(),
+    "display": set(),
     "units": {"errors", "quantities"},
     "model": {"quantities", "units", "errors"},
     "say": {"model", "quantities", "units"},
@@ -41,6 +42,8 @@ MAY_IMPORT = {
     "paper": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
     "summary": {"cube", "engine", *BELOW_THE_ROOMS},
+    "arms": {"studies"},
+    "pictures": {"answers", "cube", "state_page", *ROOMS, *BELOW_THE_ROOMS},
 }
 MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)

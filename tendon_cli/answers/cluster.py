@@ -29,7 +29,7 @@ _AHEAD = 2
 def solved(cluster: Cluster, choices: Choices, stop: threading.Event) -> Iterator[Candidates]:
     """Parts as workers solve them, in their order; raises Stopped where `stop` is set."""
     study = choices.problem.study
-    record = json.dumps(study.record())
+    record = json.dumps(study.record)
     waiting: deque[Any] = deque()
     missing = iter(range(choices.parts))
     at_once = cluster.jobs or _AHEAD * max(1, sum(cluster.loop.run(_threads(cluster.client)).values()))

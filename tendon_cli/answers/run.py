@@ -20,6 +20,7 @@ from tendon_cli.answers.question import question
 from tendon_cli.answers.record import record_of
 from tendon_cli.answers.tables import ROW_GROUP, condition_columns, condition_rows, table_schema
 from tendon_cli.answers.text import text_of
+from tendon_cli.display import Displayed
 from tendon_cli.engine.cluster import cluster_at
 from tendon_cli.engine.results import framed
 from tendon_cli.engine.run import Progress, available_cores
@@ -41,8 +42,8 @@ MOST_IN_MEMORY = 2**21
 """Choices of an answer without a folder."""
 
 
-@dataclass(frozen=True, eq=False)
-class Answer:
+@dataclass(frozen=True, eq=False, repr=False)
+class Answer(Displayed):
     """What `tendon design` found: `record` as in `design.json`, its tables, and the answer as `text`."""
 
     record: dict[str, Any]

@@ -87,7 +87,7 @@ def table_schema(problem: Problem, table: str, part: int, parts: int) -> pa.Sche
     study = problem.study
     facts = {
         "table": table,
-        "study": study.record(),
+        "study": study.record,
         "study_hash": study.hash,
         "results_version": RESULTS_VERSION,
         "versions": versions(),

@@ -29,6 +29,6 @@ def state(
 ) -> None:
     """Work one state out, with the equations' numbers, for a check by hand."""
     page = tendon.state(tendon.load_study(study, settings or ()), case, person, reversal=reversal, plot=plot)
-    print_result(as_json_text(page.record()) if as_json else page.text())
+    print_result(as_json_text(page.record) if as_json else page.text)
     if not page.has_equilibrium:
         raise typer.Exit(EXIT_NOT_AS_HOPED)

@@ -202,7 +202,7 @@ def cube_to_come(study: Study, kind: str) -> Cube:
         **{name: QUANTITIES[name] for name in results},
     }
     linked = {axis.key: axis.names for axis in linked_axes(study)}
-    record = study.record()
+    record = study.record
     axes = axes_of(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
     return Cube(kind, axes, Columns(with_derived(columns)), record["study"], study.hash)
 

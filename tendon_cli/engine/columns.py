@@ -127,7 +127,7 @@ class Tables:
     def _facts(self) -> dict[str, Any]:
         study = self.plan.study
         return {
-            "study": study.record(),
+            "study": study.record,
             "study_hash": study.hash,
             "results_version": RESULTS_VERSION,
             "versions": versions(),

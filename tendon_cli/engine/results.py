@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
+from tendon_cli.display import Displayed
 from tendon_cli.engine.columns import Tables, versions
 from tendon_cli.engine.design_rows import Totals
 from tendon_cli.engine.part import PartResult
@@ -35,8 +36,8 @@ Variable = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
 """Dimensions, values and attributes, as xarray takes them."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Displayed):
     """A finished run: `record` as in `run.json`, `designs` and `states` as tables with their units in `attrs`."""
 
     record: dict[str, Any]

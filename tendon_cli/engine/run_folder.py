@@ -99,7 +99,7 @@ class RunFolder:
     def identity(self) -> dict[str, Any]:
         """What makes two runs the same."""
         study = self.plan.study
-        return {"study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record()}
+        return {"study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record}
 
     def header(self) -> dict[str, Any]:
         """What the journal of this run begins with."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tendon_cli.cube.labels import plain
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.engine import Axes, Figure, Line2D
-from tendon_cli.figures.frame import Frame
+from tendon_cli.figures.frame import Frame, Page
 from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style
 
 _PULLED, _DRAGGED, _ASIDE, _LINE = "#0063a6", "#b4490a", "#a6a6a6", "#1a1a1a"
@@ -85,6 +85,11 @@ def draw(fit: DrawnFit, path: Path) -> None:
     """
     if path.suffix[1:].lower() not in FORMATS:
         raise UsageError(f'"{path.name}" has no ending of a figure', where="--plot", hint=".png, .svg or .pdf")
+    fit_page(fit).save(path, must_fit=False)
+
+
+def fit_page(fit: DrawnFit) -> Page:
+    """Readings and fit, what may be wrong with the rig, and the residuals."""
     low, high = fit.uncertainty.interval_95
     title = f"Friction coefficient μ = {fit.friction:.4f} (95 % interval {low:.4f} to {high:.4f})"
     note = f"{fit.source[:60]}, bend angle {fit.bend_angle_text}, gain ratio {fit.gain_ratio:.4f}"
@@ -96,7 +101,7 @@ def draw(fit: DrawnFit, path: Path) -> None:
         page = frame.page(_HEIGHT)
         upper = _compose(page.figure, fit)
         upper.set_title("\n".join(plain(text, width=105) for text in words), loc="left", fontsize=7.5, color=colour)
-    replace(page, says=" ".join((*words, page.says))).save(path, must_fit=False)
+    return replace(page, says=" ".join((*words, page.says)))
 
 
 def _compose(figure: Figure, fit: DrawnFit) -> Axes:

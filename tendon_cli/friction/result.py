@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.display import Displayed, face
 from tendon_cli.friction.reading.readings import Floats, Integers
 
 
@@ -107,8 +109,8 @@ class Parts:
     """What the effects that were fitted make of it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Displayed):
     """A friction coefficient with its uncertainty and provenance."""
 
     friction: float
@@ -144,6 +146,12 @@ class Fit:
     source: str
     """Name of the file."""
     sha256: str
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The fit as data, as `--json` prints it."""
+        recorded: dict[str, Any] = face().record_of(self)
+        return recorded
 
     @property
     def standard_error(self) -> float:

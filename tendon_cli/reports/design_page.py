@@ -100,7 +100,7 @@ def _answers(table: pa.Table, columns: Any, labels: Any, cells: int) -> dict[str
         "rows": list(range(cells)),
         "cells": [row if row < cells else -1 for row in range(table.num_rows)],
         "goals": goals,
-        "shown": [*shown, 0, min(1, len(goals) - 1)][:2],
+        "display": [*shown, 0, min(1, len(goals) - 1)][:2],
     }
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.display import Displayed
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
@@ -24,8 +25,8 @@ from tendon_cli.studies.study import Study
 from tendon_cli.units import shorten
 
 
-@dataclass(frozen=True)
-class StatePage:
+@dataclass(frozen=True, repr=False)
+class StatePage(Displayed):
     """The whole page, and the same numbers by the names of the table columns."""
 
     title: str
@@ -33,8 +34,11 @@ class StatePage:
     status: str
     sections: tuple[PageSection, ...]
     columns: dict[str, float | None]
+    study: Study
+    """Whose arm it is."""
     has_equilibrium: bool = True
 
+    @property
     def text(self) -> str:
         """The page for a terminal."""
         wrap = partial(textwrap.fill, width=80, initial_indent="  ", subsequent_indent="   ", break_on_hyphens=False)
@@ -43,6 +47,7 @@ class StatePage:
             parts += ["", section.title, *(line.text for line in section.lines)]
         return "\n".join([*parts, "", f"Status: {self.status}"])
 
+    @property
     def record(self) -> dict[str, Any]:
         """The page for a program."""
         lines = [
@@ -94,7 +99,7 @@ def state_page(
     return StatePage(
         f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {load:.6g} kg",
         (*notes, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(sections), columns,
-        has_equilibrium,
+        plan.study, has_equilibrium,
     )  # fmt: skip
 
 

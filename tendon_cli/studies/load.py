@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import replace
+from datetime import date, time
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from tendon_cli.studies.checks import contradictions, impossibilities
 from tendon_cli.studies.faults import faults_of, in_order
 from tendon_cli.studies.reading import STDIN, Document, read_document, read_value
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.toml_scan import MAX_KEY_PARTS, KeyPlaces
-from tendon_cli.units import shorten
+from tendon_cli.studies.toml_scan import MAX_DEPTH, MAX_KEY_PARTS, KeyPlaces
+from tendon_cli.units import described, shorten
 
 
 def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
@@ -64,6 +65,49 @@ def study_from(
         raise StudyError(in_order([replace(f, line=f.line or places.line_of(f.key)) for f in found]))
     ranked = dict.fromkeys((*order, *_number_keys(content)))
     return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
+
+
+def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
+    """What a program gives for a study, as a file would have it; raises StudyError.
+
+    NumPy's numbers become numbers; ranges, arrays and Series lists; a fitted friction coefficient its mean and error.
+    """
+    key = shorten(".".join(path), 120)
+    if len(path) > MAX_DEPTH:
+        raise StudyError([Fault("", f"nested deeper than {MAX_DEPTH} levels", "a study needs no more than four")])
+    if isinstance(value, Mapping):
+        odd = next((name for name in value if not isinstance(name, str)), None)
+        if odd is not None:
+            raise StudyError([Fault(key, f"{described(odd)} stands as a key, expected text")])
+        return {name: plain(inner, (*path, name)) for name, inner in value.items()}
+    if hasattr(value, "gain_ratio"):
+        if value.friction is None:
+            hint = "give fit_friction a bend_angle"
+            raise StudyError([Fault(key, "the fit has no bend angle, so no friction coefficient", hint)])
+        return {"mean": value.friction, "std": value.standard_error}
+    if isinstance(value, range) or hasattr(value, "tolist"):
+        value = list(value) if isinstance(value, range) else value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [plain(item, (*path, str(at))) for at, item in enumerate(value)]
+    if value is None or isinstance(value, (str, bool, int, float, date, time)):
+        return value
+    problem = f"a {type(value).__name__} cannot stand here, expected text, a number, a list or a table"
+    raise StudyError([Fault(key, problem)])
+
+
+def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
+    """A study with other values at some dotted keys, new axes last; raises StudyError."""
+    content = study.document()
+    for key, value in settings.items():
+        *tables, name = key.split(".")
+        table = content
+        for part in tables:
+            table = table.setdefault(part, {})
+            if not isinstance(table, dict):
+                raise StudyError([Fault(shorten(key, 120), f"{part} is not a table of keys")])
+        table[name] = plain(value, (key,))
+    varied = study_from(content, order=(*study.axes, *settings))
+    return varied.ordered(tuple(key for key in varied.axes if key in varied.numbers), study.sources)
 
 
 def recorded_study(record: Mapping[str, Any]) -> Study:

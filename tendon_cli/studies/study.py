@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 
+from tendon_cli.display import Displayed, face
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, LINKED_AXES, PERSON_AXIS, split_side
 from tendon_cli.studies.cases import DESIGN_PARTS, case_tables, printable
 from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
@@ -41,7 +42,7 @@ def _with_known_columns(figures: tuple[FigureSpec, ...]) -> tuple[FigureSpec, ..
     return check_figures(figures, {path: (key.column, key.number.quantity) for path, key in keys().items()})
 
 
-class Study(Part):
+class Study(Displayed, Part):
     """A parameter study: every combination of its axes, in the order of the document, is one design."""
 
     name: RunName = Field(
@@ -72,6 +73,20 @@ class Study(Part):
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)
     _sources: dict[str, dict[str, Any]] = PrivateAttr(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """Name, axes, limits and warnings, in a few lines."""
+        from tendon_cli.studies.text import study_text  # only who prints a study pays for its import
+
+        numbers = {path: (key.number.name, values) for path, key in keys().items()
+                   if (values := self.numbers.get(path)) is not None}  # fmt: skip
+        return study_text(self, numbers | {"motion.elbow_angle": ("elbow_angle", self.motion.elbow_angle)})
+
+    def vary(self, **settings: Any) -> Study:
+        """The same study with other values: `study.vary(**{"load.mass": "3 kg"})`; raises StudyError."""
+        varied: Study = face().varied(self, settings)
+        return varied
 
     def replaced(self, parts: dict[str, Any]) -> Study:
         """The same study with some of its tables replaced, and nothing remembered of the old ones."""
@@ -168,6 +183,7 @@ class Study(Part):
             del said["arm"][key.removeprefix("arm.")]
         return said
 
+    @property
     def record(self) -> dict[str, Any]:
         """What tables and `run.json` keep of a study."""
         return {"study": self.document(), "axes": list(self.axes), "sources": self.sources}

@@ -48,7 +48,7 @@ def words(figure: Any) -> str:
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     motion = {"elbow_angle": grid("0 deg", "90 deg", 31)}
     content = {"tendon": {"pretension": ["100 N", "200 N"]}, "load": {"mass": LOADS}, "motion": motion}
-    return sweep(tmp_path_factory.mktemp("shown") / "run", content)
+    return sweep(tmp_path_factory.mktemp("display") / "run", content)
 
 
 def rows_of(folder: Path, **equal: Any) -> Any:

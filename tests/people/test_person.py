@@ -14,7 +14,7 @@ AT_75 = {"motion": {"elbow_angle": "75 deg", "direction": "flexion"}}
 
 def test_the_page_begins_with_the_body_and_its_arm_and_goes_on_with_its_state():
     page = state_page(study_from(AT_75), person="mean-woman")
-    text = page.text()
+    text = page.text
     assert text.index("Body: mean-woman") < text.index("From body to arm") < text.index("Geometry")
     arm = {
         "a1": 0.040 * 305.58 / 358.14, "b1": 0.150 * 311.20 / 335.24, "a2": 0.020 * 264.08 / 310.06,
@@ -46,7 +46,7 @@ def test_a_study_of_people_shows_its_first_person_or_the_one_asked_for(tmp_path)
     (tmp_path / "people.csv").write_text("name,weight (kg)\nAda,62\nBo,90\n", encoding="utf-8")
     study = study_from({"people": {"file": "people.csv"}}, folder=tmp_path)
     first, second = state_page(study), state_page(study, person="Bo")
-    assert "Body: Ada" in first.text()
+    assert "Body: Ada" in first.text
     masses = [page.sections[1].lines[5].values[0] for page in (first, second)]
     assert masses == pytest.approx([0.022 * 62, 0.022 * 90])
 

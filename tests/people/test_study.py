@@ -76,7 +76,7 @@ def test_what_the_study_states_of_the_forearm_is_not_taken_from_the_body():
 def test_a_study_of_real_persons_carries_them_along(tmp_path):
     study = from_file(tmp_path)
     (tmp_path / "people.csv").unlink()
-    again = study_from(json.loads(json.dumps(study.record()))["study"])
+    again = study_from(json.loads(json.dumps(study.record))["study"])
     assert again.hash == study.hash
     assert again.people.population.names == ("Ada", "Bo")
     np.testing.assert_array_equal(again.people.population.values, study.people.population.values)
@@ -165,7 +165,7 @@ def test_persons_of_ones_own_statistics_are_drawn_and_carried_along(tmp_path):
     np.testing.assert_array_equal(same.people.population.values, drawn.values)
     heavy = with_own(tmp_path, ansur2_text().replace("85.52", "99.5").replace("4082", "100"), count=20)
     (tmp_path / "own.toml").unlink()
-    again = study_from(json.loads(json.dumps(heavy.record()))["study"])
+    again = study_from(json.loads(json.dumps(heavy.record))["study"])
     assert again.hash == heavy.hash != same.hash
     found = again.people.population
     assert found.reference.weight == 99.5

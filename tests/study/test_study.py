@@ -528,7 +528,7 @@ def test_the_product_is_the_one_of_the_axes(content):
 @given(contents())
 def test_a_record_can_be_kept_as_json(content):
     study = study_from(content)
-    assert json.loads(json.dumps(study.record()))["axes"] == list(study.axes)
+    assert json.loads(json.dumps(study.record))["axes"] == list(study.axes)
 
 
 def test_extremes_are_those_of_the_values():
@@ -760,4 +760,4 @@ def test_a_setting_may_name_a_fragment(load):
 
 def test_a_record_with_any_source_can_be_kept_as_json(load):
     study = load("[sheath]\nfriction_from = 'f.toml'\n", f_toml=FRAGMENT.replace("'readings.csv'", "2024-01-01"))
-    json.dumps(study.record(), allow_nan=False)
+    json.dumps(study.record, allow_nan=False)

@@ -56,7 +56,7 @@ class Assignment:
     def of(cls, maker: PartMaker) -> Assignment:
         """The assignment that lets any worker make the same parts."""
         study, folder = maker.plan.study, str(maker.folder.absolute())
-        record = json.dumps(study.record())
+        record = json.dumps(study.record)
         return cls(uuid.uuid4().hex, folder, study.hash, record, maker.plan.part_designs, all_versions())
 
     def study(self) -> Study:

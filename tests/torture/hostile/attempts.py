@@ -13,9 +13,9 @@ def try_study(file):
 
     study = load_study(file)
     plan = Plan(study)
-    json.dumps(study.record())
+    json.dumps(study.record)
     _ = plan.designs, plan.states, plan.parts, study.hash, study.document()
-    json.dumps(state_page(study, study.cases[0].name if study.cases else None).record())
+    json.dumps(state_page(study, study.cases[0].name if study.cases else None).record)
 
 
 def try_friction(file):

@@ -1,0 +1,52 @@
+"""Arms with their sources, each a table that a study takes: `{"arm": tendon.arms.mean_woman}`.
+
+>>> import tendon_cli as tendon
+>>> round(tendon.arms.mean_woman["forearm_mass"], 3), tendon.arms.paper["b1"]
+(1.491, '150 mm')
+>>> tendon.study({"arm": tendon.arms.mean_woman}).arm.b1.single < 0.15
+True
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+_NAMES = ("mean_man", "mean_woman", "paper")
+
+_PAPER = (
+    "Yadav et al., Modeling and parametric optimization of 3D tendon-sheath actuator system for upper limb soft exosuit"
+)
+_SURVEY = (
+    "ANSUR II, the 2012 survey of US Army personnel (Gordon et al., NATICK/TR-15/007); forearm mass and its centre by "
+    "Winter 2009, Table 4.1; anchors and elbow radius those of the paper, scaled to this body"
+)
+
+
+class NamedArm(dict[str, Any]):
+    """The table `[arm]` of a study, with the name and the source of its numbers."""
+
+    def __init__(self, name: str, numbers: dict[str, Any], source: str) -> None:
+        super().__init__(numbers)
+        self.name, self.source = name, source
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}"
+                            for key, value in self.items())  # fmt: skip
+        return f"{self.name}: {numbers}\n  source: {self.source}"
+
+
+def __getattr__(name: str) -> NamedArm:
+    """The arms, worked out when they are wanted; numbers without unit are SI."""
+    if name not in _NAMES:
+        raise AttributeError(f"there is no arm {name!r}, expected one of {', '.join(_NAMES)}")
+    if name == "paper":
+        from tendon_cli.studies.parts import Arm
+
+        given = {key: field.default for key, field in Arm.model_fields.items() if field.default is not None}
+        return NamedArm("the paper's arm", given, _PAPER)
+    from tendon_cli.studies.people.person import worn_by
+    from tendon_cli.studies.study import Study
+
+    arm = worn_by(Study(), name.replace("_", "-")).study.arm
+    numbers = {key: values.single for key in type(arm).model_fields if (values := getattr(arm, key)) is not None}
+    return NamedArm(f"the survey's {name.replace('_', ' ')}", numbers, _SURVEY)

@@ -1,0 +1,125 @@
+"""The picture of a study, a run, an answer, a fit or a state, as a matplotlib figure."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pyarrow.parquet as pq
+
+from tendon_cli.answers.run import Answer
+from tendon_cli.cube.columns import Columns
+from tendon_cli.engine.results import Run
+from tendon_cli.errors import TendonError, UsageError
+from tendon_cli.state_page.page import StatePage
+from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.read import TableFiles, open_table
+from tendon_cli.units import described
+
+if TYPE_CHECKING:
+    from tendon_cli.figures.engine import Figure
+    from tendon_cli.figures.frame import Page
+
+_MOST_DESIGNS = 10**5
+"""A run of more is not drawn unasked."""
+
+
+def plot(result: Any, what: tuple[str, ...] = (), out: Path | None = None, **how: Any) -> Figure:
+    """The first page of the picture of a result; written to a file, too, if one is named. Raises UsageError."""
+    page = _page(result, what, how)
+    if out is not None:
+        page.save(out, must_fit=False)
+    page.figure._repr_png_ = lambda: _png(page)  # type: ignore[attr-defined]
+    return page.figure
+
+
+def encoded(result: Any) -> str:
+    """The main picture as a PNG in base64; empty for what has none."""
+    if isinstance(result, Run) and result.record["designs"] > _MOST_DESIGNS:
+        return ""
+    try:
+        return base64.b64encode(_png(_page(result, (), {}))).decode()
+    except TendonError:
+        return ""
+
+
+def _png(page: Page) -> bytes:
+    from tendon_cli.figures.style import house_style, render
+
+    with house_style():
+        return render(page.figure, "png")
+
+
+def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    if isinstance(result, Run):
+        return _of_run(result, what, how)
+    if isinstance(result, Answer):
+        return _of_answer(result, what, how)
+    if (how and set(how) - {"angles", "case"}) or what:
+        given = [*what, *how][0]
+        raise UsageError(f"{described(given)} cannot be chosen here", hint="plot() of a study takes angles, case")
+    if isinstance(result, (Study, StatePage)):
+        from tendon_cli.figures.arm.draw import arm_page
+
+        study = result if isinstance(result, Study) else result.study
+        return arm_page(study, how.get("angles", ()), how.get("case"))
+    from tendon_cli.figures.friction import fit_page
+
+    return fit_page(result)
+
+
+@contextlib.contextmanager
+def _tables(result: Run | Answer) -> Iterator[Callable[[str], TableFiles]]:
+    """What gives a table of a result by its name; one in memory is written to where it is read from."""
+    if result.folder is not None:
+        yield lambda name: open_table(Path(result.folder or "") / f"{name}.parquet")
+        return
+    with tempfile.TemporaryDirectory(prefix="tendon-") as folder:
+
+        def written(name: str) -> TableFiles:
+            pq.write_table(result.tables[name], Path(folder) / name)
+            return TableFiles((Path(folder) / name,))
+
+        yield written
+
+
+def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """Designs as slack maps, states as curves, as `tendon plot` draws them."""
+    from tendon_cli.figures.draw import pages_of, table_of
+    from tendon_cli.studies.figures import figure_spec
+
+    spec = figure_spec(**how | ({"quantity": list(what)} if what else {}))
+    is_plain = not (spec.quantity or spec.x or spec.colour or spec.panels or spec.filters)
+    wanted = ("states" if run.record["designs"] == 1 else "designs") if is_plain else None
+    if run.folder is not None:
+        return pages_of(table_of(run.folder, spec, wanted), spec)[0]
+    asked = {*spec.quantity, *filter(None, (spec.x, spec.colour, spec.panels)), *(each.name for each in spec.filters)}
+    with _tables(run) as table_named:
+        names = [name for name in ("states", "designs") if name in run.tables and wanted in (None, name)]
+        tables = [table_named(name) for name in names or run.tables]
+        fitting = [table for table in tables if asked <= set(Columns.of(table.schema).held)]
+        return pages_of((fitting or tables)[0], spec)[0]
+
+
+def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
+    """The map of tolerance, the front or the windows, by name; the first that there is."""
+    from tendon_cli.figures.answer.data import ChoiceTable
+    from tendon_cli.figures.answer.draw import draw_front, draw_map, draw_windows
+    from tendon_cli.figures.style import house_style
+
+    known: dict[str, Callable[..., Any]] = {"tolerance_map": draw_map, "front": draw_front, "window": draw_windows}
+    for name in (*what, *how):
+        if name not in known:
+            hint = nearest(name, known) or ", ".join(known)
+            raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
+    with house_style(), _tables(answer) as table_named:
+        for name in what or known:
+            page: Page | None = known[name](ChoiceTable(table_named("choices")), answer.record)
+            if page is not None:
+                return page
+    raise UsageError("this answer has no such figure: a map needs two axes, a front two goals")

@@ -1,0 +1,159 @@
+"""What a session or a notebook shows and takes: numbers of NumPy and pandas, short reprs, pictures, errors by kind."""
+
+import base64
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import tendon_cli as tendon
+
+from .test_face import READINGS
+
+ASKED = {"load": {"mass": [0, 5]}, "spring": {"stiffness": [3000, 5000]}, "limits": {"max_tension": "200 N"}}
+
+
+@pytest.fixture(scope="module")
+def results():
+    return {
+        "study": tendon.study(ASKED),
+        "run": tendon.sweep(ASKED),
+        "answer": tendon.design(ASKED),
+        "fit": tendon.fit_friction(READINGS, bend_angle="144 deg"),
+        "state": tendon.state(ASKED),
+    }
+
+
+# --- What is taken ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "mass", [range(0, 6, 5), np.array([0, 5]), np.array([0.0, 5.0]), pd.Series([0, 5]), (0, np.float32(5))]
+)
+def test_lists_and_numbers_of_other_libraries_are_those_of_a_file(mass):
+    assert tendon.study({"load": {"mass": mass}}).hash == tendon.study({"load": {"mass": [0, 5]}}).hash
+
+
+def test_a_study_is_a_path_a_dictionary_or_a_study(workplace):
+    (workplace / "own.toml").write_text("[load]\nmass = [0, 5]\n", encoding="utf-8")
+    content = {"name": "own", "load": {"mass": [0, 5]}}
+    hashes = {tendon.sweep(given).record["study_hash"] for given in ("own.toml", content, tendon.study(content))}
+    assert len(hashes) == 1
+    for verb in (tendon.design, tendon.estimate, tendon.state):
+        assert verb("own.toml")
+
+
+def test_a_fit_stands_where_a_friction_goes(results):
+    fit = results["fit"]
+    study = tendon.study({"sheath": {"friction": fit, "extensor": {"friction": fit}}})
+    assert study.sheath.friction.single == fit.friction
+    assert study.uncertain["sheath.extensor.friction"].spread == pytest.approx(fit.standard_error)
+
+
+def test_to_vary_a_study_is_to_write_another():
+    study = tendon.study(ASKED)
+    varied = study.vary(**{"load.mass": "3 kg", "tendon.flexor.length": ["1 m", "2 m"]})
+    written = tendon.study({**ASKED, "load": {"mass": "3 kg"}, "tendon": {"flexor": {"length": ["1 m", "2 m"]}}})
+    assert varied.hash == written.hash
+    assert study.hash == tendon.study(ASKED).hash
+    with pytest.raises(tendon.StudyError, match="did you mean"):
+        study.vary(**{"load.mas": 3})
+
+
+def test_states_on_arrays_are_those_of_a_sweep():
+    angles = np.radians([[0.0, 33.0], [90.0, 33.0]])
+    found = tendon.states({"load": {"mass": [0, 5]}}, angles, [True, False])
+    run = tendon.sweep({"load": {"mass": [0, 5]}, "motion": {"elbow_angle": ["0 deg", "33 deg", "90 deg"]}})
+    states = run.states.set_index(["load_mass", "direction", run.states.elbow_angle.round(12)])
+    for name in ("motor_torque", "status", "extensor_slack"):
+        assert found[name].shape == (2, 2, 2)
+        for load in (0, 1):
+            for at in np.ndindex(2, 2):
+                row = states.loc[(5.0 * load, "flexion" if at[1] == 0 else "extension", round(angles[at], 12))]
+                value = found[name][(load, *at)]
+                assert value == row[name] if name == "status" else value == pytest.approx(row[name], nan_ok=True)
+
+
+def loop():
+    study = {}
+    study["load"] = study
+    return study
+
+
+@pytest.mark.parametrize(
+    "content",
+    [[], None, 3, "text", (x for x in ()), {1: 2}, {"load": None}, {"load": {"mass": iter([1])}}, loop(),
+     {"load": {"mass": object()}}, {"load": {"mass": np.array(["a"])}}, {"load": {"mass": np.zeros((2, 2))}},
+     {"load": {"mass": np.array([np.nan])}}],
+    ids=lambda content: type(content).__name__,
+)  # fmt: skip
+def test_what_is_no_study_is_a_fault_of_the_study(content):
+    with pytest.raises(tendon.TendonError) as fault:
+        tendon.study(content)
+    assert (fault.value.kind, fault.value.exit) == ("study", 2)
+
+
+@pytest.mark.parametrize("jobs", [-1, 0, 1.5, "2", True])
+def test_a_count_of_jobs_is_one(jobs):
+    for verb in (tendon.sweep, tendon.design, tendon.estimate):
+        with pytest.raises(tendon.UsageError, match="jobs"):
+            verb({}, jobs=jobs)
+
+
+# --- What is shown ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["study", "run", "answer", "fit", "state"])
+def test_every_result_has_a_short_repr_a_text_a_record_and_a_picture(results, name, tmp_path):
+    result = results[name]
+    assert len(repr(result).splitlines()) <= 15
+    assert result.text.startswith(repr(result).splitlines()[0])
+    assert "<" not in repr(result)
+    assert isinstance(result.record, dict)
+    figure = result.plot(out=tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").read_bytes()[:4] == figure._repr_png_()[:4] == b"\x89PNG"
+    page = result._repr_html_()
+    encoded = re.search(r"data:image/png;base64,([^\"]+)", page)
+    assert base64.b64decode(encoded[1])[:4] == b"\x89PNG"
+    assert page.count("<pre>") == 1
+
+
+def test_a_run_and_an_answer_are_opened_and_drawn_from_their_folders(workplace):
+    tendon.sweep(ASKED, "run")
+    tendon.design(ASKED, "answer")
+    run, answer = tendon.open("run"), tendon.open("answer")
+    assert run.record["designs"] == 4
+    assert answer.record["choices"] == 2
+    assert run.plot("motor_torque", "elbow_stiffness", where="load_mass = 5 kg").axes
+    assert answer.plot("window").axes
+    assert tendon.report(answer).name == "report.html"
+    assert tendon.check(run).record
+    assert tendon.check(run, run).holds
+    for missing in ("none", "run/designs.parquet"):
+        with pytest.raises(tendon.InputError):
+            tendon.open(missing)
+
+
+def test_what_cannot_be_drawn_is_refused_with_what_can(results):
+    for name, what, hint in (
+        ("answer", "windw", "window"),
+        ("run", "motor_torqe", "motor_torque"),
+        ("study", "x", "angles"),
+    ):
+        with pytest.raises(tendon.UsageError) as fault:
+            results[name].plot(what)
+        assert hint in fault.value.hint
+    with pytest.raises(tendon.UsageError, match="in memory"):
+        tendon.report(results["run"])
+
+
+def test_arms_have_sources_and_stand_in_studies():
+    for name in ("paper", "mean_man", "mean_woman"):
+        arm = getattr(tendon.arms, name)
+        assert arm.source in repr(arm)
+        assert tendon.study({"arm": arm}).arm.b1.single == pytest.approx(
+            0.15 if name != "mean_woman" else 0.139, rel=0.01
+        )
+    with pytest.raises(AttributeError, match="mean_man"):
+        tendon.arms.nobody  # noqa: B018
