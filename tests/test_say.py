@@ -39,6 +39,12 @@ def test_numbers_are_written_as_people_write_them(value, digits, text):
     assert say.number(value, digits) == text
 
 
+@given(st.floats(0.0, 1e6), st.floats(0.0, 1e6), st.floats(0.0, 1.0), st.integers(1, 5))
+def test_a_number_of_an_interval_lies_in_it_as_printed(low, width, share, digits):
+    value = min(low + share * width, low + width)
+    assert low <= read(say.within(value, low, low + width, digits)) <= low + width
+
+
 @pytest.mark.parametrize("quantity", [each for each in QUANTITIES.values() if each.unit != "1"])
 def test_a_quantity_as_shown_is_one_that_a_study_can_read(quantity):
     text = say.quantity(quantity, 0.012345, 6)

@@ -6,12 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answers.candidates import Candidates, numbers_of
 from tendon_cli.answers.coverage import ROUNDING
 from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Numbers, Rows
+from tendon_cli.studies.study import keys
+from tendon_cli.units import parse_measure
 
 PARAMETERS = {
     "spring.stiffness": (200.0, 5e4),
@@ -60,6 +63,10 @@ class Fix:
     """The one that then suits, N."""
     costs: dict[str, float] | None = None
     """The worst of every quantity at it, over all conditions."""
+    printed: str = ""
+    """A value as a study can have it, rounded so that it opens a window, too."""
+    printed_pretension: str = ""
+    """One of that window, in N."""
 
     @property
     def size(self) -> float:
@@ -115,7 +122,21 @@ def _fix(trials: Trials, key: str, before: float) -> Fix:
     after = min(values, key=lambda value: abs(np.log(value / before)))
     solutions = solve(trials.problem, {**trials.numbers, key: np.array([after])}, 1)
     costs = {name: float(solutions.column(name)[0]) for name in WORST}
-    return Fix(key, before, after, (low, high), float(solutions.pretension[0]), costs)
+    printed = _printed(trials, key, before, after)
+    return Fix(key, before, after, (low, high), float(solutions.pretension[0]), costs, *printed)
+
+
+def _printed(trials: Trials, key: str, before: float, after: float) -> tuple[str, str]:
+    """The shortest text of a value beyond `after` that opens a window when it is typed in, and a pretension in it."""
+    of, toward = keys()[key].number.quantity, np.inf if after > before else -np.inf
+    for digits in range(3, 16):
+        text = say.quantity(of, after, digits, toward=toward)
+        value = parse_measure(text.replace(",", ""), of.dimension).si
+        solutions = solve(trials.problem, {**trials.numbers, key: np.array([value])}, 1, with_worst=False)
+        if solutions.feasible[0]:
+            low, high = float(solutions.pretension_from[0]), float(solutions.pretension_to[0])
+            return text, say.within(float(solutions.pretension[0]), low, high, digits=3)
+    return repr(after), ""
 
 
 def _nearest(trials: Trials, key: str, before: float, end: float) -> float | None:

@@ -62,7 +62,10 @@ def _answer(problem: Problem, record: Row, best: Row) -> Iterator[str]:
     yield "\nWhy"
     for end, word in (("from", "below"), ("to", "above")):
         yield from say.filled(end_words(problem, best, end, word), "  ")
-    yield from say.filled(f"at {say.number(best['pretension'])} N the worst is {_worst(best)}", "  ")
+    yield from say.filled(
+        f"at {say.within(best['pretension'], best['pretension_from'], high_of(best))} N the worst is {_worst(best)}",
+        "  ",
+    )
     yield from _study_pretension(problem, record, best)
     yield from _edges(problem, best)
     yield from _moves(record)
@@ -74,8 +77,8 @@ def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
     """The pretension, whom it serves, and between which ends that holds."""
     what = row_words(problem.choices, best)
     start = f"{what}: a pretension" if what else "A pretension"
-    serves = f"{start} of {say.number(best['pretension'])} N"
     low, high = best["pretension_from"], high_of(best)
+    serves = f"{start} of {say.within(best['pretension'], best['pretension_from'], high_of(best))} N"
     either_way = f", {tolerance(best)} % either way" if np.isfinite(high) else ""
     if problem.enough >= 1.0:
         span = f"anything {_span(low, high)} does{either_way}"

@@ -116,9 +116,8 @@ def fix_lines(fixes: list[Row]) -> Iterator[str]:
     lines: list[tuple[str, ...]] = [("", "N", "tension", "spring", "torque")]
     for fix in (fix for fix in fixes if fix["after"] is not None):
         before = parameter(fix["parameter"], fix["before"])
-        after = say.quantity(keys()[fix["parameter"]].number.quantity, fix["after"])
         worst = ("-" if fix[name] is None else say.quantity(name, fix[name]) for name in names)
-        lines.append((f"{before} to {after}", say.number(fix["pretension"], 3), *worst))
+        lines.append((f"{before} to {fix['printed']}", fix["printed_pretension"], *worst))
     if len(lines) > 1:
         yield from aligned(lines)
     idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]

@@ -19,11 +19,12 @@ from tendon_cli.say.words import (
     side_of,
     size,
     window,
+    within,
 )  # fmt: skip
 from tendon_cli.units import counted
 
 __all__ = [
     "WIDTH", "LimitWords", "column", "conflict", "conflict_label", "counted", "duration", "factor_of", "filled",
     "interval", "limit_words", "listed", "number", "parameter", "percent", "quantity", "sampled_share", "share",
-    "side_of", "size", "window",
+    "side_of", "size", "window", "within",
 ]  # fmt: skip

@@ -77,6 +77,16 @@ def window(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
     return f"{number(low, digits)} to {number(high, digits)} {unit}"
 
 
+def within(value: float, low: float, high: float, digits: int = 4) -> str:
+    """A number of an interval with at least so many digits, and as many as it takes to lie in it as printed."""
+    for more in range(digits, 17):
+        for toward in (None, math.inf, -math.inf):
+            text = number(value, more, toward=toward)
+            if low <= float(text.replace(",", "")) <= high:
+                return text
+    return repr(value)
+
+
 def size(count: float) -> str:
     """Bytes: "3.2 MB"."""
     for unit in ("B", "kB", "MB", "GB", "TB"):

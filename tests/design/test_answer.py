@@ -76,6 +76,25 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
                 assert again.max_tension[0] == pytest.approx(fix["max_tension"], rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    "asked",
+    [{}, {"limits": {"max_tension": "380 N"}}, {"load": {"mass": ["0 kg", "7 kg"]}}, {"people": {"count": 30}}],
+    ids=["paper", "limited", "two loads", "people"],
+)
+def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(asked):
+    content = {**PAPER, **asked, "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
+    answer = without_window(content)
+    helps = [fix for fix in answer.fixes if fix["after"] is not None]
+    assert helps
+    for fix in helps:
+        assert f" to {fix['printed']}  " in answer.text
+        table, name = fix["parameter"].split(".")
+        typed = {**content, table: {**content.get(table, {}), name: fix["printed"].replace(",", "")}}
+        again = solved_alone(typed)
+        assert again.feasible[0], fix
+        assert again.pretension_from[0] <= float(fix["printed_pretension"]) <= again.pretension_to[0]
+
+
 def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_path):
     idle = [fix for fix in paper.fixes if fix["after"] is None]
     assert {"spring.stiffness", "sheath.friction"} <= {fix["parameter"] for fix in idle}
