@@ -210,7 +210,7 @@ def design(
 
 
 def _draw_answer(folder: "Path", record: "dict[str, Any]") -> "tuple[list[str], list[str]]":
-    from tendon_cli.figures.answer.draw import draw_answer  # only who draws pays for its import
+    from tendon_cli.figures.answer import draw_answer  # only who draws pays for its import
 
     return draw_answer(folder, record)
 

@@ -31,7 +31,7 @@ MAY_IMPORT = {
     "tables": GROUND,
     "studies": {"space", "model", *GROUND},
     "cube": {"engine", *BELOW_THE_ROOMS},
-    "figures": {"cube", *BELOW_THE_ROOMS},
+    "figures": {"cube", "say", *BELOW_THE_ROOMS},
     "friction": BELOW_THE_ROOMS,
     "kernel": {"model"},
     "space": {"model"},

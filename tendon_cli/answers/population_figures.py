@@ -7,20 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.parts import Choices
 from tendon_cli.answers.population import PopulationResult
 from tendon_cli.answers.population_text import input_name, why_not
-from tendon_cli.answers.words import Row, parameter, row_words
-from tendon_cli.figures.crowd import Bars, Group, draw_for_whom, draw_how_sure, draw_served_map
+from tendon_cli.answers.words import Row, row_words
+from tendon_cli.figures.population import Bars, Group, draw_for_whom, draw_how_sure
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.study import keys
 
-FOR_WHOM, HOW_SURE, SERVED_MAP = "for_whom.png", "how_sure.png", "served_map.png"
+FOR_WHOM, HOW_SURE = "for_whom.png", "how_sure.png"
 _USUAL = ("weight", "forearm_circumference")
 
 
-def draw_population(population: PopulationResult, record: Row, choices: Choices, folder: Path) -> list[str]:
+def draw_population(population: PopulationResult, record: Row, folder: Path) -> list[str]:
     """Draw all that there is to be drawn; returns the files' names. Raises OutputError."""
     of_record = record["population"]
     what = row_words(population.problem.choices, of_record["values"])
@@ -28,7 +26,7 @@ def draw_population(population: PopulationResult, record: Row, choices: Choices,
     title = ", ".join(filter(None, (what, f"serves {share}")))
     _for_whom(population, of_record, folder / FOR_WHOM, title)
     _how_sure(population, folder / HOW_SURE, title)
-    return [FOR_WHOM, HOW_SURE, *_served_map(population, choices, folder / SERVED_MAP)]
+    return [FOR_WHOM, HOW_SURE]
 
 
 def _for_whom(population: PopulationResult, of_record: Row, path: Path, title: str) -> None:
@@ -80,27 +78,3 @@ def _how_sure(population: PopulationResult, path: Path, title: str) -> None:
         path, title, curve.pretension, curve.share, curve.low, curve.high, population.pretension,
         population.problem.enough, inputs, bars,
     )  # fmt: skip
-
-
-def _served_map(population: PopulationResult, choices: Choices, path: Path) -> list[str]:
-    """The share over the first two numbers of the choices, all others as in the one chosen; none of many parts."""
-    factors = population.problem.choices.axes
-    axes = [at for at, factor in enumerate(factors) if not factor.names and len(factor) > 1][:2]
-    row = int(population.chosen.row[0])
-    if len(axes) < 2 or row < 0 or choices.parts > 1:
-        return []
-    place = list(np.unravel_index(row, population.problem.choices.shape))
-    at = tuple(slice(None) if axis in axes else place[axis] for axis in range(len(factors)))
-    served = choices.only.solutions.served.reshape(population.problem.choices.shape)[at]  # (first, second)
-    y, x = (factors[axis] for axis in axes)
-    values, labels = [], []
-    for factor in (x, y):
-        quantity = keys()[factor.key].number.quantity
-        values.append(factor.values / say.factor_of(quantity))
-        labels.append(f"{quantity.symbol}" + (f" ({quantity.shown_in})" if quantity.shown_in != "1" else ""))
-    others = [parameter(factors[axis].key, factors[axis].values[place[axis]]) for axis in range(len(factors))
-              if axis not in axes and not factors[axis].names]  # fmt: skip
-    title = ", ".join(("Whom one pretension serves", *others))
-    best = values[0][place[axes[1]]], values[1][place[axes[0]]]
-    draw_served_map(path, title, values[0], values[1], served, (labels[0], labels[1]), best)
-    return [path.name]

@@ -156,7 +156,7 @@ def _answer(
     if draw is not None and whom is not None:
         from tendon_cli.answers.population_figures import draw_population  # only who draws pays for its import
 
-        record["figures"] += draw_population(whom, record, choices, folder)
+        record["figures"] += draw_population(whom, record, folder)
     record["notes"] += warnings
     write_record(folder, record)
     return record

@@ -41,7 +41,7 @@ class Cube:
     """A table of designs or states by its axes; without `files`, one to come."""
 
     kind: str
-    """designs or states."""
+    """designs, states, or choices, of which rows between the points of the grid stand after the product."""
     axes: tuple[RowAxis, ...]
     of: Columns
     study: Mapping[str, Any]
@@ -160,7 +160,7 @@ class Cube:
             for name in names if high > low else ():
                 read[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
         if any((np.abs(values) > _LARGEST).any() for values in read.values() if values.dtype == np.float64):
-            raise _foreign(self.files)
+            raise foreign(self.files)
         return {name: values.reshape(rows.shape) for name, values in read.items()}
 
 
@@ -177,10 +177,10 @@ def cube_of(table: Table) -> Cube:
         axes = axes_of(record, kind, columns.held, lambda key: _names_in(table, key))
         is_one = kind in {"designs", "states"} and _is_ours(table.schema)
         if not is_one or table.rows != math.prod(axis.length for axis in axes) or not _is_study(record["study"]):
-            raise _foreign(table)
+            raise foreign(table)
         return Cube(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
     except (LookupError, TypeError, ValueError, OverflowError, AttributeError, StopIteration, pa.ArrowException):
-        raise _foreign(table) from None
+        raise foreign(table) from None
 
 
 def cube_to_come(study: Study, kind: str) -> Cube:
@@ -238,6 +238,7 @@ def _is_ours(schema: pa.Schema) -> bool:
     return len(set(schema.names)) == len(schema.names) == len(numbers) + len(words)
 
 
-def _foreign(table: Table) -> InputError:
+def foreign(table: Table) -> InputError:
+    """The fault of a table of another kind."""
     hint = "figures are drawn from designs.parquet and states.parquet of a run"
     return InputError("is not a table of designs or states", where=str(table.files[0]), hint=hint)

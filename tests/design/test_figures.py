@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.figures.answer.data import ChoiceTable
-from tendon_cli.figures.answer.draw import draw_answer
+from tendon_cli.cube.choices import choices_of
+from tendon_cli.figures.answer import draw_answer
+from tendon_cli.figures.choice_maps import Slice
 from tendon_cli.tables.read import open_table
 
 LOADS = {"load": {"mass": ["0 kg", "10 kg"]}}
@@ -52,14 +53,14 @@ def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_
 
 def test_a_slice_has_every_choice_at_its_place(tmp_path):
     answer, _ = drawn({**SPRINGS, **SPOOLS}, tmp_path)
-    found = ChoiceTable(open_table(tmp_path / "out" / "choices.parquet")).slice(
-        ["spring_stiffness", "spool_ratio"], answer.choices.iloc[0].to_dict()
-    )
+    cube = choices_of(open_table(tmp_path / "out" / "choices.parquet"))
+    found = Slice.of(cube, cube.axes, answer.choices.iloc[0].to_dict())
     np.testing.assert_array_equal(found.scales[0].places, [3.0, 5.0, 8.0])
     np.testing.assert_array_equal(found.scales[1].places, [0.6, 1.0])
     for row in answer.choices.itertuples():
         column = int(np.flatnonzero(found.scales[0].places == row.spring_stiffness / 1e3)[0])
         line = int(np.flatnonzero(found.scales[1].places == row.spool_ratio)[0])
         assert found.low[line, column] == row.pretension_from
-        assert (found.pairs[line, column] == "") == row.feasible
-    assert set(np.unique(found.pairs)) == {"", "extensor slack against min_elbow_stiffness"}
+        assert found.columns["served"][line, column] == row.served
+        assert (found.conflicts[line, column] == "") == row.feasible
+    assert set(found.conflicts.ravel()) == {"", "slack and stability exclude each other"}

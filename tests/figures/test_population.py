@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tendon_cli.figures.crowd import Bars, Group, draw_for_whom, draw_how_sure, draw_served_map
+from tendon_cli.figures.population import Bars, Group, draw_for_whom, draw_how_sure
 
 
 def colours_of(path):
@@ -50,17 +50,3 @@ def test_a_curve_of_any_length_is_drawn(tmp_path, count):
         tmp_path / "c.png", "curve", place, share, share * 0.9, share, 120.0, 0.95, ("μ", "K"), [bars, bars]
     )
     assert has(path, "#56b4e9")
-
-
-def test_the_map_puts_every_share_in_its_place(tmp_path):
-    served = np.zeros((3, 2))
-    served[0, 1] = 1.0  # of the largest x and the smallest y: below on the right
-    path = draw_served_map(
-        tmp_path / "d.png", "map", np.array([0.5, 0.6]), np.array([3.0, 5.0, 8.0]), served, ("η", "K"), (0.6, 3.0)
-    )
-    with Image.open(path) as image:
-        pixels = np.asarray(image.convert("RGB")).astype(int)
-    bright = np.abs(pixels - np.array([240, 160, 30])).max(axis=2) < 25
-    rows, columns = np.nonzero(bright[:, : pixels.shape[1] * 3 // 4])
-    assert rows.mean() > pixels.shape[0] / 2
-    assert columns.mean() > pixels.shape[1] * 0.35

@@ -1,32 +1,33 @@
-"""Figures of a crowd: whose window holds a pretension and whose does not, how probable that is, and what it owes to."""
+"""Figures of people and draws: whose window holds a pretension and whose does not, how probable that is, and what it owes to."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import plain
-from tendon_cli.figures.engine import Axes
+from tendon_cli.figures.engine import Axes, Line2D, Patch
+from tendon_cli.figures.frame import Frame
 from tendon_cli.figures.style import (
     FAINT,
     INK,
     MARKERS,
     OKABE_ITO,
     PAGE_WIDTH,
-    SEQUENTIAL,
     house_style,
-    new_figure,
-    save,
 )
 
 Values = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 
 _SERVED, _LEFT_OUT = OKABE_ITO[0], OKABE_ITO[1]
+_OF_BARS = {"with all others": OKABE_ITO[5], "alone": OKABE_ITO[0]}
 _MOST_LINES = 4000
 _ROOM = 1.6
 """How far above the highest beginning of a window the figure goes where windows have no end, as a factor."""
@@ -60,14 +61,34 @@ def draw_for_whom(
 
     `bodies` are two dimensions of everyone's, in the units of their labels. Raises OutputError, UsageError.
     """
+    with_bodies = bodies is not None and len(low) > 2
+    is_open = ~np.isnan(low) & (low <= high)
+    nowhere = int(np.isnan(low).sum())
+    key: list[Any] = []
+    for colour, label, members in (
+        (_SERVED, "served", served), (_LEFT_OUT, "window elsewhere", is_open & ~served),
+        (FAINT, "no window: by how much the upper end lies below the lower one", ~is_open & ~np.isnan(low)),
+    ):  # fmt: skip
+        key += [Patch(facecolor=colour, label=label)] if members.any() else []
+    if np.isfinite(band).all():
+        key.append(Line2D([], [], color=INK, linewidth=0.8, linestyle=(0, (3, 2)), label="serves enough between"))
+    for at, group in enumerate(groups if with_bodies else ()):
+        key.append(Line2D([], [], linestyle="", label=plain(group.label, width=60, lines=2), **_sign(at)))
+    notes = [f"{nowhere} of {len(low)} {kind} have no pretension at all at which the arm balances."] if nowhere else []
     with house_style():
-        figure = new_figure(PAGE_WIDTH, 85.0)
-        panels = figure.subplots(1, 2, width_ratios=[1.5, 1.0]) if bodies is not None else [figure.subplots()]
-        figure.suptitle(plain(title, width=110), x=0.01, ha="left")
+        page = Frame(PAGE_WIDTH, title, key, notes).page(68.0)
+        shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if with_bodies else {}
+        panels = page.figure.subplots(1, squeeze=False, **shape)[0]
         _windows(panels[0], low, high, served, band, pretension, kind)
-        if bodies is not None:
+        if bodies is not None and with_bodies:
             _bodies(panels[1], bodies, labels, groups)
-    return save(figure, path)
+        return page.save(path, must_fit=False)
+
+
+def _sign(at: int) -> dict[str, Any]:
+    """How a group of those who are left out looks."""
+    style = {"color": OKABE_ITO[(at + 1) % len(OKABE_ITO)], "markersize": 3.2, "markeredgewidth": 0.0}
+    return {"marker": MARKERS[at % len(MARKERS)], **style}
 
 
 def _windows(
@@ -75,24 +96,18 @@ def _windows(
 ) -> None:
     able = np.flatnonzero(~np.isnan(low))
     order = able[np.lexsort((high[able], low[able]))]
-    if len(order) > _MOST_LINES:
-        order = order[np.linspace(0, len(order) - 1, _MOST_LINES).round().astype(np.int64)]
+    order = order[evenly(len(order), _MOST_LINES)]
     place = (np.arange(len(order)) + 0.5) / max(len(order), 1) * 100.0
     top = _ROOM * float(np.nanmax(low, initial=pretension if np.isfinite(pretension) else 1.0))
     ends = np.minimum(high[order], max(top, float(np.max(high[np.isfinite(high)], initial=0.0))))
-    begin, is_open, width = low[order], low[order] <= high[order], max(0.25, 250.0 / max(len(order), 1))
-    for chosen, colour, label in (
-        (served[order], _SERVED, "served"),
-        (is_open & ~served[order], _LEFT_OUT, "window elsewhere"),
-    ):
-        if chosen.any():
-            axes.vlines(place[chosen], begin[chosen], ends[chosen], colors=colour, linewidth=width, label=label)
-    if (~is_open).any():
-        axes.plot(place[~is_open], begin[~is_open], ".", color=FAINT, markersize=2.0, label="no window at all")
+    begin, is_open, width = low[order], low[order] <= high[order], max(0.25, 230.0 / max(len(order), 1))
+    for chosen, colour in ((served[order], _SERVED), (is_open & ~served[order], _LEFT_OUT)):
+        axes.vlines(place[chosen], begin[chosen], ends[chosen], colors=colour, linewidth=width)
+    axes.vlines(place[~is_open], ends[~is_open], begin[~is_open], colors=FAINT, linewidth=min(width, 1.5))
     if np.isfinite(band).all():
         axes.axhspan(*band, color="white", alpha=0.4, linewidth=0.0, zorder=3)
-        for end, label in zip(band, ("serves enough between", "_"), strict=True):
-            axes.axhline(end, color=INK, linewidth=0.8, linestyle=(0, (3, 2)), zorder=4, label=label)
+        for end in band:
+            axes.axhline(end, color=INK, linewidth=0.8, linestyle=(0, (3, 2)), zorder=4)
     if np.isfinite(pretension):
         axes.axhline(pretension, color=INK, linewidth=0.9, zorder=4)
         axes.annotate(
@@ -100,30 +115,23 @@ def _windows(
             textcoords="offset points", ha="left", va="bottom", zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
         )  # fmt: skip
-    axes.set_xlabel(f"{kind}, in the order of the least pretension they need (%)")
+    axes.set_xlabel(f"{kind}, in the order of the least pretension they need (%)" if len(low) > 1 else "")
     axes.set_ylabel("window of pretension (N)")
     axes.set_xlim(0.0, 100.0)
-    axes.set_ylim(bottom=0.0)
-    if len(order):
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
-    if beyond := int(np.isnan(low).sum()):
-        axes.set_title(f"{beyond} of {len(low)} {kind} stand nowhere: no pretension is possible", loc="left")
+    axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(begin.max(initial=0.0))))
+    if len(low) == 1:
+        axes.set_xticks([])
 
 
 def _bodies(axes: Axes, bodies: tuple[Values, Values], labels: tuple[str, str], groups: Sequence[Group]) -> None:
     rest = np.ones(len(bodies[0]), dtype=np.bool_)
     for group in groups:
         rest[group.members] = False
-    axes.plot(bodies[0][rest], bodies[1][rest], ".", color="#b8c4cc", markersize=2.0, label="served", zorder=1)
+    axes.plot(bodies[0][rest], bodies[1][rest], ".", color=_SERVED, alpha=0.5, markersize=2.5, zorder=1)
     for at, group in enumerate(groups):
-        axes.plot(
-            bodies[0][group.members], bodies[1][group.members], MARKERS[at % len(MARKERS)],
-            color=OKABE_ITO[(at + 1) % len(OKABE_ITO)], markersize=3.2, markeredgewidth=0.0, zorder=2,
-            label=plain(group.label, width=34),
-        )  # fmt: skip
+        axes.plot(bodies[0][group.members], bodies[1][group.members], linestyle="", zorder=2, **_sign(at))
     axes.set_xlabel(plain(labels[0]))
     axes.set_ylabel(plain(labels[1]))
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=1)
 
 
 def draw_how_sure(
@@ -134,14 +142,14 @@ def draw_how_sure(
 
     Raises OutputError, UsageError.
     """
+    key = [Patch(facecolor=colour, label=label) for label, colour in _OF_BARS.items()] if bars else []
     with house_style():
-        figure = new_figure(PAGE_WIDTH, 80.0)
-        panels = figure.subplots(1, 1 + len(bars), width_ratios=[1.6, *[1.0] * len(bars)], squeeze=False)[0]
-        figure.suptitle(plain(title, width=110), x=0.01, ha="left")
+        page = Frame(PAGE_WIDTH, title, key).page(66.0)
+        panels = page.figure.subplots(1, 1 + len(bars), width_ratios=[1.6, *[1.0] * len(bars)], squeeze=False)[0]
         _probability(panels[0], pretension, share, low, high, chosen, enough)
         for at, each in enumerate(bars):
-            _bars(panels[1 + at], each, inputs if at == 0 else [""] * len(inputs), is_first=at == 0)
-    return save(figure, path)
+            _bars(panels[1 + at], each, inputs if at == 0 else [""] * len(inputs))
+        return page.save(path, must_fit=False)
 
 
 def _probability(
@@ -167,53 +175,17 @@ def _probability(
     axes.set_ylabel("in the window (%), band of 95 %")
 
 
-def _bars(axes: Axes, bars: Bars, inputs: Sequence[str], *, is_first: bool) -> None:
+def _bars(axes: Axes, bars: Bars, inputs: Sequence[str]) -> None:
     place = np.arange(len(inputs), dtype=np.float64)[::-1]
-    for shift, values, errors, colour, label in (
-        (0.2, bars.total, bars.total_error, OKABE_ITO[5], "total"),
-        (-0.2, bars.first, bars.first_error, OKABE_ITO[0], "alone"),
+    for shift, values, errors, colour in (
+        (0.2, bars.total, bars.total_error, _OF_BARS["with all others"]),
+        (-0.2, bars.first, bars.first_error, _OF_BARS["alone"]),
     ):
         axes.barh(
-            place + shift, 100 * values, 0.36, xerr=196 * errors, color=colour, label=label,
+            place + shift, 100 * values, 0.36, xerr=196 * errors, color=colour,
             error_kw={"elinewidth": 0.7, "capsize": 1.5},
         )  # fmt: skip
     axes.set_yticks(place, [plain(name, width=18) for name in inputs])
     axes.set_xlim(left=0.0)
     axes.set_xlabel("share of its variance (%)")
     axes.set_title(plain(bars.label), loc="left")
-    if is_first:
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
-
-
-def draw_served_map(
-    path: Path, title: str, x: Values, y: Values, served: Values, labels: tuple[str, str], best: tuple[float, float]
-) -> Path:
-    """The share that one pretension serves, 0 to 1, over two numbers of the choices; `served` is (len(y), len(x)).
-
-    Raises OutputError, UsageError.
-    """
-    with house_style():
-        figure = new_figure(110.0, 85.0)
-        axes = figure.subplots()
-        figure.suptitle(plain(title, width=70), x=0.01, ha="left")
-        order_x, order_y = np.argsort(x), np.argsort(y)
-        shares = 100.0 * served[np.ix_(order_y, order_x)]
-        mesh = axes.pcolormesh(
-            np.arange(len(x) + 1), np.arange(len(y) + 1), shares, cmap=SEQUENTIAL.reversed(), vmin=0.0, vmax=100.0
-        )
-        dark = shares < 45.0
-        if served.size <= 150:
-            for (row, column), share in np.ndenumerate(shares):
-                axes.text(
-                    column + 0.5, row + 0.5, f"{share:.3g}", ha="center", va="center", fontsize=6.0,
-                    color="white" if dark[row, column] else INK,
-                )  # fmt: skip
-        for set_ticks, values in ((axes.set_xticks, x[order_x]), (axes.set_yticks, y[order_y])):
-            every = max(1, len(values) // 10)
-            set_ticks(np.arange(len(values))[::every] + 0.5, [f"{value:.4g}" for value in values[::every]])
-        column, row = (int(np.argmin(np.abs(np.sort(of) - at))) for of, at in zip((x, y), best, strict=True))
-        axes.plot(column + 0.5, row + 0.86, "v", color=INK, markersize=4.0)
-        axes.set_xlabel(plain(labels[0]))
-        axes.set_ylabel(plain(labels[1]))
-        figure.colorbar(mesh, ax=axes, label="served by one pretension (%)")
-    return save(figure, path)

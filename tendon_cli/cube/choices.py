@@ -1,0 +1,47 @@
+"""The choices of an answer by the axes of their grid."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from tendon_cli.cube.axes import Ints, RowAxis
+from tendon_cli.cube.columns import Columns, as_numpy
+from tendon_cli.cube.cube import Cube, foreign
+from tendon_cli.studies.study import keys
+from tendon_cli.tables.read import TableFiles
+
+
+def choices_of(table: TableFiles) -> Cube:
+    """The choices of an answer by the axes of their grid; raises InputError for another table."""
+    try:
+        held, record = Columns.of(table.schema), table.facts["study"]
+        names = list(held.held)[: list(held.held).index("refined")]
+        grid = table.read([*names, "refined"])
+        grid = grid.filter(pc.invert(grid["refined"]))
+        axes: list[RowAxis] = []
+        for name in reversed(names):
+            values = np.array(list(dict.fromkeys(as_numpy(grid[name]).tolist())))
+            values = values.astype(object) if held.held[name] is None else values
+            key = next((key.path for key in keys().values() if key.column == name), name)
+            axes.append(RowAxis(key, name, values, math.prod(axis.length for axis in axes), is_log=False))
+        if math.prod(axis.length for axis in axes) != grid.num_rows:
+            raise foreign(table)
+        return Cube("choices", tuple(reversed(axes)), held, record["study"], str(table.facts["study_hash"]), table)
+    except (LookupError, TypeError, ValueError, AttributeError, pa.ArrowException):
+        raise foreign(table) from None
+
+
+def position(axis: RowAxis, value: Any) -> Ints:
+    """The position of a value on an axis, or of the nearest, as an array of one."""
+    apart = np.array(axis.values != value) if axis.is_text else np.abs(axis.values - value)
+    return np.array([int(np.argmin(apart))], dtype=np.int64)
+
+
+def value_text(cube: Cube, axis: RowAxis, value: Any) -> str:
+    """One value of an axis, as titles have it."""
+    return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))

@@ -1,0 +1,203 @@
+"""The figures of an answer: maps over two choices, the window along each choice, and the front."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli import say
+from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.choices import choices_of
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import Shown
+from tendon_cli.figures.choice_maps import (
+    Slice,
+    choice_text,
+    draw_served,
+    draw_tolerance,
+    frame_of,
+    long_axes,
+    place_of,
+    star,
+)
+from tendon_cli.figures.engine import Axes, FigureCanvasAgg, Line2D, Patch
+from tendon_cli.figures.frame import Page, grid_shape
+from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
+from tendon_cli.tables.read import open_table
+
+_WINDOW = "#b4d4ea"
+_MOST_ALONG = 4
+_MOST_POINTS = 20_000
+_LABEL_SIZE, _LABEL_GAP = 6.5, 3.0
+"""Of the names of limits, pt."""
+
+
+def draw_answer(folder: Path, record: dict[str, Any]) -> tuple[list[str], list[str]]:
+    """Draw into the folder of an answer, whose tables stand; returns the files and what could not be drawn.
+
+    A figure never costs an answer: what goes wrong is told, not raised.
+    """
+    files: list[str] = []
+    faults: list[str] = []
+    cube, chosen = choices_of(open_table(folder / "choices.parquet")), named_first(record)
+    for name, draw in _FIGURES.items() if chosen else ():
+        try:
+            with house_style():
+                page = draw(cube, record, chosen)
+                if page is not None:
+                    files.append(page.save(folder / f"{name}.png", must_fit=False).name)
+        except Exception as error:  # noqa: BLE001
+            faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
+    return files, faults
+
+
+def named_first(record: dict[str, Any]) -> dict[str, Any]:
+    """The choice that the answer names first, or if none has a window the one nearest to have one; empty without."""
+    best = record["best"]
+    if best is None:
+        return dict(record["conflicts"][0]["nearest"]) if record["conflicts"] else {}
+    return dict(best if "pretension_from" in best else next(iter(best.values())))
+
+
+# --- The window along each choice ------------------------------------------------------------------------------------
+
+
+def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+    """The window against each axis, all else as in the choice named first; None if there is no axis of numbers."""
+    along = [axis for axis in long_axes(cube) if not axis.is_text][:_MOST_ALONG]
+    if not along:
+        return None
+    key = [
+        Patch(facecolor=_WINDOW, label="window: pretensions that suit all conditions"),
+        hatch_key("no window: the lower limit lies above the upper one"),
+        *([star(label="pretension recommended")] if chosen["feasible"] else []),
+    ]
+    notes = ["At each end stands the limit that binds there. Elsewhere among the choices the window may be another."]
+    rows, columns = grid_shape(len(along), most=2)
+    page = frame_of(record, "the window of pretension", key, notes).page(rows * 68.0)
+    grid = page.figure.subplots(rows, columns, squeeze=False)
+    for panel, axis in zip(grid.flat, along, strict=False):
+        found = Slice.of(cube, [axis], chosen)
+        _draw_window(panel, found)
+        panel.set_title(found.title or " ")
+        if chosen["feasible"]:
+            at = place_of(cube, axis, chosen[axis.column], found.scales[0])
+            panel.plot([at], [chosen["pretension"]], marker="*", color=INK, markersize=9, clip_on=False, zorder=5)
+    for panel in list(grid.flat)[len(along) :]:
+        panel.set_visible(False)
+    FigureCanvasAgg(page.figure)
+    page.figure.draw_without_rendering()  # so that it is known how steep lines are
+    for panel, axis in zip(grid.flat, along, strict=False):
+        _name_limits(panel, Slice.of(cube, [axis], chosen))
+    return page
+
+
+def _draw_window(panel: Axes, found: Slice) -> None:
+    (x,) = found.scales
+    low, high = found.low, np.where(np.isinf(found.high), np.nan, found.high)
+    known = np.concatenate([low[np.isfinite(low)], high[np.isfinite(high)]])
+    top = 1.2 * float(known.max()) if len(known) else 1.0
+    roof = np.where(np.isinf(found.high), top, high)
+    style: dict[str, Any] = {"interpolate": True, "step": None}
+    panel.fill_between(x.places, low, roof, where=(roof >= low).tolist(), facecolor=_WINDOW, **style)
+    panel.fill_between(x.places, roof, low, where=(roof <= low).tolist(), **unknown_hatch(), **style)
+    for values, colour in ((low, OKABE_ITO[1]), (high, OKABE_ITO[0])):
+        panel.plot(x.places, values, color=colour, marker="o" if len(x.places) < 12 else "", markersize=2.5)
+    x.apply(panel, "x")
+    panel.set_ylim(0.0, top)
+    panel.set_xlabel(x.label)
+    panel.set_ylabel("pretension F₀ (N)")
+
+
+def _name_limits(panel: Axes, found: Slice) -> None:
+    """Where a limit binds along a line its name, once for each stretch, clear of the line and of other names.
+
+    A name goes where the other line is farthest. It is moved away from its line by as much as the line rises under it;
+    where that leads into another name, or out of the panel, there is none.
+    """
+    placed: list[Any] = []
+    low, high = found.low, found.high
+    ends = ((low, "from_by", OKABE_ITO[1], -1.0), (high, "to_by", OKABE_ITO[0], 1.0))
+    for values, name, colour, up in ends:
+        by = found.columns[name]
+        starts = np.flatnonzero(np.concatenate([[True], by[1:] != by[:-1]]))
+        stretches = sorted(zip(starts, [*starts[1:], len(by)], strict=True), key=lambda each: each[0] - each[1])
+        for start, stop in stretches:
+            inner = slice(start + 1, stop - 1) if stop - start > 4 else slice(start, stop)
+            places = np.arange(len(by))[inner][np.argsort(-np.nan_to_num(np.abs(high - low)[inner]), kind="stable")]
+            if by[start]:
+                text = say.limit_words(str(by[start]), found.bounds).label
+                _write(panel, found.scales[0].places, values, places, text, colour, up, placed)
+
+
+def _write(
+    panel: Axes, x: npt.NDArray[Any], y: npt.NDArray[Any], places: npt.NDArray[Any], text: str, colour: str, up: float,
+    placed: list[Any],
+) -> None:  # fmt: skip
+    """A name at the first of some places of a line where it fits."""
+    canvas: Any = panel.figure.canvas
+    renderer, per_point = canvas.get_renderer(), panel.figure.dpi / 72.0
+    across, upward = panel.transData.transform(np.column_stack([x, np.nan_to_num(y, posinf=0.0)])).T
+    rise = np.abs(np.gradient(upward, across)) if len(x) > 1 else np.zeros(1)
+    for at in places:
+        if not np.isfinite(y[at]):
+            continue
+        half = 0.5 * 0.58 * _LABEL_SIZE * len(text)
+        beside = {0: "left", len(x) - 1: "right"}.get(int(at), "center")
+        clear = up * (_LABEL_GAP + rise[at] * half * (1.0 if beside == "center" else 2.0))
+        note = panel.annotate(text, (x[at], y[at]), (0, clear), textcoords="offset points", ha=beside,
+                              va="bottom" if up > 0.0 else "top", size=_LABEL_SIZE, color=colour)  # fmt: skip
+        note.set_in_layout(False)
+        box, room = note.get_window_extent(renderer).padded(per_point), panel.bbox
+        is_inside = room.y0 < box.y0 and box.y1 < room.y1 and room.x0 <= box.x0 + 4 and box.x1 - 4 <= room.x1
+        if is_inside and not any(box.overlaps(other) for other in placed):
+            placed.append(box)
+            return
+        note.remove()
+
+
+# --- The front -------------------------------------------------------------------------------------------------------
+
+
+def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> Page | None:
+    """Choices with a window by the first two goals, and the front; None without two goals or a front."""
+    goals = [goal["column"] for goal in record["goals"]][:2]
+    if len(goals) < 2 or not record["front"] or cube.files is None:
+        return None
+    shown = [cube.shown(goal) for goal in goals]
+    read = cube.gather(evenly(cube.files.rows, _MOST_POINTS), [*goals, "feasible"])
+    cloud = [read[goal][read["feasible"] == 1.0] for goal in goals]
+    front = np.array(sorted([row[goal] for goal in goals] for row in record["front"])).T
+    key = [
+        Line2D([], [], color="#b8c4cc", marker="o", linestyle="", label="choice with a window"),
+        Line2D([], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"),
+        star(label=f"best compromise: {choice_text(cube, record['best'])}"),
+    ]
+    notes = [] if len(record["goals"]) == 2 else ["The front is one of more goals than the two that are drawn."]
+    page = frame_of(record, "what one goal costs the other", key, notes).page(95.0)
+    panel = page.figure.subplots()
+    style: dict[str, Any] = {"color": "#b8c4cc", "marker": "o", "linestyle": "", "markersize": 2.5}
+    panel.plot(*(how.scaled(values) for how, values in zip(shown, cloud, strict=True)), **style)
+    panel.plot(*(how.scaled(values) for how, values in zip(shown, front, strict=True)), color=OKABE_ITO[1], marker="o")
+    best = [how.scaled(record["best"][goal]) for how, goal in zip(shown, goals, strict=True)]
+    panel.plot(*best, marker="*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
+    panel.set_xlabel(broken(_goal_label(shown[0], record["goals"][0]), 60))
+    panel.set_ylabel(broken(_goal_label(shown[1], record["goals"][1]), 40))
+    return page
+
+
+def _goal_label(how: Shown, goal: dict[str, Any]) -> str:
+    return f"{how.label}, {'the more' if goal['maximise'] else 'the less'} the better"
+
+
+_FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]] = {
+    "tolerance_map": draw_tolerance,
+    "served_map": draw_served,
+    "window": draw_windows,
+    "front": draw_front,
+}
+"""What draws each figure, of the choices, the record and the choice named first; None if there is nothing to draw."""

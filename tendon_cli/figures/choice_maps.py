@@ -1,0 +1,206 @@
+"""Choices of an answer by two of their axes as maps: the tolerance, and the share that one pretension serves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli import say
+from tendon_cli.cube.axes import RowAxis
+from tendon_cli.cube.choices import position, value_text
+from tendon_cli.cube.columns import Values
+from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import Shown
+from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
+from tendon_cli.figures.frame import Frame, Page
+from tendon_cli.figures.scales import Scale, scale_of
+from tendon_cli.figures.style import (
+    INK,
+    PAGE_WIDTH,
+    SEQUENTIAL,
+)
+
+_PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
+"""Grounds of what has no window, one for each pair of limits; the others share the last."""
+_HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
+_WINDOW = "#b4d4ea"
+_OPEN = ListedColormap([mpl.colormaps["Blues"](at) for at in np.linspace(0.15, 0.95, 256)], name="tendon_open")
+_MOST_ALONG = 4
+_MOST_WRITTEN = 120
+"""Cells of a map that have room for their value in figures."""
+_MOST_POINTS = 20_000
+_MEANING = (
+    "Tolerance: the share by which the pretension may be off on either side of the middle of its window. Pale: no "
+    "pretension suits all conditions, for the reason given."
+)
+_READ = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "to_by")
+
+
+@dataclass(frozen=True)
+class Slice:
+    """Choices of the grid along one or two of its axes, all else as in one choice; arrays of shape (y, x) or (x,)."""
+
+    axes: tuple[RowAxis, ...]
+    """Of x, and of y."""
+    scales: tuple[Scale, ...]
+    columns: dict[str, Values]
+    title: str
+    """The values of the other axes."""
+    bounds: dict[str, float]
+
+    @classmethod
+    def of(cls, cube: Cube, axes: Sequence[RowAxis], choice: dict[str, Any]) -> Slice:
+        """Those through a choice, in the order of the scales."""
+        scales = [scale_of(axis.values, shown_on(cube, axis), is_log=False) for axis in axes]
+        at = {axis.column: position(axis, choice[axis.column]) for axis in cube.axes if axis not in axes}
+        title = ", ".join(
+            value_text(cube, axis, axis.values[at[axis.column][0]]) for axis in cube.axes if axis not in axes
+        )
+        places = {axis.column: scale.order.astype(np.int64) for axis, scale in zip(axes, scales, strict=True)}
+        rows = cube.rows([axis.column for axis in reversed(axes)], at | places)
+        bounds = {key: cube.limit(key) for key in cube.study.get("limits", {})}
+        return cls(tuple(axes), tuple(scales), cube.gather(rows, _READ), title, bounds)
+
+    @property
+    def low(self) -> Values:
+        """N; not a number where no pretension could do."""
+        return self.columns["pretension_from"]
+
+    @property
+    def high(self) -> Values:
+        """N; infinite where nothing bounds it."""
+        high = self.columns["pretension_to"]
+        return np.where(np.isnan(high) & ~np.isnan(self.low), np.inf, high)
+
+    @property
+    def conflicts(self) -> npt.NDArray[Any]:
+        """What leaves each choice without a window, in words; empty where one has one."""
+        found = np.full(self.low.shape, "", dtype=object)
+        for at in np.argwhere(~(self.low <= self.high)):
+            place = tuple(at)
+            pair = [str(self.columns[name][place]) for name in ("from_by", "to_by") if self.columns[name][place]]
+            both = pair if np.isfinite(self.low[place]) else pair[:1]
+            found[place] = say.conflict_label(list(dict.fromkeys(both)), self.bounds) if both else "no window"
+        return found
+
+
+def shown_on(cube: Cube, axis: RowAxis) -> Shown | None:
+    """How an axis is shown; None for names."""
+    return None if axis.is_text else cube.shown(axis.column)
+
+
+def frame_of(record: dict[str, Any], title: str, key: list[Any], notes: list[str]) -> Frame:
+    """What stands around the panels of an answer's figure."""
+    named = record["title"] or record["name"]
+    study = f"{record['name']} {record['study_hash'][:12]}"
+    return Frame(PAGE_WIDTH, f"{named}: {title}", key, notes, study=study)
+
+
+def star(**more: Any) -> Line2D:
+    """The sign of the choice named first, for the key."""
+    return Line2D([], [], color=INK, marker="*", markersize=9, linestyle="", **more)
+
+
+def choice_text(cube: Cube, choice: dict[str, Any]) -> str:
+    """A choice by its values."""
+    return ", ".join(value_text(cube, axis, choice[axis.column]) for axis in cube.axes)
+
+
+# --- Maps over two choices -------------------------------------------------------------------------------------------
+
+
+def long_axes(cube: Cube) -> list[RowAxis]:
+    """Axes of more than one value."""
+    return [axis for axis in cube.axes if axis.length > 1]
+
+
+def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+    """The tolerance over the first two axes of more than one value; None if there are not two."""
+    if len(axes := long_axes(cube)[:2]) < 2:
+        return None
+    found = Slice.of(cube, axes, chosen)
+    conflicts = [str(each) for each in dict.fromkeys(found.conflicts.ravel().tolist()) if each]
+    key: list[Any] = [
+        Patch(facecolor=_PALE[min(at, 5)], hatch=_HATCHES[min(at, 5)], edgecolor="#8a8a8a", linewidth=0.4, label=each)
+        for at, each in enumerate(conflicts)
+    ]
+    notes = [_MEANING]
+    page, panel = _map(cube, record, chosen, found, "by how much the pretension may be off", key, notes)
+    x, y = found.scales
+    for at, each in enumerate(conflicts):
+        cells = np.ma.masked_where(found.conflicts != each, np.zeros(found.low.shape))
+        panel.pcolor(x.edges, y.edges, cells, cmap=ListedColormap([_PALE[min(at, 5)]]), edgecolor="#8a8a8a",
+                     hatch=_HATCHES[min(at, 5)], linewidth=0.0)  # fmt: skip
+    percent = np.ma.masked_invalid(100.0 * found.columns["tolerance"])
+    if percent.count():
+        most = max(float(percent.max()), 1e-9)
+        texts = np.where(np.isfinite(found.high), _texts("{:.0f}–{:.0f} N", found.low, found.high), "")
+        texts = np.where(np.isinf(found.high), _texts("from {:.0f} N", found.low), texts)
+        dark = percent.filled(0.0) > 0.55 * most
+        _cells(panel, found, percent, _OPEN, most, "tolerance of pretension (± %)", texts, dark)
+    return page
+
+
+def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
+    """The largest share that one pretension serves, over the same axes; None for one condition after another."""
+    if len(axes := long_axes(cube)[:2]) < 2 or not (record.get("population") or record.get("crowd")):
+        return None
+    found = Slice.of(cube, axes, chosen)
+    page, panel = _map(cube, record, chosen, found, "the largest share that one pretension serves", [], [])
+    percent = np.ma.masked_invalid(100.0 * found.columns["served"])
+    texts = _texts("{:.3g} %", percent.filled(0.0))
+    colours = SEQUENTIAL.reversed()
+    _cells(panel, found, percent, colours, 100.0, "served by one pretension (%)", texts, percent.filled(0.0) < 45.0)
+    return page
+
+
+def _texts(form: str, *values: Values) -> npt.NDArray[Any]:
+    return np.asarray(np.vectorize(form.format, otypes=[object])(*values))
+
+
+def _map(
+    cube: Cube, record: dict[str, Any], chosen: dict[str, Any], found: Slice, title: str, key: list[Any],
+    notes: list[str],
+) -> tuple[Page, Axes]:  # fmt: skip
+    """A page with one panel over two choices, and where the choice named first stands."""
+    if chosen["feasible"]:
+        key = [*key, star(label=choice_text(cube, chosen))]
+    notes = [*notes, f"At {found.title}."] if found.title else notes
+    page = frame_of(record, title, key, notes).page(95.0)
+    panel = page.figure.subplots()
+    x, y = found.scales
+    x.apply(panel, "x", cells=True)
+    y.apply(panel, "y", cells=True)
+    panel.set_xlabel(x.label)
+    panel.set_ylabel(y.label)
+    if chosen["feasible"]:
+        places = zip(found.axes, found.scales, strict=True)
+        across, up = (place_of(cube, axis, chosen[axis.column], scale) for axis, scale in places)
+        up += 0.3 * float(np.diff(y.edges).min()) if found.low.size <= _MOST_WRITTEN else 0.0
+        panel.plot(across, up, marker="*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
+    return page, panel
+
+
+def _cells(
+    panel: Axes, found: Slice, values: Any, colours: Any, most: float, label: str, texts: Any, dark: Any
+) -> None:
+    """The cells of a map with their colour bar, and their values in figures if there is room for them."""
+    x, y = found.scales
+    mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)
+    bar = panel.figure.colorbar(mesh, ax=panel, aspect=28, pad=0.02)
+    bar.set_label(label)
+    bar.outline.set_linewidth(0.5)
+    for row, column in np.argwhere(~np.ma.getmaskarray(values)) if values.size <= _MOST_WRITTEN else ():
+        at = x.edges[column : column + 2].mean(), y.edges[row : row + 2].mean()
+        ink = "white" if dark[row, column] else INK
+        panel.text(*at, texts[row, column], ha="center", va="center", size=6.0, color=ink)
+
+
+def place_of(cube: Cube, axis: RowAxis, value: Any, scale: Scale) -> float:
+    """Where a value stands on a figure."""
+    how = shown_on(cube, axis)
+    return float(scale.names.index(str(value))) if how is None else float(how.scaled(value))
