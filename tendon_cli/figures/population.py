@@ -1,4 +1,4 @@
-"""Figures of people and draws: whose window holds a pretension and whose does not, how probable that is, and what it owes to."""
+"""Figures of people and draws: whose window holds a pretension and whose does not, how probable that is, and why."""
 
 from __future__ import annotations
 
