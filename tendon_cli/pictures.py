@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pyarrow.parquet as pq
 
 from tendon_cli.answers.run import Answer
+from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.columns import Columns
 from tendon_cli.engine.results import Run
 from tendon_cli.errors import TendonError, UsageError
@@ -108,18 +109,17 @@ def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 
 def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """The map of tolerance, the front or the windows, by name; the first that there is."""
-    from tendon_cli.figures.answer.data import ChoiceTable
-    from tendon_cli.figures.answer.draw import draw_front, draw_map, draw_windows
+    from tendon_cli.figures.answer import FIGURES, named_first
     from tendon_cli.figures.style import house_style
 
-    known: dict[str, Callable[..., Any]] = {"tolerance_map": draw_map, "front": draw_front, "window": draw_windows}
     for name in (*what, *how):
-        if name not in known:
-            hint = nearest(name, known) or ", ".join(known)
+        if name not in FIGURES:
+            hint = nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
+    chosen = named_first(answer.record)
     with house_style(), _tables(answer) as table_named:
-        for name in what or known:
-            page: Page | None = known[name](ChoiceTable(table_named("choices")), answer.record)
+        for name in (what or FIGURES) if chosen else ():
+            page = FIGURES[name](choices_of(table_named("choices")), answer.record, chosen)
             if page is not None:
                 return page
     raise UsageError("this answer has no such figure: a map needs two axes, a front two goals")

@@ -44,7 +44,7 @@ def draw_answer(folder: Path, record: dict[str, Any]) -> tuple[list[str], list[s
     files: list[str] = []
     faults: list[str] = []
     cube, chosen = choices_of(open_table(folder / "choices.parquet")), named_first(record)
-    for name, draw in _FIGURES.items() if chosen else ():
+    for name, draw in FIGURES.items() if chosen else ():
         try:
             with house_style():
                 page = draw(cube, record, chosen)
@@ -194,7 +194,7 @@ def _goal_label(how: Shown, goal: dict[str, Any]) -> str:
     return f"{how.label}, {'the more' if goal['maximise'] else 'the less'} the better"
 
 
-_FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]] = {
+FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]] = {
     "tolerance_map": draw_tolerance,
     "served_map": draw_served,
     "window": draw_windows,
