@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from setuptools import Extension, setup
+from setuptools.command.build_py import build_py
 
 KERNEL = Path("tendon_cli/kernel")
 VERSION = re.search(r"^VERSION = (\d+)$", (KERNEL / "__init__.py").read_text(encoding="utf-8"), re.MULTILINE)[1]
@@ -17,4 +18,23 @@ EXTENSION = Extension(
     optional=True,  # without a C compiler NumPy does it, to the same bits
 )
 
-setup(ext_modules=[EXTENSION], options={"bdist_wheel": {"py_limited_api": "cp311"}})  # one wheel from Python 3.11 on
+
+class BuildWithExamples(build_py):
+    """The studies and readings of the documentation stand in the package, too, for `tendon init --from`."""
+
+    def run(self):
+        """Build as ever, then copy."""
+        super().run()
+        if not self.editable_mode:
+            for source in sorted(Path("configs").rglob("*")):
+                if source.suffix in (".toml", ".csv"):
+                    target = Path(self.build_lib, "tendon_cli/examples", source.relative_to("configs"))
+                    self.mkpath(str(target.parent))
+                    self.copy_file(str(source), str(target))
+
+
+setup(
+    ext_modules=[EXTENSION],
+    cmdclass={"build_py": BuildWithExamples},
+    options={"bdist_wheel": {"py_limited_api": "cp311"}},  # one wheel from Python 3.11 on
+)

@@ -26,6 +26,7 @@ html_title = f"tendon {__version__}"
 html_static_path = []
 html_show_sphinx = False
 html_show_search_summary = False  # a browser does not let a page of a folder read its neighbours
+smartquotes = False  # else --reversal and quotes in a command that is copied become typographic ones
 pygments_style = "friendly"
 pygments_dark_style = "native"
 

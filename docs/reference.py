@@ -15,12 +15,12 @@ from typing import Any
 import typer
 
 import tendon_cli
-from tendon_cli import cli, errors
+from tendon_cli import cli, errors, say
 from tendon_cli.answers.fixes import PARAMETERS
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
+from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, PLAUSIBLE, QUANTITIES
 from tendon_cli.space.axis import split_side
-from tendon_cli.studies.study import keys
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
@@ -49,8 +49,20 @@ def key_table() -> str:
             number, quantity = key.number, key.number.quantity
             unit = "" if quantity.unit == "1" else f" {quantity.unit}"
             possible = f"{number.low:g} to {number.high:g}{unit}"
-            rows.append((f"`{path}`", quantity.symbol, quantity.long_name, possible, f"`{key.column}`"))
-    return table(("key", "symbol", "meaning", "possible", "column"), rows)
+            low, high = PLAUSIBLE.get(number.name, (None, None))
+            plausible = "" if low is None else f"{say.quantity(quantity, low)} to {say.quantity(quantity, high)}"
+            column = f"`{key.column}`"
+            rows.append((f"`{path}`", quantity.symbol, quantity.long_name, _default(path), plausible, possible, column))
+    return table(("key", "symbol", "meaning", "default", "plausible", "possible", "column"), rows)
+
+
+def _default(path: str) -> str:
+    """What a key is without the study saying it."""
+    values = Study().numbers.get(path, Study().motion.elbow_angle if path == "motion.elbow_angle" else None)
+    if values is None:
+        return "-"
+    shown = [say.quantity(keys()[path].number.quantity, value) for value in values.array]
+    return shown[0] if len(shown) == 1 else f"{shown[0]} to {shown[-1]}, {len(shown)} values"
 
 
 def limit_table() -> str:
@@ -122,7 +134,7 @@ def _escaped(text: str) -> str:
 def exit_table() -> str:
     """Every exit code with the kinds of error that have it."""
     rows = {0: "everything computed, written and verified", 1: f"`{errors.TendonError.kind}`: a fault of tendon itself"}
-    rows[errors.EXIT_NOT_AS_HOPED] = f"not as hoped: {_sentence(NOT_AS_HOPED)}"
+    rows[errors.EXIT_NOT_AS_HOPED] = f"a negative result: {_sentence(NOT_AS_HOPED)}"
     for kind in errors.TendonError.__subclasses__():
         if kind is not errors.InterruptError:
             said = f"`{kind.kind}`: {_sentence(kind.__doc__).partition('; ')[0]}"

@@ -37,7 +37,8 @@ from tendon_cli.version import __version__
 app = typer.Typer(
     name="tendon",
     help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
-    epilog="Exit codes: 0 done, 1 bug, 2 usage or study, 3 input, 4 not as hoped, 5 output, 6 workers, 7 folder.",
+    epilog="Exit codes: 0 done, 1 bug in tendon, 2 usage or study, 3 input file, 4 negative result, 5 output, "
+    "6 workers lost, 7 folder in use, unfinished or of something else; 130, 143, 129 stopped by a signal.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -47,7 +48,10 @@ app = typer.Typer(
 
 
 class _Command(typer.core.TyperCommand):
-    """A command whose usage names values as its help does, without braces."""
+    """A command whose usage names values as its help does, without braces, and whose first sentence is shown whole."""
+
+    def get_short_help_str(self, limit: int = 45) -> str:  # noqa: ARG002 - a sentence is cut nowhere
+        return " ".join((self.help or "").split("\n\n")[0].split())
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         return [piece.strip("{}") for piece in super().collect_usage_pieces(ctx)]

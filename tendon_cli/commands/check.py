@@ -12,16 +12,16 @@ from tendon_cli.terminal import as_json_text, print_result
 
 RunFolder = Annotated[Path, typer.Argument(parser=options.place, metavar="RUN", help="folder of a sweep or a design")]
 Baseline = Annotated[
-    Path | None, typer.Option(parser=options.place, metavar="RUN", help="tell only what changed since this other run")
+    Path | None, typer.Option(parser=options.place, metavar="RUN", help="report only what changed since this run")
 ]
 Tolerance = Annotated[
-    float, typer.Option(metavar="SHARE", help="of a column's scale, by which numbers of the runs may differ")
+    float, typer.Option(metavar="SHARE", help="largest difference allowed, as a share of a column's scale")
 ]
 Apart = Annotated[
     list[str] | None, typer.Option("--except", metavar="KEY", help="key of the study that may differ; repeatable")
 ]
-Worst = Annotated[int, typer.Option(metavar="N", min=0, help="how many designs are told, the worst first")]
-Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a job")]
+Worst = Annotated[int, typer.Option(metavar="N", min=0, help="how many designs to list, the worst first")]
+Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")]
 
 
 def check(
@@ -33,7 +33,10 @@ def check(
     markdown: Markdown = False,
     as_json: options.AsJson = False,
 ) -> None:
-    """Check that every design of a run is within its limits (of a design: one choice); exit 4 where not."""
+    """Check that every design of a run is within its limits, or compare it with another run; exit 4 if not.
+
+    An answer of `tendon design` passes if at least one choice has a window of pretension.
+    """
     from tendon_cli.checks.check import check as check_run
     from tendon_cli.checks.check import compare
     from tendon_cli.checks.text import as_markdown

@@ -60,7 +60,7 @@ Breaks = Annotated[str, typer.Option(metavar="TEXT", help="with --line: where ba
 
 
 def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: Breaks = "=:") -> None:
-    """Print a script by which bash, zsh or fish completes commands, options, keys and columns.
+    """Print a script that lets bash, zsh or fish complete commands, options, keys and columns.
 
     bash: eval "$(tendon completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc, after compinit;
     fish: tendon completion fish > ~/.config/fish/completions/tendon.fish

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 AnswerFolder = Annotated[
     Path | None, typer.Option(parser=options.place, metavar="DIR", help="folder; default results/<name>-design")
 ]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="show what is asked, write nothing")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the answer that stands in the folder")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="show the question and its size, write nothing")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the answer in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
 
 
@@ -35,7 +35,7 @@ def design(
     no_figures: NoFigures = False,
     scheduler: options.Scheduler = None,
 ) -> None:
-    """Answer a design question: the window of pretension, the best choice, what binds, what would fix it."""
+    """Find the window of pretension and the best choice, what limits them, and what would fix it."""
     with stopped_by_signals(str(out or "results"), keeps_parts=False) as stop:
         loaded = tendon.load_study(study, settings or ())
         folder = out if out is not None else Path("results") / f"{loaded.name}-design"

@@ -10,7 +10,7 @@ from tendon_cli.commands import options
 from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
-CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="what to write")]
+CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]
 
 
 def export(
@@ -21,7 +21,7 @@ def export(
     columns: options.Columns = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Write a table as CSV, in SI and with units in the header, for tools that cannot read Parquet."""
+    """Write a table as CSV, in SI units, for tools that cannot read Parquet."""
     from tendon_cli.cube.rows import export as written
     from tendon_cli.cube.rows import rows_in
 

@@ -62,7 +62,7 @@ def fit_friction(
     out: Fragment = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Fit the friction coefficient to load-cell readings, with its uncertainty."""
+    """Fit the friction coefficient, with its uncertainty, to the readings of two load cells."""
     _check_places((csv, route), plot, out)
     fit = tendon.fit_friction(
         csv,

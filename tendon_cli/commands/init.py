@@ -1,4 +1,4 @@
-"""`tendon init`: a starter study."""
+"""`tendon init`: a study to start from."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,21 +6,41 @@ from typing import Annotated
 import typer
 
 from tendon_cli.commands import options
+from tendon_cli.errors import UsageError
 from tendon_cli.terminal import print_result
 
-StarterFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE", help="TOML or YAML, by its ending")]
-Template = Annotated[
-    str, typer.Option(metavar="NAME", help="of which question: sweep, design, people, motor or friction")
+StarterFile = Annotated[
+    Path | None,
+    typer.Argument(parser=options.place, metavar="FILE", help="TOML or YAML, by its ending; default study.toml"),
 ]
-IsListed = Annotated[bool, typer.Option("--list", help="list the templates, each with its question; write nothing")]
+Template = Annotated[
+    str, typer.Option("--for", "--template", metavar="NAME", help="question: sweep, design, people, motor or friction")
+]
+Example = Annotated[
+    str | None, typer.Option("--from", metavar="NAME", help="copy this study or CSV of the documentation instead")
+]
+IsListed = Annotated[
+    bool, typer.Option("--list", help="list the questions, and the files that --from copies; write nothing")
+]
 
 
-def init(file: StarterFile = Path("study.toml"), template: Template = "sweep", listed: IsListed = False) -> None:
-    """Write a commented starter study, of the question that you have."""
-    from tendon_cli.studies.starter import TEMPLATES, write_starter
+def init(
+    file: StarterFile = None, template: Template = "sweep", example: Example = None, listed: IsListed = False
+) -> None:
+    """Write a commented study to start from, or copy one from the documentation."""
+    from tendon_cli.studies.starter import TEMPLATES, examples, write_example, write_starter
 
     if listed:
-        print_result("\n".join(f"{name:<10} {question}" for name, question in TEMPLATES.items()))
+        lines = [f"  {name:<10} {question}" for name, question in TEMPLATES.items()]
+        print_result("\n".join(["--for", *lines, "--from", *(f"  {name}" for name in examples())]))
         return
-    write_starter(file, template)
-    print_result(f"{file} written; next: tendon {'sweep' if template in ('sweep', 'motor') else 'design'} {file}")
+    if example is not None:
+        if template != "sweep":
+            raise UsageError("--for and --from exclude each other")
+        file, name = write_example(example, file)
+        verb = "fit-friction" if file.suffix == ".csv" else "design" if name.startswith("design/") else "sweep"
+    else:
+        file = file or Path("study.toml")
+        write_starter(file, template)
+        verb = "sweep" if template in ("sweep", "motor") else "design"
+    print_result(f"{file} written; next: tendon {verb} {file}")

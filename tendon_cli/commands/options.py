@@ -30,13 +30,13 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="override a key, such as 'arm.b1=160 mm'; repeatable"),
 ]
-Case = Annotated[str | None, typer.Option(metavar="NAME", help="which of the study's cases")]
-Person = Annotated[
-    str | None, typer.Option(metavar="NAME", help="which of the study's people, or mean-man, mean-woman")
-]
+Case = Annotated[str | None, typer.Option(metavar="NAME", help="one of the study's cases")]
+Person = Annotated[str | None, typer.Option(metavar="NAME", help="one of the study's people, or mean-man, mean-woman")]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
-Jobs = Annotated[int | None, typer.Option(metavar="N", min=1, help="parts computed at once; default all cores")]
+Jobs = Annotated[
+    int | None, typer.Option(metavar="N", min=1, help="how many parts are computed at once; default: all cores")
+]
 OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help="file or folder to write to")]
 
 # show, export
@@ -47,7 +47,9 @@ Table = Annotated[
     ),
 ]
 TableName = Annotated[str | None, typer.Option("--table", metavar="NAME", help="which table of the folder")]
-Where = Annotated[list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")]
+Where = Annotated[
+    list[str] | None, typer.Option(metavar="FILTER", help="keep only some rows, such as 'load_mass = 5 kg'; repeatable")
+]
 Columns = Annotated[list[str] | None, typer.Option(metavar="NAMES", help="which columns, separated by commas")]
 
 

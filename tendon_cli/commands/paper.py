@@ -10,7 +10,7 @@ from tendon_cli.errors import EXIT_NOT_AS_HOPED
 from tendon_cli.startup import stopped_by_signals
 from tendon_cli.terminal import as_json_text, print_result, progress
 
-PaperFolder = Annotated[Path, typer.Option(parser=options.place, metavar="DIR", help="where to")]
+PaperFolder = Annotated[Path, typer.Option(parser=options.place, metavar="DIR", help="folder to write to")]
 
 
 def paper(
@@ -19,7 +19,7 @@ def paper(
     quiet: options.Quiet = False,
     as_json: options.AsJson = False,
 ) -> None:
-    """Reproduce the paper: every figure, and a ledger of every finding and claim."""
+    """Reproduce the paper: every figure, and a check of every finding and claim."""
     with stopped_by_signals(str(out)) as stop, progress("paper", quiet=quiet or as_json) as show:
         from tendon_cli.paper.reproduce import reproduce
 

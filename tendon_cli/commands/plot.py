@@ -21,11 +21,17 @@ Quantities = Annotated[
     list[str] | None, typer.Option("--quantity", "-y", metavar="COLUMN", help="what to draw; repeatable")
 ]
 Against = Annotated[str | None, typer.Option("--x", "-x", metavar="COLUMN", help="what to draw it against")]
-Colour = Annotated[str | None, typer.Option(metavar="AXIS", help="axis with a colour per value")]
-Panels = Annotated[str | None, typer.Option(metavar="AXIS", help="axis with a panel per value")]
-Where = Annotated[list[str] | None, typer.Option(metavar="FILTER", help="such as 'load_mass = 5 kg'; repeatable")]
-Units = Annotated[list[str] | None, typer.Option(metavar="UNIT", help="show its dimension in it, such as cm")]
-Angles = Annotated[list[str] | None, typer.Option(metavar="ANGLE", help="with --arm: elbow angle to draw")]
+Colour = Annotated[str | None, typer.Option(metavar="AXIS", help="axis that gives each of its values a colour")]
+Panels = Annotated[str | None, typer.Option(metavar="AXIS", help="axis that gives each of its values a panel")]
+Where = Annotated[
+    list[str] | None, typer.Option(metavar="FILTER", help="keep only some rows, such as 'load_mass = 5 kg'; repeatable")
+]
+Units = Annotated[
+    list[str] | None, typer.Option(metavar="UNIT", help="unit to show a dimension in, such as cm; repeatable")
+]
+Angles = Annotated[
+    list[str] | None, typer.Option(metavar="ANGLE", help="with --arm: elbow angle to draw, such as 45 deg; repeatable")
+]
 Format = Annotated[str, typer.Option("--format", metavar="png|svg|pdf", help="format of the figure")]
 Size = Annotated[str, typer.Option(metavar="SIZE", help="column, page, '120 mm' or '120 x 80 mm'")]
 
@@ -38,7 +44,7 @@ def plot(
     x: Against = None,
     colour: Colour = None,
     panels: Panels = None,
-    where: Where = None,
+    where: options.Where = None,
     unit: Units = None,
     angle: Angles = None,
     case: options.Case = None,
@@ -48,7 +54,7 @@ def plot(
     out: options.OutFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Draw figures from a run folder, or from any one of its tables moved elsewhere."""
+    """Draw figures of a run, of any table, or of the arm of a study."""
     if str(source) == "-":
         raise UsageError("a figure needs a file or a folder, not standard input", hint="tendon plot --arm study.toml")
     if arm:

@@ -13,12 +13,12 @@ RunFolder = Annotated[
 ]
 Page = Annotated[
     Path | None,
-    typer.Option(parser=options.place, metavar="FILE", help="where to; default report.html in the run's folder"),
+    typer.Option(parser=options.place, metavar="FILE", help="file to write; default: report.html in the run's folder"),
 ]
 
 
 def report(run: RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:
-    """Write one HTML page of a run, with everything in it: answer, maps, states, tables, record."""
+    """Write one HTML page with everything that a run or an answer holds."""
     from tendon_cli.reports.report import write_report
 
     written = str(write_report(run, out))

@@ -12,8 +12,8 @@ from tendon_cli.commands import options
 from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
-Sort = Annotated[str | None, typer.Option(metavar="COLUMN", help="by this column; -COLUMN for the largest first")]
-Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows")]
+Sort = Annotated[str | None, typer.Option(metavar="COLUMN", help="sort by this column; -COLUMN: the largest first")]
+Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV, in SI, with units in the header")]
 
 
@@ -27,9 +27,10 @@ def show(
     as_json: options.AsJson = False,
     as_csv: AsCsv = False,
 ) -> None:
-    """Look at a table in the terminal: of a run its designs, of an answer its choices, or any one by its file.
+    """Show rows of a table in the terminal.
 
-    A CSV of people is shown as tendon reads it.
+    A run shows its designs and an answer its choices, unless --table names another table; a CSV of people is shown as
+    tendon reads it.
     """
     from tendon_cli.cube.rows import rows_in, write_csv
     from tendon_cli.summary import rows_text

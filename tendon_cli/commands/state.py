@@ -17,7 +17,7 @@ def state(
     case: options.Case = None,
     person: options.Person = None,
     reversal: Annotated[
-        bool, typer.Option("--reversal", help="add what happens where the motion turns back there")
+        bool, typer.Option("--reversal", help="add what happens if the motion turns back there")
     ] = False,
     plot: Annotated[
         Path | None,
@@ -27,7 +27,7 @@ def state(
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Work one state out, with the equations' numbers, for a check by hand."""
+    """Work out one state line by line, with the numbers of every equation, to check by hand."""
     page = tendon.state(tendon.load_study(study, settings or ()), case, person, reversal=reversal, plot=plot)
     print_result(as_json_text(page.record) if as_json else page.text)
     if not page.has_equilibrium:

@@ -20,11 +20,11 @@ RunFolderName = Annotated[
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show size and cost, write nothing")]
 Resume = Annotated[bool, typer.Option("--resume", help="finish an interrupted run")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the run that stands in the folder")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the run in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
-NoLock = Annotated[bool, typer.Option("--no-lock", help="for file systems that cannot lock")]
+NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems that cannot")]
 AllowNoEquilibrium = Annotated[
-    bool, typer.Option("--allow-no-equilibrium", help="exit 0 although states have no equilibrium")
+    bool, typer.Option("--allow-no-equilibrium", help="exit 0 even if states have no equilibrium")
 ]
 
 
@@ -43,7 +43,7 @@ def sweep(
     no_lock: NoLock = False,
     scheduler: options.Scheduler = None,
 ) -> None:
-    """Run a study over every combination: Parquet tables and slack maps."""
+    """Run every combination of a study's values; write Parquet tables and slack maps."""
     if resume and overwrite:
         raise UsageError("--resume and --overwrite exclude each other", hint="--resume keeps what is done")
     keep_freed_memory()

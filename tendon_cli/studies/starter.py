@@ -1,4 +1,4 @@
-"""The commented studies that `tendon init` writes."""
+"""The commented studies that `tendon init` writes, and the examples of the documentation that it copies."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from tendon_cli.studies.reading import YAML_SUFFIXES
 from tendon_cli.units import shorten
 
 TEMPLATES = {
-    "sweep": "which pretension and springs keep both tendons taut; every key, with a comment",
-    "design": "which spring, spool and pretension suit every load",
-    "people": "whom a suit serves",
-    "motor": "which motor it takes: torque, speed, power, work, backlash",
-    "friction": "what friction and bend of the sheath, and the doubt in them, do",
+    "sweep": "which pretension and springs keep both tendons taut? (every key, with a comment)",
+    "design": "which spring, spool and pretension work for every load?",
+    "people": "for whom does a suit work?",
+    "motor": "which motor does it need? (torque, speed, power, work, backlash)",
+    "friction": "what do friction and bend of the sheath do, and their uncertainty?",
 }
 """The starter studies, each with the question that it asks."""
+_EXAMPLES = "examples"
+_EXAMPLES_OF_A_CHECKOUT = "configs"
 
 
 def starter(path: Path, template: str = "sweep") -> str:
@@ -27,7 +29,7 @@ def starter(path: Path, template: str = "sweep") -> str:
     is_yaml = path.suffix.lower() in YAML_SUFFIXES
     if template not in TEMPLATES:
         hint = nearest(template, TEMPLATES) or f"templates: {', '.join(TEMPLATES)}"
-        raise UsageError(f'there is no template "{shorten(template)}"', where="--template", hint=hint)
+        raise UsageError(f'there is no template "{shorten(template)}"', where="--for", hint=hint)
     source = f"starter.{'yaml' if is_yaml else 'toml'}" if template == "sweep" else f"templates/{template}.toml"
     name = re.sub(r"[^A-Za-z0-9._-]+", "-", path.stem).strip(".-")[:64] or "study"
     text = files("tendon_cli.studies").joinpath(source).read_text("utf-8").replace("@NAME@", name)
@@ -47,12 +49,38 @@ def _as_yaml(toml: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def examples() -> dict[str, Path]:
+    """Every study and CSV that the documentation uses, by its name, such as `design/universal.toml`."""
+    package = Path(str(files("tendon_cli")))
+    folders = (package / _EXAMPLES, package.parent / _EXAMPLES_OF_A_CHECKOUT)
+    folder = next((folder for folder in folders if folder.is_dir()), folders[0])
+    found = (file for kind in ("toml", "csv") for file in folder.rglob(f"*.{kind}"))
+    return {file.relative_to(folder).as_posix(): file for file in sorted(found)}
+
+
+def write_example(name: str, path: Path | None) -> tuple[Path, str]:
+    """Copy an example to a new file, by default of its own name, and return both; raises UsageError, OutputError."""
+    known = examples()
+    short = {Path(each).stem: each for each in reversed(known)} | {Path(each).name: each for each in reversed(known)}
+    found = name if name in known else short.get(name)
+    if found is None:
+        hint = nearest(name, (*known, *short)) or "`tendon init --list` lists them"
+        raise UsageError(f'there is no example "{shorten(name)}"', where="--from", hint=hint)
+    target = path or Path(Path(found).name)
+    _write(target, known[found].read_bytes())
+    return target, found
+
+
 def write_starter(path: Path, template: str = "sweep") -> None:
     """Write a starter study; raises UsageError where a file stands there, OutputError where none can be written."""
     if path.suffix.lower() not in (".toml", *YAML_SUFFIXES):
         name = shorten(path.name)
         raise UsageError(f"{name} ends in neither .toml nor .yaml", hint=f"tendon init {name}.toml")
-    if not write_new(path, starter(path, template).encode()):
+    _write(path, starter(path, template).encode())
+
+
+def _write(path: Path, content: bytes) -> None:
+    if not write_new(path, content):
         raise UsageError(
             "exists already, and is not overwritten", where=shorten(str(path), 1000), hint="name another file"
         )

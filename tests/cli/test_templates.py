@@ -117,3 +117,29 @@ def test_a_mistyped_option_is_answered_with_the_nearest(tendon):
 def test_usage_names_values(tendon):
     assert "Usage: tendon sweep [OPTIONS] STUDY\n" in tendon("sweep", "--help").out
     assert "Usage: tendon init [OPTIONS] [FILE]\n" in tendon("init", "--help").out
+
+
+@pytest.mark.parametrize("name", ["design/universal.toml", "universal", "table_a1.csv", "fig07"])
+def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name):
+    ran = tendon("init", "--from", name)
+    assert ran.exit == 0, ran.err
+    (copied,) = Path().iterdir()
+    assert copied.read_bytes() == next(configs.rglob(copied.name)).read_bytes()
+    assert f"tendon {'fit-friction' if name.endswith('csv') else 'design' if 'uni' in name else 'sweep'} {copied}" in ran.out
+    assert tendon("init", "--from", name).exit == 2, "what stands there is not written over"
+    assert tendon("init", "--from", name, "--for", "motor").exit == 2
+
+
+def test_what_can_be_copied_is_listed_and_nothing_else_is_copied(tendon, configs):
+    listed = tendon("init", "--list").out
+    assert {file.relative_to(configs).as_posix() for file in configs.rglob("*.toml")} <= set(listed.split())
+    for name, hint in (("univrsal", "universal"), ("../../setup.py", "--list"), ("/etc/passwd", "--list")):
+        ran = tendon("init", "--from", name)
+        assert (ran.exit, hint in ran.err, list(Path().iterdir())) == (2, True, [])
+
+
+def test_the_list_of_commands_shows_whole_sentences(tendon):
+    shown = " ".join(tendon("--help").out.split())
+    for command in typer.main.get_command(cli.app).commands.values():
+        assert " ".join(command.help.split("\n\n")[0].split()) in shown
+        assert "..." not in command.get_short_help_str()
