@@ -126,7 +126,14 @@ def test_the_exit_codes_are_those_of_the_errors():
 
 def test_the_page_about_python_names_every_function():
     page = PAGES["python.md"]
-    assert [name for name in tendon_cli.__all__ if name != "__version__" and f"`{name}(" not in page] == []
+    plain = {name for name in tendon_cli.__all__ if name.endswith("Error")} | {"__version__", "arms"}
+    assert [name for name in tendon_cli.__all__ if name not in plain and f"`{name}(" not in page] == []
+    assert [name for name in plain - {"__version__"} if name not in page] == []
+
+
+def test_what_is_to_be_typed_keeps_its_signs():
+    """Two dashes and quotes of a command would be turned into typographic ones, and a copied command would fail."""
+    assert "smartquotes = False" in (ROOT / "docs/conf.py").read_text()
 
 
 def test_who_walks_from_a_study_to_a_written_part_finds_every_name():
