@@ -120,8 +120,8 @@ class PopulationResult:
 
     @property
     def kind(self) -> str:
-        """What the groups are, in one word."""
-        return "persons" if self.people is not None else "draws"
+        """What the groups are, in one word: "persons", "pairs" (of person and draw) or "draws"."""
+        return self.problem.counted
 
 
 def population(problem: Problem, chosen: Candidates) -> PopulationResult | None:
@@ -175,7 +175,7 @@ def not_served(problem: Problem, windows: GroupWindows, pretension: float, peopl
         limits = dict.fromkeys(LIMIT_NAMES[code] for code in (first, second) if code >= 0)
         ends = {MORE: ("low",), LESS: ("high",), NEITHER: ("low", "high")}[need]
         conditions = tuple(_usual(problem, getattr(windows, f"{end}_condition")[members]) for end in ends)
-        differences = () if people is None else tuple(_differences(people, members))
+        differences = () if people is None else tuple(_differences(people, problem.person_of(members)))
         share = float(weights[members].sum())
         reasons.append(Reason(need, tuple(limits), conditions[: len(limits)], members, share, differences))
     return tuple(sorted(reasons, key=lambda reason: (-reason.share, -len(reason.members))))

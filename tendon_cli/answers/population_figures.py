@@ -37,7 +37,8 @@ def _for_whom(population: PopulationResult, of_record: Row, path: Path, title: s
         names = _most_different(population)
         body = population.people.body
         first, second = (np.asarray(getattr(body, name)) / say.factor_of(QUANTITIES[name]) for name in names)
-        bodies = first, second
+        person = population.problem.person_of(np.arange(len(windows.low)))
+        bodies = first[person], second[person]
         labels = _body_label(names[0]), _body_label(names[1])
         groups = [
             Group(why_not(population.problem, words), reason.members)

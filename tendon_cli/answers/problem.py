@@ -78,13 +78,12 @@ class Problem:
 
     @cached_property
     def weighting(self) -> Array:
-        """Of each group."""
+        """Of each group, the largest between a half and 1, so that sums stay finite."""
         weights = self.conditions.weighting
-        return (
-            np.ones(self.groups[-1] + 1)
-            if weights is None
-            else weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
-        )
+        if weights is None:
+            return np.ones(self.groups[-1] + 1)
+        each = weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
+        return np.asarray(np.ldexp(each, -int(np.frexp(np.max(each))[1])))
 
     def under(self, conditions: Rows) -> Problem:
         """The same question under some of its conditions alone, each of which counts by itself."""
@@ -100,10 +99,19 @@ class Problem:
         return replace(self, conditions=Space((points,), weighting=weighting, groups=groups))
 
     @property
+    def counts(self) -> dict[str, int]:
+        """How many persons and draws there are, by the keys of their axes; a share is of the pairs if of both."""
+        return {axis.key: len(axis) for axis in self.conditions.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)}
+
+    @property
     def counted(self) -> str:
-        """What a share is of."""
-        kinds = {axis.key for axis in self.conditions.axes}
-        return "persons" if PERSON_AXIS in kinds else "draws" if DRAW_AXIS in kinds else "conditions"
+        """What a share is of: "persons", "pairs" of person and draw, "draws" or "conditions"."""
+        kinds = tuple(self.counts)
+        return "pairs" if len(kinds) == 2 else f"{kinds[0]}s" if kinds else "conditions"
+
+    def person_of(self, groups: Rows) -> Rows:
+        """The number of the person that each of some groups belongs to, for a question of people."""
+        return groups // self.counts.get(DRAW_AXIS, 1)
 
     def saying(self, numbers: Numbers) -> Problem:
         """The same question where its conditions say something else, or more, of the study's numbers."""

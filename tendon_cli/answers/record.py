@@ -146,7 +146,8 @@ def _interval(share: float, weighting: np.ndarray[Any, Any]) -> list[float]:
 
 def _reason(population: PopulationResult, reason: Reason) -> dict[str, Any]:
     people = population.people
-    names = [] if people is None else [people.names[at] for at in reason.members[:100].tolist()]
+    persons = population.problem.person_of(reason.members)
+    names = [] if people is None else list(dict.fromkeys(people.names[at] for at in persons.tolist()))[:100]
     return {
         "needs": _NEEDS[reason.needs],
         "limits": list(reason.limits),

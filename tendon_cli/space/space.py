@@ -106,23 +106,25 @@ class Space:
 
     @cached_property
     def conditions(self) -> Space:
-        """The product of what a design must survive, in groups by persons, or by draws where there are no persons.
-
-        One of these is served by a pretension that all its other conditions allow, and counts as much as it is
-        weighted.
-        """
+        """The product of what a design must survive, grouped by what a share is of."""
         return Space(tuple(axis for axis in self.axes if axis.role == "condition"), self.single).grouped()
 
     def grouped(self) -> Space:
-        """The same product with persons, or draws where there are none, slowest, and as what a share is of."""
-        whose = next((axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key), None)
-        if whose is None:
+        """The same product with what a share is of slowest: persons, draws, or the pairs of both.
+
+        One of these is served by a pretension that all its other conditions allow, and counts as much as the person
+        is weighted.
+        """
+        whose = tuple(axis for key in (PERSON_AXIS, DRAW_AXIS) for axis in self.axes if axis.key == key)
+        if not whose:
             return self
-        others = tuple(axis for axis in self.axes if axis is not whose)
-        each = math.prod(len(axis) for axis in others)
-        weighting = np.ones(len(whose)) if whose.weighting is None else whose.weighting
-        groups = np.repeat(np.arange(len(whose)), each)
-        return replace(self, axes=(whose, *others), weighting=np.repeat(weighting, each), groups=groups)
+        others = tuple(axis for axis in self.axes if axis not in whose)
+        each, weighting = math.prod(len(axis) for axis in others), np.ones(1)
+        for axis in whose:
+            along = np.ones(len(axis)) if axis.weighting is None else axis.weighting
+            weighting = np.multiply.outer(weighting, along).ravel()
+        groups = np.repeat(np.arange(len(weighting)), each)
+        return replace(self, axes=(*whose, *others), weighting=np.repeat(weighting, each), groups=groups)
 
     def unset(self) -> Space:
         """The same product without pretension, which is solved for, and with tendons that cannot push."""

@@ -39,8 +39,8 @@ def space_of(study: Study) -> Space:
 
 def lengths_of(study: Study) -> tuple[int, ...]:
     """How many values each axis of a study has, without any of them."""
-    people = study.people.population if study.people is not None else ()
-    linked = {CASE_AXIS: len(study.cases), PERSON_AXIS: len(people), DRAW_AXIS: study.draws}
+    persons = 0 if study.people is None else study.people.persons
+    linked = {CASE_AXIS: len(study.cases), PERSON_AXIS: persons, DRAW_AXIS: study.draws}
     return tuple(linked[key] if key in linked else len(study.numbers[key]) for key in study.axes)
 
 

@@ -77,7 +77,8 @@ class Goals(Part):
 
     conditions: Words | None = Field(
         default=None,
-        description="axes that a design must survive; default load.*, arm.*, case, people and uncertain numbers",
+        description="axes that a design must survive; default load, joint, anchor, setting, arm (not its "
+        "contact_width), cases, people and uncertain numbers",
     )
     serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
     minimise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
@@ -137,6 +138,8 @@ class Uncertainty(Part):
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
     ] = Field(default=256, description="how many draws, a power of two")
     seed: Seed = Field(default=1, description="the same seed gives the same draws")
-    cross: Truth = Field(
-        default=False, description="with people: every draw for every person, instead of one draw for each"
+    cross: Truth | None = Field(
+        default=None,
+        description="with people: every draw for every person, instead of one draw for each; default true with fewer "
+        "persons than draws",
     )

@@ -117,12 +117,18 @@ class Study(Displayed, Part):
         return tuple(key for key in OF_THE_BODY if key not in stated)
 
     @property
+    def crossed(self) -> bool:
+        """Whether every person meets every draw of the uncertain numbers: as stated, else with fewer persons."""
+        asked = self.uncertainty
+        if self.people is None or asked is None:
+            return False
+        return self.people.persons < asked.draws if asked.cross is None else asked.cross
+
+    @property
     def draws(self) -> int:
         """How many draws of the uncertain numbers are an axis; none where each person gets one of its own."""
         asked = self.uncertainty
-        if asked is None or not self.uncertain or (self.people is not None and not asked.cross):
-            return 0
-        return asked.draws
+        return asked.draws if asked is not None and self.uncertain and (self.people is None or self.crossed) else 0
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -154,11 +160,12 @@ class Study(Displayed, Part):
     def conditions(self) -> tuple[str, ...]:
         """The axes that a design must survive, slowest first; the others are choices.
 
-        Without `[design] conditions` those of load and arm, and every linked one; persons and draws are no choice ever.
+        Without `[design] conditions` cases, persons, draws, and what a designer does not decide: load, joint, anchors,
+        setting and arm, but for the width of the strap. Persons and draws are never choices.
         """
         asked = self.design.conditions
         if asked is None:
-            return tuple(key for key in self.axes if key in LINKED_AXES or key.partition(".")[0] in ("load", "arm"))
+            return tuple(key for key in self.axes if key in LINKED_AXES or _is_given(key))
         return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS))
 
     @property
@@ -193,6 +200,11 @@ class Study(Displayed, Part):
         """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
         content = {"study": self.document(), "axes": list(self.axes)}
         return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
+
+
+def _is_given(key: str) -> bool:
+    """Whether a number is none that a designer decides."""
+    return key.partition(".")[0] in ("load", "joint", "anchor", "setting", "arm") and key != "arm.contact_width"
 
 
 @dataclass(frozen=True)

@@ -87,6 +87,11 @@ class People(Part):
             raise ValueError("the file of statistics is read with the study")
         return ansur2()
 
+    @property
+    def persons(self) -> int:
+        """How many persons there are; 0 while their file is not read yet."""
+        return 0 if self.file is not None else len(self.population) if self.content is not None else self.count
+
     def read(self, where: str) -> "Population":
         """The persons; `where` is what an error calls the place that they come from."""
         from tendon_cli.studies.people.population import draw
