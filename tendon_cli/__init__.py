@@ -380,10 +380,12 @@ def estimate(study: "AnyStudy", jobs: int | None = None, figures: bool = False) 
 
 
 def state(
-    study: "AnyStudy", case: str | None = None, person: str | None = None, *, reversal: bool = False,
-    plot: "Name | None" = None,
+    study: "AnyStudy", case: str | None = None, person: str | None = None, draw: int | None = None, *,
+    reversal: bool = False, plot: "Name | None" = None,
 ) -> "StatePage":  # fmt: skip
     """The first state of a study's first design, or of a case's or a person's, line by line; raises UsageError.
+
+    Uncertain numbers are nominal, or those of a `draw`, counted from 1.
 
     With `reversal` also what happens where the motion turns back there; `plot` draws the motor, and the turn.
 
@@ -396,7 +398,7 @@ def state(
     from tendon_cli.state_page.page import state_page
 
     target = None if plot is None else result_path(plot)
-    return state_page(_study(study), case, person, reversal=reversal, plot=target)
+    return state_page(_study(study), case, person, draw, reversal=reversal, plot=target)
 
 
 def fit_friction(

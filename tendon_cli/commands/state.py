@@ -16,6 +16,7 @@ def state(
     settings: options.Settings = None,
     case: options.Case = None,
     person: options.Person = None,
+    draw: options.Draw = None,
     reversal: Annotated[
         bool, typer.Option("--reversal", help="add what happens if the motion turns back there")
     ] = False,
@@ -28,7 +29,7 @@ def state(
     as_json: options.AsJson = False,
 ) -> None:
     """Work out one state line by line, with the numbers of every equation, to check by hand."""
-    page = tendon.state(tendon.load_study(study, settings or ()), case, person, reversal=reversal, plot=plot)
+    page = tendon.state(tendon.load_study(study, settings or ()), case, person, draw, reversal=reversal, plot=plot)
     print_result(as_json_text(page.record) if as_json else page.text)
     if not page.has_equilibrium:
         raise typer.Exit(EXIT_NOT_AS_HOPED)

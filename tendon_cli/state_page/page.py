@@ -16,12 +16,13 @@ from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS
+from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one, sections_of
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.people.person import Step, Worn, worn_by
 from tendon_cli.studies.study import Study
+from tendon_cli.studies.uncertain import drawn
 from tendon_cli.units import shorten
 
 
@@ -68,18 +69,20 @@ def state_page(
     study: Study,
     case: str | None = None,
     person: str | None = None,
+    draw: int | None = None,
     *,
     reversal: bool = False,
     plot: Path | None = None,
 ) -> StatePage:
     """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body.
 
-    With a speed in the study the motor's part is added, with `reversal` what happens where the motion turns back; both
-    are drawn into `plot`.
+    Uncertain numbers are nominal, or those of a `draw`, counted from 1. With a speed in the study the motor's part is
+    added, with `reversal` what happens where the motion turns back; both are drawn into `plot`.
     """
     names = study.people.population.names if study.people is not None else ()
-    worn = worn_by(study, person or names[0]) if person is not None or names else None
-    plan = Plan(worn.study if worn is not None else study)
+    nominal, of_draw = _nominal(study) if draw is None else _drawn(study, draw)
+    worn = worn_by(nominal, person or names[0]) if person is not None or names else None
+    plan = Plan(worn.study if worn is not None else nominal)
     block = _only_state(plan, case)
     state = State.of(plan.situation(block))
     angle = float(np.degrees(plan.elbow_angles[0]))
@@ -98,9 +101,32 @@ def state_page(
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names[1:] else []
     return StatePage(
         f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {load:.6g} kg",
-        (*notes, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(sections), columns,
+        (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(sections), columns,
         plan.study, has_equilibrium,
     )  # fmt: skip
+
+
+def _nominal(study: Study) -> tuple[Study, list[str]]:
+    """A study with its uncertain numbers at their middle, and a note of it."""
+    if study.uncertainty is None or not study.uncertain:
+        return study, []
+    chooses = " or ".join(f"--set {key}=..." for key in study.uncertain)
+    note = f"uncertain numbers are nominal; --draw 1 takes those of the first draw, {chooses} chooses a value"
+    return study.replaced({"uncertainty": None}), [note]
+
+
+def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
+    """A study with its uncertain numbers as one of its draws has them, and a note of it."""
+    asked = study.uncertainty
+    if asked is None or not study.uncertain:
+        hint = "[uncertainty] draws numbers such as friction = { mean = 0.07, std = 0.01 }"
+        raise UsageError("nothing is drawn in this study", where="--draw", hint=hint)
+    count = study.draws or len(study.people.population if study.people is not None else ())
+    if not 1 <= draw <= count:
+        raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
+    values = {key: float(each[draw - 1]) for key, each in drawn(study.uncertain, count, asked.seed).items()}
+    note = f"draw {draw} of {count}: {', '.join(f'{key} = {value:.6g}' for key, value in values.items())}"
+    return study.with_numbers(values).replaced({"uncertainty": None}), [note]
 
 
 def _no_equilibrium(elbow_torque: float) -> str:
@@ -154,10 +180,7 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     """Which values were chosen where the study has several."""
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
-        if axis.key == DRAW_AXIS:
-            chooses = " and ".join(f"--set {key}=..." for key in plan.study.uncertain)
-            notes.append(f"{axis.names[chosen.start]} of {len(axis)} of what is uncertain; {chooses} chooses a value")
-        elif axis.names:
+        if axis.names:
             notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
         elif len(axis) > 1:
             notes.append(f"{axis.key}: the first of {len(axis)} values; --set {axis.key}=... chooses")

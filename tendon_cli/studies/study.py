@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Annotated, Any
@@ -94,6 +95,18 @@ class Study(Displayed, Part):
         for remembered in ("numbers", "hash"):
             study.__dict__.pop(remembered, None)
         return study
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> Study:
+        """The same study with some single values of its numbers, by dotted key, SI."""
+        parts: dict[str, Any] = {}
+        for key, value in numbers.items():
+            table, *sides, name = key.split(".")
+            part = parts.get(table, getattr(self, table))
+            inner = {name: Values.of(value)}
+            for side in sides:
+                inner = {side: getattr(part, side).model_copy(update=inner)}
+            parts[table] = part.model_copy(update=inner)
+        return self.replaced(parts)
 
     def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
         """The same study with its design axes in the document's order, and the files that gave some of its numbers."""

@@ -53,16 +53,17 @@ def test_without_uncertainty_numbers_stand_at_their_middle():
     assert space.number("spring.stiffness", "flexor").within(()) == 3000.0
 
 
-def test_each_person_gets_one_draw_unless_they_are_crossed():
-    people = {"people": {"count": 6}}
-    paired = study_from(STIFF | people | {"uncertainty": {"draws": 256}})
-    assert paired.axes == ("person",)
-    assert len(set(space_of(paired).axes[0].numbers["spring.stiffness"])) == 6
-    crossed = study_from(STIFF | people | {"uncertainty": {"draws": 4, "cross": True}})
-    assert crossed.axes == ("person", "draw")
-    assert Plan(crossed).designs == 24
-    for study in (paired, crossed):
-        assert study_from(study.document()).hash == study.hash
+@pytest.mark.parametrize(
+    ("persons", "cross", "axes"),
+    [(6, None, ("person", "draw")), (8, None, ("person",)), (6, False, ("person",)), (9, True, ("person", "draw"))],
+)
+def test_fewer_persons_than_draws_meet_every_draw_unless_stated(persons, cross, axes):
+    stated = {"draws": 8} if cross is None else {"draws": 8, "cross": cross}
+    study = study_from(STIFF | {"people": {"count": persons}, "uncertainty": stated})
+    assert study.axes == axes
+    assert Plan(study).designs == persons * (8 if "draw" in axes else 1)
+    assert len(set(space_of(study).axes[-1].numbers["spring.stiffness"])) == (8 if "draw" in axes else persons)
+    assert study_from(study.document()).hash == study.hash
 
 
 def test_a_sweep_over_draws_is_the_model_of_each():

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.model import actuator
 from tendon_cli.state_page.page import state_page
@@ -59,3 +60,17 @@ def test_nobody_of_that_name(people):
     with pytest.raises(UsageError) as error:
         state_page(study_from(people), person="x\x1b[2J")
     assert "\x1b" not in error.value.message
+
+
+def test_uncertain_numbers_are_nominal_or_those_of_a_draw_that_is_asked_for():
+    content = AT_75 | {"people": {"count": 3}, "sheath": {"friction": {"mean": 0.07, "std": 0.01}}}
+    study = study_from(content | {"uncertainty": {"draws": 4}})
+    shown = [state_page(study, person="man 2", draw=draw) for draw in (None, 3)]
+    nominal = state_page(study_from(content | {"sheath": {"friction": 0.07}}), person="man 2")
+    assert shown[0].columns == nominal.columns
+    plan = Plan(study)
+    (block,) = plan.blocks(range(study.people.population.names.index("man 2") * 4 + 2, plan.designs)[:1])
+    state = actuator.State.of(plan.situation(block))
+    assert shown[1].columns["motor_torque"] == pytest.approx(float(state.motor_torque.item()), rel=1e-12)
+    with pytest.raises(UsageError, match="there is no draw 5"):
+        state_page(study, draw=5)

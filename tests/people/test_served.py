@@ -9,6 +9,7 @@ from tendon_cli.model import limits, window
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.axes import linked_axes
 from tendon_cli.studies.load import study_from
+from tendon_cli.studies.people.person import worn_by
 from tests.model import designs
 
 LOADS = {"load": {"mass": [0.0, 3.0, 5.0, 10.0]}}
@@ -77,3 +78,50 @@ def test_a_person_without_equilibrium_is_not_served_and_not_dropped(tmp_path):
     assert np.isnan(windows.low[0]).tolist() == [False, True]
     assert limits.LIMIT_NAMES[windows.low_by[0, 1]] == "no equilibrium"
     assert found.served[0] == 0.5
+
+
+ROUGH = {
+    "sheath": {"friction": {"mean": 0.09, "std": 0.02}},
+    "uncertainty": {"draws": 64},
+    "load": {"mass": [0.0, 5.0]},
+}
+
+
+def windows(problem):
+    """The windows of pairs of person and draw, over their other conditions."""
+    ends = problem.windows(problem.choices.numbers(np.arange(1)), 1)
+    return ends.low.reshape(-1, 2).max(axis=1), ends.high.reshape(-1, 2).min(axis=1)
+
+
+def test_few_persons_meet_every_draw_and_a_share_is_of_the_pairs(tmp_path):
+    (tmp_path / "people.csv").write_text("name,weight (kg),weighting\nAda,58,3\nBo,84,1\nCy,110,0\n")
+    problem, found = solved(ROUGH, {"people": {"file": "people.csv"}}, suit(5e3, 0.6), folder=tmp_path)
+    assert (problem.counted, problem.counts) == ("pairs", {"person": 3, "draw": 64})
+    low, high = windows(problem)
+    serves = [((low <= at) & (at <= high)).reshape(3, 64).mean(axis=1) @ [0.75, 0.25, 0.0] for at in np.sort(low)]
+    assert 0.0 < found.served[0] == pytest.approx(max(serves), abs=1e-12)
+    np.testing.assert_array_equal(problem.person_of(np.arange(192)), np.repeat(np.arange(3), 64))
+
+
+def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
+    (tmp_path / "people.csv").write_text("name,weight (kg)\nAda,62\n")
+    study = study_from({"people": {"file": "people.csv"}}, folder=tmp_path)
+    arm = {name: values.array[0] for name, values in worn_by(study, "Ada").study.numbers.items() if "arm." in name}
+    typed = {"arm": {name.removeprefix("arm."): float(value) for name, value in arm.items() if "angle" not in name}}
+    of_person, one = solved(ROUGH, {"people": {"file": "people.csv"}}, suit(5e3, 0.6), folder=tmp_path)
+    of_arm, other = solved(ROUGH, typed, suit(5e3, 0.6))
+    assert (of_person.counted, of_arm.counted) == ("pairs", "draws")
+    assert one.served == pytest.approx(other.served, abs=1e-12)
+    assert one.pretension == pytest.approx(other.pretension, rel=1e-9)
+
+
+def test_only_ratios_of_weightings_count(tmp_path):
+    served = []
+    for scale in (1.0, 1e-300, 1e308):
+        rows = [f"p{at},{58 + 9 * at},{scale * weight!r}" for at, weight in enumerate((1.0, 0.5, 0.25, 0.75))]
+        (tmp_path / "people.csv").write_text("\n".join(["name,weight (kg),weighting", *rows]))
+        limit = {"limits": {"max_tension": 450.0}, "design": {"serve": 0.3}}
+        _, found = solved(LOADS, limit, {"people": {"file": "people.csv"}}, suit(5e3, 0.6), folder=tmp_path)
+        served.append(float(found.served[0]))
+    assert 0.0 < served[0] < 1.0
+    np.testing.assert_allclose(served, served[0], rtol=1e-12)
