@@ -32,7 +32,9 @@ Settings = Annotated[
 ]
 Case = Annotated[str | None, typer.Option(metavar="NAME", help="one of the study's cases")]
 Person = Annotated[str | None, typer.Option(metavar="NAME", help="one of the study's people, or mean-man, mean-woman")]
-Draw = Annotated[int | None, typer.Option(metavar="N", help="a draw of the uncertain numbers; default: nominal numbers")]
+Draw = Annotated[
+    int | None, typer.Option(metavar="N", help="a draw of the uncertain numbers; default: nominal numbers")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Jobs = Annotated[
