@@ -18,9 +18,9 @@ from pathlib import Path
 
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import Took, in_threads, interleaved
-from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.folds import small_blocks
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.windows import small_blocks
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.write import Filler
@@ -34,33 +34,31 @@ class Discarded:
         write({}, range(count))
 
 
-def tendon(maker: PartMaker, threads: int) -> Took:
+def tendon(task: Sweep, threads: int) -> Took:
     """All parts of a plan, computed by some threads."""
-    work = _designs if "tendon.pretension" in maker.plan.study.axes else _windows
-    parts = iter(range(maker.plan.parts))
+    work = _designs if "tendon.pretension" in task.plan.study.axes else _windows
+    parts = iter(range(task.plan.parts))
     lock = threading.Lock()
-    return in_threads([lambda: _parts(work, maker, parts, lock)] * threads)
+    return in_threads([lambda: _parts(work, task, parts, lock)] * threads)
 
 
-def _parts(
-    work: Callable[[PartMaker, range], None], maker: PartMaker, parts: Iterator[int], lock: threading.Lock
-) -> None:
+def _parts(work: Callable[[Sweep, range], None], task: Sweep, parts: Iterator[int], lock: threading.Lock) -> None:
     while True:
         with lock:
             index = next(parts, None)
         if index is None:
             return
-        work(maker, maker.plan.part(index))
+        work(task, task.plan.part(index))
 
 
-def _designs(maker: PartMaker, designs: range) -> None:
-    maker.fill({"designs": Discarded()}, designs)
+def _designs(task: Sweep, designs: range) -> None:
+    task.fill_designs({"designs": Discarded()}, designs)
 
 
-def _windows(maker: PartMaker, designs: range) -> None:
-    for whole in maker.plan.blocks_of_designs(designs):
-        for block in small_blocks(maker.plan, whole):
-            maker.windows.columns(block, maker.plan.design(block))
+def _windows(task: Sweep, designs: range) -> None:
+    for whole in task.plan.blocks_of_designs(designs):
+        for block in small_blocks(task.plan, whole):
+            task.windows.columns(block, task.plan.design(block))
 
 
 def main(study: str, folder: str, threads: str, times: str) -> None:
@@ -68,9 +66,7 @@ def main(study: str, folder: str, threads: str, times: str) -> None:
     plan = Plan(load_study(Path(study)))
     fused = Fused(plan, Path(folder))
     fused.run(int(threads))  # its results take their memory once
-    ours, theirs = interleaved(
-        int(times), lambda: tendon(PartMaker(plan, Path(folder)), int(threads)), lambda: fused.run(int(threads))
-    )
+    ours, theirs = interleaved(int(times), lambda: tendon(Sweep(plan), int(threads)), lambda: fused.run(int(threads)))
     print(
         json.dumps(
             {

@@ -22,8 +22,9 @@ from typing import Any
 import pyarrow.parquet as pq
 
 from tendon_cli import kernel
-from tendon_cli.engine.part import PartMaker
 from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.sweep import Sweep
+from tendon_cli.engine.task import PartMaker
 from tendon_cli.startup import keep_freed_memory
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables import digest, write
@@ -104,7 +105,7 @@ def main(study: str, folder: str, parts: str) -> None:
     plan = Plan(load_study(Path(study)))
     for table in plan.study.output.tables:
         (Path(folder) / f"{table}.parquet").mkdir(parents=True)
-    maker, released = PartMaker(plan, Path(folder)), watch()
+    maker, released = PartMaker(Sweep(plan), Path(folder)), watch()
     held, all_of_it = [], []
     for index in range(min(plan.parts, WARM + int(parts))):
         before, started = released.seconds, time.thread_time()

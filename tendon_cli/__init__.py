@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from tendon_cli.answers.run import Answer
+    from tendon_cli.answers.result import Answer
     from tendon_cli.checks.check import Checked
     from tendon_cli.engine.estimate import Estimate
     from tendon_cli.engine.results import Run
@@ -184,15 +184,18 @@ def design(
     jobs: int | None = None,
     figures: bool = False,
     *,
+    resume: bool = False,
     overwrite: bool = False,
+    lock: bool = True,
     scheduler: str | None = None,
     progress: "Callable[[int, int], None]" = lambda _done, _all: None,
     stop: "Event | None" = None,
 ) -> "Answer":
     """Answer the design question of a study into the folder `out`, or without one in memory.
 
-    The folder appears whole or not at all. `overwrite` replaces the answer that stands there; the same question asked
-    again is not worked out again. Choices are solved on a Dask `scheduler`, if there is one. Raises TendonError.
+    All is as with `sweep`: the folder is locked until the answer stands written, recorded and verified, `resume`
+    finishes an unfinished one, `overwrite` replaces the one that stands there, and the same question asked again is not
+    worked out again. Choices are solved on a Dask `scheduler`, if there is one. Raises TendonError.
 
     >>> import tendon_cli as tendon
     >>> arm = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
@@ -201,18 +204,18 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    from tendon_cli.answers.run import design as answer
+    from tendon_cli.answers.choices import design as answer
 
     return answer(
-        _study(study), _folder(out, "design", figures=figures), jobs=_jobs(jobs), overwrite=overwrite,
+        _study(study), _folder(out, "design", figures=figures), jobs=_jobs(jobs), resume=resume, overwrite=overwrite, lock=lock,
         scheduler=scheduler, draw=_draw_answer if figures else None, progress=progress, stop=stop,
     )  # fmt: skip
 
 
-def _draw_answer(folder: "Path", record: "dict[str, Any]") -> "tuple[list[str], list[str]]":
+def _draw_answer(study: "Study", folder: "Path", out: "Path", record: "dict[str, Any]") -> "Drawn":  # noqa: ARG001
     from tendon_cli.figures.answer import draw_answer  # only who draws pays for its import
 
-    return draw_answer(folder, record)
+    return *draw_answer(folder, record, out), None
 
 
 def open_run(path: "Name") -> "Run":
@@ -244,13 +247,13 @@ def open(path: "Name") -> "Run | Answer":  # noqa: A001 - as netCDF4, zarr and x
     >>> tendon.open("results/mine").feasible == done.feasible
     True
     """
-    from tendon_cli.answers.folder import open_answer
-    from tendon_cli.answers.run import Answer
+    from tendon_cli.answers.result import Answer
+    from tendon_cli.engine.results import Run, verified_record
     from tendon_cli.files import result_path
 
     folder = result_path(path)
-    record = open_answer(folder) if folder.is_dir() else None
-    return open_run(folder) if record is None else Answer(record, folder, up_to_date=True)
+    record = verified_record(folder)
+    return (Answer if record["verb"] == "design" else Run)(record, folder, up_to_date=True)
 
 
 def check(
@@ -374,7 +377,7 @@ def estimate(study: "AnyStudy", jobs: int | None = None, figures: bool = False) 
     """
     from tendon_cli.engine.estimate import estimate as estimated
     from tendon_cli.engine.plan import Plan
-    from tendon_cli.engine.run import available_cores
+    from tendon_cli.engine.threads import available_cores
 
     return estimated(Plan(_study(study)), _jobs(jobs) or available_cores(), figures=figures)
 

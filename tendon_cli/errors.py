@@ -121,14 +121,9 @@ class InterruptError(TendonError):
 
     kind = "stopped"
 
-    def __init__(self, number: int, *, where: str, keeps_parts: bool = True) -> None:
-        kept = "the parts that were finished are kept" if keeps_parts else "nothing is written of it"
-        hint = (
-            "--resume goes on where it stopped"
-            if keeps_parts
-            else "ask again; an answer is written whole or not at all"
-        )
-        super().__init__(f"stopped by {signal.Signals(number).name}; {kept}", where=where, hint=hint)
+    def __init__(self, number: int, *, where: str) -> None:
+        message = f"stopped by {signal.Signals(number).name}; the parts that were finished are kept"
+        super().__init__(message, where=where, hint="--resume goes on where it stopped")
         self.exit = 128 + number
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow.parquet as pq
 
-from tendon_cli.answers.run import Answer
+from tendon_cli.answers.result import Answer
 from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.columns import Columns
 from tendon_cli.engine.results import Run

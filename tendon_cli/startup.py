@@ -60,10 +60,10 @@ def exit_code(code: int = 128 + signal.SIGINT) -> int:
 
 
 @contextlib.contextmanager
-def stopped_by_signals(where: str, *, keeps_parts: bool = True) -> Iterator[threading.Event]:
+def stopped_by_signals(where: str) -> Iterator[threading.Event]:
     """An event that SIGINT, SIGTERM and SIGHUP set; the work that heeds it ends in InterruptError.
 
-    `keeps_parts` says whether what was finished of the work stays. A second SIGINT ends the process at once.
+    A second SIGINT ends the process at once.
     """
     from tendon_cli.errors import InterruptError, Stopped
 
@@ -82,7 +82,7 @@ def stopped_by_signals(where: str, *, keeps_parts: bool = True) -> Iterator[thre
     try:
         yield event
     except Stopped:
-        raise InterruptError(first, where=where, keeps_parts=keeps_parts) from None
+        raise InterruptError(first, where=where) from None
     finally:
         for number, handler in zip(heard, before, strict=True):
             signal.signal(number, handler)

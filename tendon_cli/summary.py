@@ -26,9 +26,9 @@ def run_text(run: Run) -> str:
     lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut, stable and within every limit"]
     lines += [f"    taut         {share(record['taut'], designs, 'designs')}"]
     lines += [f"    stable       {share(record['stable'], designs, 'designs')}"]
-    if record["suits"] != designs:
-        found = share(record["feasible_suits"], record["suits"], "suits")
-        lines += [f"  suits          {found} feasible at every load, case and person at once"]
+    if record["choices"] != designs:
+        found = share(record["feasible_choices"], record["choices"], "choices")
+        lines += [f"  choices        {found} feasible at every load, case and person at once"]
     lines += [f"  slack          {share(record['slack'], states, 'states')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]

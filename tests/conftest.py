@@ -15,9 +15,10 @@ import pytest
 
 from tendon_cli import cli
 from tendon_cli.engine import plan as plan_module
+from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan
-from tendon_cli.engine.run import run
-from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.run import worked_out
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
@@ -81,11 +82,11 @@ def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")
     plan = Plan(load_study(file), block_states=block_states)
-    target = RunFolder(folder / out, plan)
+    target = RunFolder(folder / out, Sweep(plan))
     with target.locked():
-        outcome = run(target, jobs=jobs, stop=threading.Event(), progress=lambda _done, _all: None)
-        target.finish(outcome.record)
-    return Swept(target.path, plan, outcome.record)
+        record, _ = worked_out(target, jobs=jobs)
+        target.finish(record)
+    return Swept(target.path, plan, record)
 
 
 @pytest.fixture(scope="session")

@@ -82,12 +82,12 @@ def test_the_kernel_is_measured_over_all_parts(tmp_path, small_parts):
     plan = Plan(load_study(studies.written(studies.designs_study(3, 2, 2, 2), tmp_path / "study.toml")))
     seen = []
 
-    class Maker(kernel.PartMaker):
-        def fill(self, tables, designs):
+    class Seen(kernel.Sweep):
+        def fill_designs(self, tables, designs):
             seen.append(designs)
-            return super().fill(tables, designs)
+            return super().fill_designs(tables, designs)
 
-    assert kernel.tendon(Maker(plan, tmp_path), 2).processor > 0
+    assert kernel.tendon(Seen(plan), 2).processor > 0
     assert sorted(design for part in seen for design in part) == list(range(plan.designs))
 
 

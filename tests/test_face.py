@@ -137,25 +137,25 @@ def test_designs_that_the_study_leaves_out_are_told_and_states_are_worked_out(wo
 
 def held(monkeypatch):
     """Parts that take a while, and are many."""
-    from tendon_cli.engine.part import PartMaker
+    from tendon_cli.engine.sweep import Sweep
 
-    fill = PartMaker.fill
+    fill = Sweep.fill
     monkeypatch.setattr(plan_module, "STATES_PER_PART", 1)
     monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
     monkeypatch.setattr(plan_module, "DESIGNS_PER_PART", 1)
     busy = []
 
-    def slowly(self, tables, designs):
-        busy.append(designs)
+    def slowly(self, tables, index):
+        busy.append(index)
         try:
             for _ in range(10):
                 time.sleep(0.01)
-                self._go_on()
-            return fill(self, tables, designs)
+                self.go_on()
+            return fill(self, tables, index)
         finally:
             busy.pop()
 
-    monkeypatch.setattr(PartMaker, "fill", slowly)
+    monkeypatch.setattr(Sweep, "fill", slowly)
     return busy
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -19,22 +20,16 @@ from tendon_cli.answers.population import LESS, MORE, NEITHER, AxisSizes, Popula
 from tendon_cli.answers.sizes import Sizes
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.answers.uncertainty import Indices
-from tendon_cli.engine.columns import versions
-from tendon_cli.version import RESULTS_VERSION
 
 _NEEDS = {MORE: "more", LESS: "less", NEITHER: "another suit"}
 
 
-def record_of(answer: Findings, population: PopulationResult | None) -> dict[str, Any]:
-    """The answer, but for its files. SI values, null for what is not a number; `choice` is a row of choices.parquet."""
-    problem, study = answer.problem, answer.problem.study
+def as_record(answer: Findings, population: PopulationResult | None) -> dict[str, Any]:
+    """The answer. SI values, null for what is not a number; `choice` is a row of choices.parquet."""
+    problem = answer.problem
     best = {name: _row(answer, one) for name, one in answer.best.items()}
     single = len(answer.goals) > 0
     return {
-        "name": study.name,
-        "title": study.title,
-        "study_hash": study.hash,
-        "results_version": RESULTS_VERSION,
         "choices": answer.summary.choices,
         "conditions": len(problem.conditions),
         "feasible": answer.summary.feasible,
@@ -50,9 +45,19 @@ def record_of(answer: Findings, population: PopulationResult | None) -> dict[str
         "sensitivities": [{**asdict(each), "per_percent": each.per_percent} for each in answer.sensitivities],
         "population": None if population is None else _population(answer, population),
         "notes": answer.notes,
-        "versions": versions(),
-        "study": study.document(),
     }
+
+
+def named_rows(record: Mapping[str, Any]) -> tuple[list[int], list[dict[str, Any]]]:
+    """Of the choices that a record names those on the front, as rows of the table, and those that the grid has not.
+
+    The latter stand in the table after all others, in the order that is given.
+    """
+    best = record["best"] or {}
+    rows = [best] if "pretension_from" in best else [*best.values()]
+    named = {row["choice"]: row for row in (*rows, *record["front"]) if row["choice"] is not None}
+    on_front = sorted(choice for choice, row in named.items() if row["on_front"])
+    return on_front, [named[choice] for choice in sorted(named) if choice >= record["choices"]]
 
 
 def _rows(answer: Findings, candidates: Candidates) -> list[dict[str, Any]]:

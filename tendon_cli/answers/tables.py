@@ -5,20 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 
 from tendon_cli.answers.candidates import Candidates, Columns
 from tendon_cli.answers.problem import Flags, Problem
 from tendon_cli.answers.solve import WORST
-from tendon_cli.engine.columns import versions
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.schema import Column, schema_of
-from tendon_cli.version import RESULTS_VERSION
+from tendon_cli.tables.schema import Column
 
-ROW_GROUP = 2**17
 _LIMITS = ("", *LIMIT_NAMES)
 """By a limit's code and one: NOTHING is -1."""
 
@@ -80,20 +76,6 @@ def condition_rows(problem: Problem) -> Columns:
     given = problem.conditions.weighting
     weighting = np.ones(count) if given is None else given
     return problem.conditions.columns(np.arange(count)) | {"weighting": weighting}
-
-
-def table_schema(problem: Problem, table: str, part: int, parts: int) -> pa.Schema:
-    """The schema of one part of a table; what it says follows from the study and the versions alone."""
-    study = problem.study
-    facts = {
-        "table": table,
-        "study": study.record,
-        "study_hash": study.hash,
-        "results_version": RESULTS_VERSION,
-        "versions": versions(),
-        "part": {"index": part, "of": parts},
-    }
-    return schema_of(choice_columns(problem) if table == "choices" else condition_columns(problem), facts)
 
 
 def as_records(columns: tuple[Column, ...], rows: Columns) -> list[dict[str, Any]]:

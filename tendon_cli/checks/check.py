@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.answers.folder import open_answer
 from tendon_cli.checks.compare import Change, Comparison, check_studies, compare_tables, flips, shared_rows
 from tendon_cli.checks.limits import check_designs
 from tendon_cli.checks.text import comparison_text, record_of, verdict_text
 from tendon_cli.cube.cube import Cube, cube_of
-from tendon_cli.engine.results import open_run
+from tendon_cli.engine.results import open_run, verified_record
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import TableFiles, open_table
@@ -37,13 +36,12 @@ def check(folder: Path, *, worst: int = WORST) -> Checked:
     Every file is verified first. Raises InputError for what is damaged or is no run, UsageError for a run whose designs
     were not written.
     """
-    answer = open_answer(folder)
-    if answer is not None:
-        return _answer(answer)
-    run = open_run(folder)
-    table = _designs(folder, run.record)
+    record = verified_record(folder)
+    if record["verb"] == "design":
+        return _answer(record)
+    table = _designs(folder, record)
     found = check_designs(table, recorded_study(table.facts["study"]), worst)
-    return Checked(found.holds, verdict_text(found, cube_of(table), run.record["name"]), record_of(found))
+    return Checked(found.holds, verdict_text(found, cube_of(table), record["name"]), record_of(found))
 
 
 def _answer(record: dict[str, Any]) -> Checked:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tendon_cli.cube.axes import Ints, RowAxis
 from tendon_cli.cube.cube import Cube
 from tendon_cli.engine.columns import JUDGEMENTS
-from tendon_cli.engine.record import differences
+from tendon_cli.engine.records import differences
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
 from tendon_cli.studies.fields import nearest

@@ -8,7 +8,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.commands.report import tell_of_stale_page
-from tendon_cli.errors import EXIT_NOT_AS_HOPED
+from tendon_cli.errors import EXIT_NOT_AS_HOPED, UsageError
 from tendon_cli.startup import keep_freed_memory, stopped_by_signals
 from tendon_cli.terminal import as_json_text, print_result, progress
 
@@ -19,6 +19,7 @@ AnswerFolder = Annotated[
     Path | None, typer.Option(parser=options.place, metavar="DIR", help="folder; default results/<name>-design")
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show the question and its size, write nothing")]
+Resume = Annotated[bool, typer.Option("--resume", help="finish an interrupted answer")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the answer in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
 
@@ -29,14 +30,18 @@ def design(
     jobs: options.Jobs = None,
     settings: options.Settings = None,
     dry_run: DryRun = False,
+    resume: Resume = False,
     overwrite: Overwrite = False,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
     no_figures: NoFigures = False,
+    no_lock: options.NoLock = False,
     scheduler: options.Scheduler = None,
 ) -> None:
     """Find the window of pretension and the best choice, what limits them, and what would fix it."""
-    with stopped_by_signals(str(out or "results"), keeps_parts=False) as stop:
+    if resume and overwrite:
+        raise UsageError("--resume and --overwrite exclude each other", hint="--resume keeps what is done")
+    with stopped_by_signals(str(out or "results")) as stop:
         loaded = tendon.load_study(study, settings or ())
         folder = out if out is not None else Path("results") / f"{loaded.name}-design"
         if dry_run:
@@ -45,11 +50,13 @@ def design(
         keep_freed_memory()
         with progress(loaded.name, quiet=quiet or as_json) as show:
             answer = tendon.design(
-                loaded, folder, jobs, not no_figures, overwrite=overwrite, scheduler=scheduler, progress=show, stop=stop
-            )
+                loaded, folder, jobs, not no_figures, resume=resume, overwrite=overwrite, lock=not no_lock,
+                scheduler=scheduler, progress=show, stop=stop,
+            )  # fmt: skip
     files = [*dict.fromkeys(entry["path"].split("/")[0] for entry in answer.record["files"]), "design.json"]
     said = ", up to date" if answer.up_to_date else f" in {answer.record['seconds']:.3g} s"
-    end = f"\n{loaded.name}{said}, in {folder}: {', '.join([*files, *answer.record['figures']])}"
+    end = "".join(f"\nwarning: {warning}" for warning in answer.record["warnings"])
+    end += f"\n{loaded.name}{said}, in {folder}: {', '.join([*files, *answer.record['figures']])}"
     print_result(as_json_text(answer.record) if as_json else answer.text + end, unless=quiet and not as_json)
     if not quiet:
         tell_of_stale_page(folder)

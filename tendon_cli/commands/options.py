@@ -61,4 +61,5 @@ def listed(names: list[str] | None) -> tuple[str, ...]:
     return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
 
 
+NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems that cannot")]
 Scheduler = Annotated[str | None, typer.Option(metavar="tcp://HOST:PORT", help="compute on this running Dask cluster")]

@@ -22,7 +22,6 @@ DryRun = Annotated[bool, typer.Option("--dry-run", help="show size and cost, wri
 Resume = Annotated[bool, typer.Option("--resume", help="finish an interrupted run")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the run in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
-NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems that cannot")]
 AllowNoEquilibrium = Annotated[
     bool, typer.Option("--allow-no-equilibrium", help="exit 0 even if states have no equilibrium")
 ]
@@ -40,7 +39,7 @@ def sweep(
     quiet: options.Quiet = False,
     no_figures: NoFigures = False,
     allow_no_equilibrium: AllowNoEquilibrium = False,
-    no_lock: NoLock = False,
+    no_lock: options.NoLock = False,
     scheduler: options.Scheduler = None,
 ) -> None:
     """Run every combination of a study's values; write Parquet tables and slack maps."""
@@ -71,7 +70,7 @@ def sweep(
 
 def _tell_cost(study: "Study", folder: Path, jobs: int | None, *, figures: bool, as_json: bool, quiet: bool) -> None:
     """The size and cost of a sweep; nothing is written."""
-    from tendon_cli.engine.run_folder import free_bytes
+    from tendon_cli.engine.folder import free_bytes
     from tendon_cli.summary import estimate_text
 
     found, free = tendon.estimate(study, jobs, figures), free_bytes(folder)

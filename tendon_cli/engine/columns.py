@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import platform
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pyarrow as pa
 
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.limits import LIMITS
@@ -21,8 +17,7 @@ from tendon_cli.space.axis import DRAW_AXIS, LINKED_AXES, PERSON_AXIS, SIDES, sp
 from tendon_cli.space.space import Varying
 from tendon_cli.studies.checks import is_stated
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.tables.schema import Column, schema_of
-from tendon_cli.version import RESULTS_VERSION, __version__
+from tendon_cli.tables.schema import Column
 
 ALWAYS = (
     "tendon.pretension",
@@ -90,19 +85,6 @@ class Tables:
         results = (status, *(Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_STATES))
         return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
 
-    def schema(self, table: str, part: int) -> pa.Schema:
-        """The schema of one part of a table; what it says follows from the study and the versions alone."""
-        first = self._schemas[table]
-        index = json.dumps({"index": part, "of": self.plan.parts}, sort_keys=True)
-        return first.with_metadata({**first.metadata, b"tendon.part": index})
-
-    @cached_property
-    def _schemas(self) -> dict[str, pa.Schema]:
-        """Those of the first part of each table."""
-        last = {"part": {"index": 0, "of": self.plan.parts}}
-        columns = {"designs": self.designs, "states": self.states}
-        return {table: schema_of(each, {"table": table, **self._facts, **last}) for table, each in columns.items()}
-
     def _nullable(self, result: str) -> bool:
         """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""
         if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
@@ -122,16 +104,6 @@ class Tables:
         if result == "spool_angle" and self.plan.may_be_unilateral:
             return True
         return not self.plan.always_balanced
-
-    @cached_property
-    def _facts(self) -> dict[str, Any]:
-        study = self.plan.study
-        return {
-            "study": study.record,
-            "study_hash": study.hash,
-            "results_version": RESULTS_VERSION,
-            "versions": versions(),
-        }
 
     def _keys(self) -> list[str]:
         """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
@@ -159,16 +131,6 @@ def of_limits(study: Study) -> tuple[str, ...]:
     """Columns of `designs` that are there because the study states what a limit needs, each an extreme of a form."""
     optional = [limit for limit in LIMITS.values() if limit.optional]
     return tuple(each.column for each in optional if all(is_stated(study, need) for need in each.needs))
-
-
-def versions() -> dict[str, str]:
-    """The versions that the bytes of a table may depend on."""
-    return {
-        "tendon": __version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "pyarrow": pa.__version__,
-    }
 
 
 def _design_numbers(block: Block) -> npt.ArrayLike:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import io
 import time
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
-from tendon_cli.engine.part import PartMaker
-from tendon_cli.engine.plan import ROW_GROUP, STATES_PER_PART, Plan
+from tendon_cli.engine.plan import STATES_PER_PART, Plan
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.study import keys
+from tendon_cli.tables.schema import ROW_GROUP
+from tendon_cli.tables.write import RowGroups
 from tendon_cli.units import UNITS
 
 # Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
@@ -69,14 +70,14 @@ class _Nowhere(io.RawIOBase):
 
 def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     """Compute a part's worth of designs, from all over the product, in memory, and scale; nothing is written."""
-    maker = PartMaker(plan, Path())
-    samples = _samples(plan)
+    task, samples = Sweep(plan), _samples(plan)
     count = sum(len(sample) for sample in samples)
-    tables = {str(table): maker.groups(table, 0, _Nowhere(), count) for table in plan.study.output.tables}
-    _ = maker.windows.known  # worked out once, which the sample is not to be charged with
+    rows = {table: plan.rows(table, range(count)) for table in task.tables}
+    tables = {table: RowGroups(_Nowhere(), task.layout(table, 0, rows[table])) for table in task.tables}
+    _ = task.windows.known  # worked out once, which the sample is not to be charged with
     started = time.perf_counter()
     for sample in samples:
-        maker.fill(tables, sample)
+        task.fill_designs(tables, sample)
     size = sum(table.close().size for table in tables.values())
     seconds = time.perf_counter() - started
     share = plan.designs / count
@@ -91,7 +92,7 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
         bytes=round(size * share),
         seconds=_SECONDS_TO_START + seconds * share / workers + drawing,
         figure_seconds=drawing,
-        peak_memory=_BYTES_AT_REST + workers * _bytes_per_worker(plan, maker),
+        peak_memory=_BYTES_AT_REST + workers * _bytes_per_worker(task),
         parts=plan.parts,
     )
 
@@ -136,12 +137,9 @@ def _design_axis(plan: Plan, index: int) -> AxisLine:
     return AxisLine(axis.key, len(axis), shown(axis.values[0], quantity), shown(axis.values[-1], quantity))
 
 
-def _bytes_per_worker(plan: Plan, maker: PartMaker) -> int:
+def _bytes_per_worker(task: Sweep) -> int:
     """Row groups while they are gathered and encoded, the arrays of a block, and what a part's designs come to."""
-    part = plan.part(0)
-    gathered = sum(
-        2 * 8 * len(maker.layout(table, 0)[0]) * min(ROW_GROUP, plan.rows(table, part))
-        for table in plan.study.output.tables
-    )
+    plan, part = task.plan, task.plan.part(0)
+    gathered = sum(2 * 8 * len(task.columns(table)) * min(ROW_GROUP, task.rows(table, 0)) for table in task.tables)
     block = 8 * _ARRAYS_PER_BLOCK * min(plan.block_states, plan.rows("states", part))
     return gathered + block + 8 * _RESULTS * len(part)

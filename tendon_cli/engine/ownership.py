@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.engine.record import JOURNAL, TABLES, Journal, difference, read_record
-from tendon_cli.engine.run_folder import OURS, TEMPORARY, RunFolder, is_part
+from tendon_cli.engine.folder import OURS, TEMPORARY, RunFolder, is_part
+from tendon_cli.engine.journal import JOURNAL, Journal
+from tendon_cli.engine.records import TABLES, difference, read_record
 from tendon_cli.errors import FolderError, UsageError
 from tendon_cli.tables.read import study_hash_of
 
@@ -32,14 +33,14 @@ def check_folder(folder: RunFolder, *, resume: bool, overwrite: bool) -> None:
         if any(journal.header.get(name) != value for name, value in folder.header().items()):
             raise FolderError("holds a journal that is not as tendon wrote it", where=str(folder.path), hint=_ELSEWHERE)
         if not resume:
-            done = f"{len(journal.parts)} of {folder.plan.parts} parts are done"
+            done = f"{len(journal.parts)} of {folder.task.parts} parts are done"
             hint = "--resume finishes it (in Python resume=True), --overwrite starts anew"
             raise FolderError(f"holds an unfinished run of this study, {done}", where=str(folder.path), hint=hint)
 
 
-def _check_same(folder: RunFolder, found: dict[str, Any]) -> None:
+def _check_same(folder: RunFolder, standing: dict[str, Any]) -> None:
     """Raises FolderError, naming what differs, where the folder holds another study or other results."""
-    if (differs := difference(found, folder.plan.study)) is not None:
+    if (differs := difference(standing, folder.task.verb, folder.task.study)) is not None:
         hint = "--overwrite replaces it, --out writes elsewhere"
         raise FolderError(f"holds a run of another study: {differs}", where=str(folder.path), hint=hint)
 
@@ -65,21 +66,21 @@ def _is_of_this_study(folder: RunFolder, name: str) -> bool:
     if path.is_symlink() or name not in {f"{table}.parquet" for table in TABLES}:
         return not path.is_symlink() and TEMPORARY.fullmatch(name) is not None
     files = [path] if path.is_file() else [file for file in path.iterdir() if not TEMPORARY.fullmatch(file.name)]
-    return all(study_hash_of(file) == folder.plan.study.hash for file in files)
+    return all(study_hash_of(file) == folder.task.study.hash for file in files)
 
 
-def _check_replaceable(folder: RunFolder, found: dict[str, Any]) -> None:
-    """Raises FolderError where another's file is in the way of the run that is to replace the one found."""
-    listed = {path.partition(".")[0] for path in (entry["path"] for entry in found.get("files", ()))}
-    listed |= set(found.get("tables", ()))
+def _check_replaceable(folder: RunFolder, standing: dict[str, Any]) -> None:
+    """Raises FolderError if another's file is in the way of the run that is to replace the one standing there."""
+    listed = {path.partition(".")[0] for path in (entry["path"] for entry in standing.get("files", ()))}
+    listed |= set(standing.get("tables", ()))
     for table in TABLES:
-        path, wanted = folder.path / f"{table}.parquet", table in folder.plan.study.output.tables
+        path, wanted = folder.path / f"{table}.parquet", table in folder.task.tables
         if path.is_symlink() or (wanted and path.exists() and table not in listed):
             raise FolderError(f"holds {path.name}, which no run wrote", where=str(folder.path), hint=_ELSEWHERE)
         if not path.is_dir() or table not in listed:
             continue
         others = [item.name for item in path.iterdir() if not is_part(item.name)]
-        if not (wanted and folder.plan.parts > 1):
+        if not (wanted and folder.task.tables[table] > 1):
             in_the_way = others
         else:
             in_the_way = [name for name in others if name.startswith("part-") and name.endswith(".parquet")]

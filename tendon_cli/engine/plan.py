@@ -28,16 +28,13 @@ from tendon_cli.studies.study import Study
 
 Flags = npt.NDArray[np.bool_]
 
-ROW_GROUP = 2**17
-"""Rows in a row group of every table."""
-
 STATES_PER_FILE = 2**21
 """Most states of a study whose tables are single files."""
 STATES_PER_PART = 2**19
 DESIGNS_PER_PART = 2**18
 STATES_PER_PART_WITHOUT_TABLE = 2**27
 STATES_PER_BLOCK = 2**16
-DESIGNS_AT_ONCE = 2 * ROW_GROUP
+DESIGNS_AT_ONCE = 2**18
 """Rows of designs that are gathered before they are written, since designs do not come in their order."""
 
 _MOST_STATES = 2**63 - 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,19 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli import kernel
 from tendon_cli.display import Displayed
-from tendon_cli.engine.columns import Tables, versions
-from tendon_cli.engine.design_rows import Totals
-from tendon_cli.engine.part import PartResult
+from tendon_cli.engine.columns import Tables
+from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.record import RECORD, Journal, lost, read_record
-from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.records import RECORDS, lost, read_record
 from tendon_cli.engine.states import StatesOf
-from tendon_cli.engine.suits import feasible_suits, suits
 from tendon_cli.errors import FolderError, InputError, UsageError
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.studies.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,8 +32,8 @@ Variable = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run(Displayed):
-    """A finished run: `record` as in `run.json`, `designs` and `states` as tables with their units in `attrs`."""
+class Result(Displayed):
+    """What a command gave: its record, and its tables by name."""
 
     record: dict[str, Any]
     folder: Path | None = None
@@ -46,13 +41,26 @@ class Run(Displayed):
     up_to_date: bool = False
     """Whether it had stood there before."""
     note: str | None = None
-    """Why there is no slack map, where one was asked for."""
+    """Why there is no slack map, if one was asked for."""
     tables: Mapping[str, pa.Table] = field(default_factory=dict, repr=False)
     """Those that are in memory."""
 
+    def table(self, name: str) -> pa.Table:
+        """A table as Arrow has it, every byte verified; raises InputError."""
+        if name in self.tables:
+            return self.tables[name]
+        from tendon_cli.tables.read import open_table
+
+        return open_table(Path(self.folder or "") / f"{name}.parquet").read()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(Result):
+    """A finished run: `record` as in `run.json`, `designs` and `states` as tables with their units in `attrs`."""
+
     @cached_property
     def designs(self) -> pd.DataFrame:
-        """One row per design; raises UsageError where the study leaves the table out, InputError for a damaged one."""
+        """One row per design; raises UsageError if the study leaves the table out, InputError for a damaged one."""
         return framed(self.table("designs"))
 
     @cached_property
@@ -68,17 +76,13 @@ class Run(Displayed):
         return _dataset(self.record, self.table)
 
     def table(self, name: str) -> pa.Table:
-        """A table as Arrow has it, every byte verified."""
-        if name in self.tables:
-            return self.tables[name]
+        """A table as Arrow has it, every byte verified; raises UsageError if the study leaves it out, InputError."""
         if name not in self.record["study"]["output"]["tables"]:
             if name == "states":
                 return StatesOf(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
             hint = f'[output] tables needs "{name}"'
             raise UsageError(f"the run has no table {name}", where=str(self.folder or "in memory"), hint=hint)
-        from tendon_cli.tables.read import open_table
-
-        return open_table(Path(self.folder or "") / f"{name}.parquet").read()
+        return super().table(name)
 
 
 def framed(table: pa.Table) -> pd.DataFrame:
@@ -88,75 +92,34 @@ def framed(table: pa.Table) -> pd.DataFrame:
     return frame
 
 
-def open_run(path: Path) -> Run:
-    """A finished run from its folder, its record and every byte of its tables verified.
+def verified_record(path: Path) -> dict[str, Any]:
+    """The record of the finished run or answer in a folder, every byte of its tables verified.
 
-    Raises InputError where there is none or a file of it is damaged, FolderError where it is unfinished.
+    Raises InputError if there is none or a file of it is damaged, FolderError if it is unfinished.
     """
     if not path.is_dir():
         message = "is a file, expected the folder of a run" if path.exists() else "no such folder"
         raise InputError(message, where=str(path))
     record = read_record(path)
     if record is None:
-        if Journal.read(path).header:
-            hint = "`tendon sweep --resume` finishes it; in Python sweep(..., resume=True)"
+        if header := Journal.read(path).header:
+            verb = header.get("verb", "sweep")
+            hint = f"`tendon {verb} --resume` finishes it; in Python {verb}(..., resume=True)"
             raise FolderError("holds an unfinished run", where=str(path), hint=hint)
-        hint = "`tendon sweep` writes one"
-        raise InputError(f"is no run folder, it holds no {RECORD}", where=str(path), hint=hint)
+        hint = "`tendon sweep` or `tendon design` writes one"
+        raise InputError(f"is no run folder, it holds no {' or '.join(RECORDS.values())}", where=str(path), hint=hint)
     for name in lost(path, record):
-        hint = "`tendon sweep --resume` computes just this anew"
+        hint = f"`tendon {record['verb']} --resume` computes just this anew"
         raise InputError("is missing, or not as it was written", where=str(path / name), hint=hint)
+    return record
+
+
+def open_run(path: Path) -> Run:
+    """A finished run of `tendon sweep` from its folder; raises as `verified_record` does."""
+    record = verified_record(path)
+    if record["verb"] != "sweep":
+        raise InputError("holds an answer, expected the run of a sweep", where=str(path))
     return Run(record, path, up_to_date=True)
-
-
-def record_of(folder: RunFolder, parts: list[PartResult], resumed: int, seconds: float) -> dict[str, Any]:
-    """What a finished run tells of itself."""
-    plan = folder.plan
-    parts = sorted(parts, key=lambda part: part.index)
-    return {
-        "name": plan.study.name,
-        "title": plan.study.title,
-        **{key: value for key, value in folder.identity().items() if key != "study"},
-        "designs": plan.designs,
-        "states": plan.states,
-        **asdict(sum((part.totals for part in parts), Totals())),
-        "suits": suits(plan),
-        "feasible_suits": feasible_suits(plan, ((part.index, part.suits) for part in parts)),
-        "parts": plan.parts,
-        "resumed_parts": resumed,
-        "files": [{"path": name, **asdict(file)} for part in parts for name, file in part.files.items()],
-        "seconds": round(seconds, 3),
-        "versions": versions(),
-        "study": plan.study.document(),
-        "figures": [],
-        "figure_seconds": 0.0,
-        "warnings": [],
-    }
-
-
-def warnings_of(study: Study, record: dict[str, Any]) -> list[str]:
-    """What a reader of the tables has to know first."""
-    models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
-    bilateral = any(getattr(model, "slack", None) == "bilateral" for model in models)
-    found = list(study.warnings)
-    found += [remark] if (remark := kernel.remark()) else []
-    if record["no_equilibrium"]:
-        found.append(
-            f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has passed "
-            "the joint's centre (moment arm not above zero), where no tensions balance a positive elbow torque, and "
-            "those that balance another need not be the only ones; their results are null"
-        )
-    if bilateral and record["slack"]:
-        found.append(
-            "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
-            'slack = "unilateral" gives those of real tendons'
-        )
-    if record["unstable"]:
-        found.append(
-            f"{share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
-            "spool would have to turn back, and friction acts the other way there"
-        )
-    return found
 
 
 def share(part: int, whole: int, noun: str) -> str:

@@ -1,240 +1,247 @@
-"""Running a plan: parts in parallel, here in threads, each recorded when it stands.
-
-In threads some parts compute while others wait for the disk.
-"""
+"""Carrying a task out: into a folder that is locked, written, recorded and verified, or in memory."""
 
 from __future__ import annotations
 
-import contextlib
-import os
+import shutil
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict
-from functools import partial
-from itertools import takewhile
+from pathlib import Path
 from typing import Any, TypeVar
 
+from tendon_cli.engine.cluster import cluster_at
+from tendon_cli.engine.folder import FIGURES, RunFolder
+from tendon_cli.engine.journal import Journal
+from tendon_cli.engine.memory import InMemory
 from tendon_cli.engine.ownership import check_folder
-from tendon_cli.engine.part import PartFailure, PartMaker, PartResult, Results, Runner, part_index
-from tendon_cli.engine.record import JOURNAL, Journal, lost, read_record
-from tendon_cli.engine.results import Run, record_of
-from tendon_cli.engine.run_folder import RunFolder
-from tendon_cli.errors import (
-    FolderError,
-    MemoryShortError,
-    OutputError,
-    Stopped,
-    TendonError,
-    WorkersLostError,
-    is_memory_short,
-)
+from tendon_cli.engine.records import lost, read_record, write_record
+from tendon_cli.engine.results import Result
+from tendon_cli.engine.task import PartMaker, PartResult, Task
+from tendon_cli.engine.threads import Runner, available_cores, ended_by_keyboard, in_threads, make_parts
+from tendon_cli.errors import FolderError, OutputError, Stopped, UsageError
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.schema import versions
+from tendon_cli.tables.write import WrittenFile
 
+Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
+"""Draws figures of a run folder into another: their names, what could not be drawn, why there is no map."""
 Progress = Callable[[int, int], None]
 """Called with the number of finished parts and of all parts."""
-
-Made = TypeVar("Made")
-
-
-def available_cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+Kind = TypeVar("Kind", bound=Result)
 
 
-def run(
+def carried_out(
+    task_of: Callable[[threading.Event], Task],
+    kind: type[Kind],
+    out: Path | None,
+    *,
+    jobs: int | None,
+    resume: bool,
+    overwrite: bool,
+    lock: bool,
+    scheduler: str | None,
+    draw: Draw | None,
+    progress: Progress,
+    stop: threading.Event | None,
+) -> Kind:
+    """Carry a task out into the folder `out`, or without one in memory; returns when all stands and is recorded.
+
+    Ctrl-C ends it cleanly, and is then raised as KeyboardInterrupt; if `stop` is given, that event ends it instead,
+    and Stopped is raised. Raises TendonError otherwise.
+    """
+    with ended_by_keyboard(stop) as ended:
+        if ended.is_set():
+            raise Stopped
+        task = task_of(ended)
+        if out is None:
+            if scheduler is not None:
+                raise UsageError("a cluster writes into a run folder", hint="name one")
+            record, tables = _in_memory(task, jobs or available_cores(), progress)
+            return kind(record, tables=tables)
+        folder = RunFolder(out, task)
+        if lock:
+            folder.check_free()
+        check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
+        folder.check_space()
+        with cluster_at(scheduler, jobs) as cluster, folder.locked(use_lock=lock):
+            record, stands = worked_out(
+                folder, jobs=jobs or available_cores(), progress=progress, resume=resume, overwrite=overwrite,
+                runner=None if cluster is None else cluster.results,
+            )  # fmt: skip
+            note = None
+            if not stands or (draw is not None and _wants_figures(folder, record)):
+                note = _with_figures(folder, record, draw, up_to_date=stands)
+                folder.finish(record)
+            return kind(record, out, up_to_date=stands, note=note)
+
+
+def worked_out(
     folder: RunFolder,
     *,
     jobs: int,
-    stop: threading.Event,
-    progress: Progress,
+    progress: Progress = lambda _done, _all: None,
     resume: bool = False,
     overwrite: bool = False,
     runner: Runner | None = None,
-) -> Run:
-    """Compute a plan into its locked folder, by default in `jobs` threads of this process; not yet recorded there.
+) -> tuple[dict[str, Any], bool]:
+    """The record of a task whose tables stand in its locked folder, to be written there, and whether it stands already.
 
-    Raises FolderError where something else stands there, SizeError, OutputError, WorkersLostError for parts that
-    failed, Stopped where `stop` was set; whatever was finished until then is kept and can be resumed.
+    Parts are made by default in `jobs` threads of this process. Raises FolderError if something else stands there,
+    SizeError, OutputError, WorkersLostError for parts that failed, Stopped; whatever was finished until then is kept
+    and can be resumed.
     """
     check_folder(folder, resume=resume, overwrite=overwrite)
     replaces = overwrite and folder.clear()
-    started, plan = time.monotonic(), folder.plan
-    runner = runner or in_threads(min(jobs, plan.parts))
-    record = read_record(folder.path)
+    started, task = time.monotonic(), folder.task
+    runner = runner or in_threads(min(jobs, task.parts))
+    record, maker = read_record(folder.path), PartMaker(task, folder.path)
     if record is not None:
-        return _repaired(folder, record, runner if resume else None, stop)
+        return _repaired(folder, record, maker, runner if resume else None)
     journal = _begun(folder, replaces=replaces)
     resumed = len(journal.parts)
 
     def take(result: PartResult) -> None:
         journal.add(result)
-        progress(len(journal.parts), plan.parts)
+        progress(len(journal.parts), task.parts)
 
-    progress(resumed, plan.parts)
-    missing = (index for index in range(plan.parts) if index not in journal.parts)
-    compute(_maker(folder, stop), runner, missing, take)
-    seconds = time.monotonic() - started
-    return Run(record_of(folder, list(journal.parts.values()), resumed, seconds), folder.path)
+    progress(resumed, task.parts)
+    folder.prepare()
+    make_parts(maker, runner, (index for index in range(task.parts) if index not in journal.parts), take)
+    record = _recorded(folder, maker, list(journal.parts.values()), journal)
+    return record | {"resumed_parts": resumed, "seconds": round(time.monotonic() - started, 3)}, False
+
+
+def _in_memory(task: Task, jobs: int, progress: Progress) -> tuple[dict[str, Any], Mapping[str, Any]]:
+    """The record of a task and its tables, none of which reach the disk."""
+    started = time.monotonic()
+    task.check_memory()
+    maker, parts = InMemory(task, Path()), list[PartResult]()
+
+    def take(result: PartResult) -> None:
+        parts.append(result)
+        progress(len(parts), task.parts)
+
+    make_parts(maker, in_threads(min(jobs, task.parts)), range(task.parts), take)
+    record = _recorded(RunFolder(Path(), task), maker, parts)
+    record |= {"seconds": round(time.monotonic() - started, 3), "files": []}
+    return record, maker.tables()
 
 
 def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
     """The journal of the run, on the disk, with what of an unfinished one stands."""
-    journal = Journal(folder.path / JOURNAL) if replaces else Journal.read(folder.path)
-    journal.parts = folder.intact(journal.parts)
-    figures = list(journal.figures)
+    journal = Journal.read(folder.path)
+    journal.parts = {} if replaces else folder.intact(journal)
+    journal.figures = () if replaces else journal.figures
     journal.start(folder.header())
-    if figures:
-        journal.announce(figures)
     return journal
 
 
-def _repaired(folder: RunFolder, record: dict[str, Any], runner: Runner | None, stop: threading.Event) -> Run:
-    """A finished run whose damaged parts are computed again, if they may be; the same parts give the same bytes."""
+def _recorded(
+    folder: RunFolder, maker: PartMaker, parts: list[PartResult], journal: Journal | None = None
+) -> dict[str, Any]:
+    """What is told of a run whose parts stand, once the files are written that only the whole gives."""
+    task, study = folder.task, folder.task.study
+    parts = sorted(parts, key=lambda part: part.index)
+    record = {
+        "name": study.name,
+        "title": study.title,
+        **{key: value for key, value in folder.identity().items() if key != "study"},
+        **task.results([part.note for part in parts]),
+        "parts": task.parts,
+        "resumed_parts": 0,
+        "seconds": 0.0,
+        "versions": versions(),
+        "study": study.document(),
+        "figures": [],
+        "figure_seconds": 0.0,
+    }
+    record["warnings"] = task.warnings(record)
+    files = {name: file for part in parts for name, file in part.files.items()}
+    files |= _written_last(maker, record, journal)
+    return record | {"files": [{"path": name, **asdict(file)} for name, file in files.items()]}
+
+
+def _written_last(
+    maker: PartMaker, record: Mapping[str, Any], journal: Journal | None, only: Collection[str] | None = None
+) -> dict[str, WrittenFile]:
+    """Write the files of which only the whole record tells all, or some of these; each is in the journal beforehand."""
+    written = {}
+    for name, layout, write in maker.task.last(record, maker.read):
+        if only is not None and name not in only:
+            continue
+        maker.task.go_on()
+        with maker.open(layout, name) as file:
+            file.fill(layout.rows, write)
+            written[name] = file.close()
+            if journal is not None:
+                journal.announce_last(name, written[name])
+            file.finish()
+    return written
+
+
+def _repaired(
+    folder: RunFolder, record: dict[str, Any], maker: PartMaker, runner: Runner | None
+) -> tuple[dict[str, Any], bool]:
+    """A finished run whose damaged files are made anew, if they may be; the same parts give the same bytes."""
     entries = {entry["path"]: entry for entry in record["files"]}
     damaged = list(lost(folder.path, record))
     if not damaged:
-        return Run(record, folder.path, up_to_date=True)
+        return record, True
     if runner is None:
         raise FolderError(
             f"{len(damaged)} of {len(entries)} files are missing or damaged, the first is {damaged[0]}",
             where=str(folder.path),
             hint="--resume computes just these anew",
         )
+    anew = set(damaged)
 
     def take(result: PartResult) -> None:
         for name, file in result.files.items():
+            anew.add(name)
             entries[name].update(asdict(file))
 
-    compute(_maker(folder, stop), runner, sorted({part_index(path) for path in damaged}), take)
-    return Run({**record, "repaired": damaged}, folder.path)
+    folder.prepare()
+    missing = [index for index in range(folder.task.parts) if not anew.isdisjoint(folder.task.files(index).values())]
+    make_parts(maker, runner, missing, take)
+    for name, file in _written_last(maker, record, None, anew).items():
+        entries[name].update(asdict(file))
+    return {**record, "repaired": damaged}, False
 
 
-def _maker(folder: RunFolder, stop: threading.Event) -> PartMaker:
-    for table in folder.plan.study.output.tables:
-        folder.prepare(table)
-    return PartMaker(folder.plan, folder.path, stop)
+# --- Figures ---------------------------------------------------------------------------------------------------------
 
 
-def compute(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]) -> None:
-    """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
-    failures: list[PartFailure] = []
-    with contextlib.closing(runner(maker, iter(parts))) as results:  # nothing is out when the folder is let go
-        try:
-            for result in results:
-                failure = _taken(result, take)
-                if failure is None:
-                    continue
-                failures.append(failure)
-                if isinstance(failure.error, OutputError):
-                    maker.stop.set()  # the next part would not fit either
-        except BaseException:  # such as KeyboardInterrupt: the parts that are being made end at once
-            maker.stop.set()
-            raise
-    _raise_for(failures, maker)
+def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
+    """Draw beside the folder's files, then put the figures in place, their names first; returns why there is no map.
 
-
-def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None]) -> PartFailure | None:
-    """Hand a finished part over; what fails at that is a failure of the part, so that the others come to their end."""
-    if isinstance(result, PartFailure):
-        return result
-    try:
-        take(result)
-    except OutputError as error:
-        return PartFailure(result.index, error)
-    return None
-
-
-def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
-    """Raise for the parts that failed: what stopped the writing first, then a stop, then anything else."""
-    faults = [failure for failure in failures if not isinstance(failure.error, Stopped)]
-    for failure in faults:
-        if isinstance(failure.error, TendonError):
-            raise failure.error
-    if faults:
-        first = faults[0]
-        if is_memory_short(first.error):
-            where, hint = str(maker.folder), "fewer --jobs need less; --resume goes on"
-            raise MemoryShortError(
-                f"there is not enough memory for {place(maker, first.index)}", where=where, hint=hint
-            ) from first.error
-        raise WorkersLostError(
-            f"{len(faults)} of {maker.plan.parts} parts failed, the others are kept; first "
-            f"{place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
-            where=str(maker.folder),
-            hint="--resume tries the failed parts again",
-        ) from first.error
-    if failures:
-        raise failures[0].error
-
-
-def place(maker: PartMaker, index: int) -> str:
-    """A part by its designs and where on the axes it starts."""
-    plan, designs = maker.plan, maker.plan.part(index)
-    at = [
-        f"{axis.key}={axis.names[position] if axis.values is None else format(axis.values[position], '.6g')}"
-        for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
-    ]
-    return f"part {index} (designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'})"
-
-
-def in_threads(jobs: int) -> Runner:
-    """Makes parts, at most `jobs` at once; a single one in the calling thread."""
-    return _one_by_one if jobs == 1 else partial(_at_once, jobs)
-
-
-def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
-    """Each part when it is asked for."""
-    for index in missing:
-        yield _attempt(index, partial(maker.make, index))
-
-
-def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
-    """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
-
-    However this ends, no thread works on a part any more.
+    So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
     """
-    from concurrent.futures import Future, ThreadPoolExecutor  # a small study does without these imports
-
-    from joblib import Parallel, delayed
-
-    room = threading.Semaphore(2 * jobs)  # parts that nobody has taken yet; a slow disk holds up the computing
-    ended = threading.Event()
-    at_work = threading.Semaphore(jobs)  # whoever holds all of it is alone
-
-    def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
-        room.acquire()
-        with at_work:
-            part = PartFailure(index, Stopped()) if ended.is_set() else _attempt(index, partial(maker.compute, index))
-            if isinstance(part, PartFailure):
-                return part
-            if ended.is_set():
-                part.discard()
-                return PartFailure(index, Stopped())
-            return disk.submit(_attempt, index, part.finish)
-
-    with (
-        ThreadPoolExecutor(jobs) as disk,
-        Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool,
-    ):
-        parts = pool(delayed(compute)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
-        try:
-            for part in parts:
-                yield part if isinstance(part, PartFailure) else part.result()
-                room.release()
-        finally:
-            ended.set()
-            room.release(maker.plan.parts)  # for whoever waits
-            list(parts)  # until those that are at work are done, for which joblib would not wait
-            for _ in range(jobs):  # nor does it after KeyboardInterrupt
-                at_work.acquire()
-            at_work.release(jobs)
-
-
-def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
-    """A step in the making of a part; its failure is told with the part's coordinates, while the others go on."""
+    journal = Journal.read(folder.path)
+    before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
+    started, faults, note = time.monotonic(), list[str](), None
+    names = list(record.get("figures", ()))
+    place = folder.path / FIGURES
+    shutil.rmtree(place, ignore_errors=True)
     try:
-        return step()
-    except Exception as error:  # noqa: BLE001
-        return PartFailure(index, error)
+        if draw is not None:
+            place.mkdir()
+            names, faults, note = draw(folder.task.study, folder.path, place, record)
+        if up_to_date:
+            write_record(folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))})
+        if draw is not None or not record.get("figures"):
+            faults += folder.place_figures(names, before, None if up_to_date else journal)
+    except (OSError, OutputError) as error:
+        names, faults = [], [*faults, f"the figures cannot be drawn: {error}"]
+    finally:
+        shutil.rmtree(place, ignore_errors=True)
+    record["figures"], record["warnings"] = names, [*folder.task.warnings(record), *faults]
+    record["figure_seconds"] = round(time.monotonic() - started, 3) if draw is not None else 0.0
+    return note
+
+
+def _wants_figures(folder: RunFolder, record: dict[str, Any]) -> bool:
+    """Whether figures of a run that stands are missing; those that the study declares may have changed, too."""
+    drawn = record["figures"]
+    declared = folder.task.verb == "sweep" and bool(folder.task.study.figure)
+    return declared or not drawn or any(not (folder.path / name).exists() for name in drawn)

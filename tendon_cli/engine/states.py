@@ -17,7 +17,7 @@ from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.tables.write import array_of
 
 
@@ -46,7 +46,7 @@ class StatesOf:
     @cached_property
     def schema(self) -> pa.Schema:
         """Columns with units and meaning."""
-        return self.tables.schema("states", 0)
+        return schema_of(self.tables.states, self.facts)
 
     @property
     def facts(self) -> dict[str, Any]:

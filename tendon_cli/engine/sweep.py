@@ -1,36 +1,34 @@
-"""The verb: a study into its run, in a folder that is locked, written, recorded and verified, or in memory."""
+"""A sweep: every design of the product into rows of designs and states."""
 
 from __future__ import annotations
 
-import contextlib
-import io
-import shutil
-import signal
+import math
 import threading
-import time
-from collections import defaultdict
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from types import FrameType
-from typing import Any
+from typing import Any, Self
 
-import pyarrow as pa
-import pyarrow.parquet as pq
+import numpy as np
+import numpy.typing as npt
 
-from tendon_cli.engine.cluster import cluster_at
-from tendon_cli.engine.ownership import check_folder
-from tendon_cli.engine.part import PartMaker, PartResult, WrittenPart
-from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.record import Journal, write_record
-from tendon_cli.engine.results import Run, record_of, warnings_of
-from tendon_cli.engine.run import Progress, available_cores, compute, in_threads, run
-from tendon_cli.engine.run_folder import FIGURES, RunFolder
-from tendon_cli.errors import OutputError, Stopped, UsageError
+from tendon_cli import kernel
+from tendon_cli.engine.choices import choices, feasible_choices, is_flags, noted
+from tendon_cli.engine.columns import Tables
+from tendon_cli.engine.folds import DesignRows, PlanWindows, Totals
+from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
+from tendon_cli.engine.results import Run, share
+from tendon_cli.engine.run import Draw, Progress, carried_out
+from tendon_cli.engine.task import Note, RowSink, Task
 from tendon_cli.studies.study import Study
+from tendon_cli.tables.schema import Column, TableLayout
+from tendon_cli.tables.write import Filler
 
-Draw = Callable[[Study, Path, Path, dict[str, Any]], tuple[list[str], list[str], str | None]]
-"""Draws figures of a run folder into another: their names, what could not be drawn, why there is no map."""
+_BLOCKS_AT_ONCE = 8
+"""Blocks of a plan that compiled code best takes at once, together a part; the rows do not depend on it."""
+_LEAST_BYTES = {"designs": 10, "states": 20}
+"""Of a row."""
 
 
 def sweep(
@@ -46,135 +44,145 @@ def sweep(
     progress: Progress = lambda _done, _all: None,
     stop: threading.Event | None = None,
 ) -> Run:
-    """Run a study into the folder `out`, or without one in memory; returns when every table stands and is recorded.
-
-    Ctrl-C ends it cleanly, and is then raised as KeyboardInterrupt; where `stop` is given, that event ends it instead,
-    and Stopped is raised. Raises TendonError otherwise.
-    """
-    plan = Plan(study)
-    with _ended_by_keyboard(stop) as ended:
-        if ended.is_set():
-            raise Stopped
-        if out is None:
-            if scheduler is not None:
-                raise UsageError("a cluster writes into a run folder", hint="name one")
-            return _in_memory(plan, jobs or available_cores(), ended, progress)
-        folder = RunFolder(out, plan)
-        if lock:
-            folder.check_free()
-        check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
-        folder.check_space()
-        with cluster_at(scheduler, jobs) as cluster, folder.locked(use_lock=lock):
-            found = run(
-                folder, jobs=jobs or available_cores(), stop=ended, progress=progress, resume=resume,
-                overwrite=overwrite, runner=None if cluster is None else cluster.results,
-            )  # fmt: skip
-            return _finished(folder, found, draw)
+    """Run a study into the folder `out`, or without one in memory; see `carried_out`."""
+    return carried_out(
+        lambda ended: Sweep(Plan(study), ended), Run, out, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock,
+        scheduler=scheduler, draw=draw, progress=progress, stop=stop,
+    )  # fmt: skip
 
 
-def _finished(folder: RunFolder, found: Run, draw: Draw | None) -> Run:
-    """The run with its figures, where they are missing; it is recorded last of all."""
-    record, stands = found.record, found.up_to_date
-    if stands and not (draw is not None and _wants_figures(folder.plan.study, folder.path, record)):
-        return found
-    note = _with_figures(folder, record, draw, up_to_date=stands)
-    folder.finish(record)
-    return replace(found, note=note)
+@dataclass(frozen=True, eq=False)
+class Sweep(Task):
+    """Every design of a plan, folded to the extremes of its states, and its states as rows."""
 
+    plan: Plan
+    stop: threading.Event = field(default_factory=threading.Event)
+    every_column: Tables = field(init=False)
+    windows: PlanWindows = field(init=False)
 
-def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
-    """Draw beside the folder's files, then put the figures in place, their names first; returns why there is no map.
+    verb = "sweep"
 
-    So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
-    """
-    journal = Journal.read(folder.path)
-    before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
-    started, study, faults, note = time.monotonic(), folder.plan.study, list[str](), None
-    names = list(record.get("figures", ()))
-    place = folder.path / FIGURES
-    shutil.rmtree(place, ignore_errors=True)
-    try:
-        if draw is not None:
-            place.mkdir()
-            names, faults, note = draw(study, folder.path, place, record)
-        if up_to_date:
-            write_record(folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))})
-        if draw is not None or not record.get("figures"):
-            faults += folder.place_figures(names, before, None if up_to_date else journal)
-    except (OSError, OutputError) as error:
-        names, faults = [], [*faults, f"the figures cannot be drawn: {error}"]
-    finally:
-        shutil.rmtree(place, ignore_errors=True)
-    record["figures"], record["warnings"] = names, [*warnings_of(study, record), *faults]
-    record["figure_seconds"] = round(time.monotonic() - started, 3) if draw is not None else 0.0
-    return note
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "every_column", Tables(self.plan))
+        object.__setattr__(self, "windows", PlanWindows(self.plan))
 
+    @classmethod
+    def of(cls, study: Study) -> Self:
+        """That of a study, as a worker elsewhere rebuilds it."""
+        return cls(Plan(study))
 
-def _wants_figures(study: Study, out: Path, record: dict[str, Any]) -> bool:
-    """Whether figures of a run that stands are missing; those that the study declares may have changed, too."""
-    drawn = record["figures"]
-    return bool(study.figure) or not drawn or any(not (out / name).exists() for name in drawn)
+    @property
+    def study(self) -> Study:
+        """What is asked."""
+        return self.plan.study
 
+    @cached_property
+    def tables(self) -> dict[str, int]:
+        """Those that the study asks for, of as many parts as the plan."""
+        return dict.fromkeys(map(str, self.study.output.tables), self.plan.parts)
 
-def _in_memory(plan: Plan, jobs: int, stop: threading.Event, progress: Progress) -> Run:
-    """Every part computed into memory."""
-    started = time.monotonic()
-    maker = _InMemory(plan, Path(), stop)
-    parts: list[PartResult] = []
+    @property
+    def parts(self) -> int:
+        """How many parts the plan is cut into."""
+        return self.plan.parts
 
-    def take(result: PartResult) -> None:
-        parts.append(result)
-        progress(len(parts), plan.parts)
+    @property
+    def least_bytes(self) -> int:
+        """That its tables take on a disk at the very least."""
+        every = range(self.plan.designs)
+        return sum(self.plan.rows(table, every) * _LEAST_BYTES[table] for table in self.tables)
 
-    compute(maker, in_threads(min(jobs, plan.parts)), range(plan.parts), take)
-    record = record_of(RunFolder(Path(), plan), parts, 0, time.monotonic() - started)
-    record |= {"files": [], "warnings": warnings_of(plan.study, record)}
-    return Run(record, None, tables=maker.tables_read())
+    def columns(self, table: str) -> tuple[Column, ...]:
+        """Columns of a table."""
+        return self.every_column.designs if table == "designs" else self.every_column.states
 
+    def rows(self, table: str, index: int) -> int:
+        """Rows of a part of a table."""
+        return self.plan.rows(table, self.plan.part(index))
 
-@dataclass(frozen=True)
-class _InMemory(PartMaker):
-    """Makes parts whose files never reach the disk."""
+    def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
+        """How a part of a table is laid out; more designs are gathered at once, since they do not come in order."""
+        layout = super().layout(table, index, rows)
+        return replace(layout, at_once=DESIGNS_AT_ONCE) if table == "designs" else layout
 
-    files: dict[str, dict[int, bytes]] = field(default_factory=lambda: defaultdict(dict), kw_only=True)
-    """Of each table, by the number of the part."""
+    def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
+        """Evaluate a part into its tables; raises Stopped."""
+        return self.fill_designs(tables, self.plan.part(index))
 
-    def compute(self, index: int) -> WrittenPart:
-        designs = self.plan.part(index)
-        kept = {str(table): io.BytesIO() for table in self.plan.study.output.tables}
-        tables = {table: self.groups(table, index, file, len(designs)) for table, file in kept.items()}
-        totals, suits = self.fill(tables, designs)
-        for table, groups in tables.items():
-            groups.close()
-            self.files[table][index] = kept[table].getvalue()
-        return WrittenPart(index, totals, suits, {}, contextlib.ExitStack())
+    def fill_designs(self, tables: Mapping[str, RowSink], designs: range) -> Note:
+        """Evaluate a range of designs into the tables that are given; counts them in any case. Raises Stopped."""
+        states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
+        for block in self.plan.blocks(designs, states) if "states" in tables else ():
+            self.go_on()
+            tables["states"].fill(math.prod(block.shape), state_rows(self.plan, block, self.keys("states", block)))
+        totals, judged = Totals(), []
+        for block in self.plan.blocks_of_designs(designs):
+            rows = DesignRows(self.windows, block, self.keys("designs", block), self.go_on)
+            if "designs" in tables:
+                tables["designs"].fill(block.design_count, rows.write)
+            else:
+                rows.write({}, range(block.design_count))
+            totals += rows.totals
+            judged.append((block, rows.feasible))
+        return {"totals": asdict(totals), "choices": noted(self.plan, judged)}
 
-    def tables_read(self) -> dict[str, pa.Table]:
-        """The tables, each of all its parts; the files are let go of."""
+    def keys(self, table: str, block: Block) -> dict[str, npt.NDArray[Any]]:
+        """The columns that say which design, or which state, a row of a block is."""
+        keys = self.every_column.leading | (self.every_column.of_states if table == "states" else {})
+        return {column.name: np.asarray(values(block), dtype=column.dtype) for column, values in keys.items()}
+
+    def is_note(self, index: int, note: Any) -> bool:
+        """Whether the note of a part is as `fill` gives it."""
+        try:
+            counts = list(asdict(Totals(**note["totals"])).values())
+            known = is_flags(self.plan, self.plan.part(index), note["choices"])
+        except (KeyError, TypeError):
+            return False
+        return known and all(type(count) is int and count >= 0 for count in counts)
+
+    def place(self, index: int) -> str:
+        """A part by its designs and where on the axes it starts."""
+        plan, designs = self.plan, self.plan.part(index)
+        at = [
+            f"{axis.key}={axis.names[position] if axis.names else format(axis.values[position], '.6g')}"
+            for axis, position in zip(plan.axes, plan.coordinates(designs.start), strict=True)
+        ]
+        return f"designs {designs.start} to {designs.stop - 1}, from {', '.join(at) or 'the only design'}"
+
+    def results(self, notes: Sequence[Note]) -> dict[str, Any]:
+        """Designs, states and choices, counted."""
         return {
-            table: pa.concat_tables(pq.read_table(pa.BufferReader(files.pop(index))) for index in sorted(files))
-            for table, files in self.files.items()
+            "designs": self.plan.designs,
+            "states": self.plan.states,
+            **asdict(sum((Totals(**note["totals"]) for note in notes), Totals())),
+            "choices": choices(self.plan),
+            "feasible_choices": feasible_choices(self.plan, (note["choices"] for note in notes)),
         }
 
+    def warnings(self, record: Mapping[str, Any]) -> list[str]:
+        """What a reader of the tables has to know first."""
+        study, warnings = self.study, super().warnings(record)
+        models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
+        warnings += [remark] if (remark := kernel.remark()) else []
+        if record["no_equilibrium"]:
+            warnings.append(
+                f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has "
+                "passed the joint's centre (moment arm not above zero), where no tensions balance a positive elbow "
+                "torque, and those that balance another need not be the only ones; their results are null"
+            )
+        if record["slack"] and any(getattr(model, "slack", None) == "bilateral" for model in models):
+            warnings.append(
+                "the bilateral model lets tendons push: tensions in slack states are the paper's, not physics; "
+                'slack = "unilateral" gives those of real tendons'
+            )
+        if record["unstable"]:
+            warnings.append(
+                f"{share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
+                "spool would have to turn back, and friction acts the other way there"
+            )
+        return warnings
 
-@contextlib.contextmanager
-def _ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
-    """The event that ends a run: the caller's own, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
-    heard = stop is None and threading.current_thread() is threading.main_thread()
-    if stop is not None or not heard or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield stop or threading.Event()
-        return
-    ended = threading.Event()
 
-    def ask(_number: int, _frame: FrameType | None) -> None:
-        if ended.is_set():
-            raise KeyboardInterrupt
-        ended.set()
-
-    before = signal.signal(signal.SIGINT, ask)
-    try:
-        yield ended
-    except Stopped:
-        raise KeyboardInterrupt from None
-    finally:
-        signal.signal(signal.SIGINT, before)
+def state_rows(plan: Plan, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
+    """What writes the rows of a block's states; `keys` are the columns that say which design and state a row is."""
+    return kernel.row_writer(plan.situation(block), block.shape, keys)

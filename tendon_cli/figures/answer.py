@@ -36,8 +36,8 @@ _LABEL_SIZE, _LABEL_GAP = 6.5, 3.0
 """Of the names of limits, pt."""
 
 
-def draw_answer(folder: Path, record: dict[str, Any]) -> tuple[list[str], list[str]]:
-    """Draw into the folder of an answer, whose tables stand; returns the files and what could not be drawn.
+def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[str], list[str]]:
+    """Draw the answer in a folder, whose tables stand, into another; returns the files and what could not be drawn.
 
     A figure never costs an answer: what goes wrong is told, not raised.
     """
@@ -49,7 +49,7 @@ def draw_answer(folder: Path, record: dict[str, Any]) -> tuple[list[str], list[s
             with house_style():
                 page = draw(cube, record, chosen)
                 if page is not None:
-                    files.append(page.save(folder / f"{name}.png", must_fit=False).name)
+                    files.append(page.save(out / f"{name}.png", must_fit=False).name)
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
     return files, faults

@@ -77,7 +77,7 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
     chosen = kind()
     if chosen is None:
         state = State.of(at)
-        return copied({**keys, "status": state.status, **state.columns()}, shape)
+        return writer_of({**keys, "status": state.status, **state.columns()}, shape)
     given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
     null = [name for name, values in spread.items() if np.isnan(values).any()]
 
@@ -185,7 +185,7 @@ def _given(at: Situation) -> dict[str, Array]:
     return {name: _as_input(value) for name, value in values.items()}
 
 
-def copied(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
+def writer_of(columns: Mapping[str, npt.ArrayLike], shape: tuple[int, ...]) -> RowWriter:
     """Writes rows from columns that broadcast to a shape."""
 
     def write(to: Columns, rows: range) -> None:

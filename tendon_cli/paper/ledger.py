@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tendon_cli.engine.columns import versions
 from tendon_cli.paper.entry import FALSE, IN_PART, TRUE, Entry
+from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
 
 _INTRO = """# The paper, reproduced

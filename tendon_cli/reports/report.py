@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tendon_cli.answers.folder import open_answer
-from tendon_cli.engine.record import RECORD
-from tendon_cli.engine.results import open_run
-from tendon_cli.errors import InputError, UsageError
+from tendon_cli.engine.results import Run, verified_record
+from tendon_cli.errors import UsageError
 from tendon_cli.files import open_file, output_errors, write_whole
 from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
@@ -32,12 +30,8 @@ def write_report(folder: Path, out: Path | None = None) -> Path:
 def _page_of(folder: Path) -> str:
     if (folder / LEDGER).exists():
         return paper_page(folder)
-    answer = open_answer(folder)
-    if answer is not None:
-        return design_page(folder, answer)
-    if (folder / RECORD).exists() or not folder.is_dir():
-        return sweep_page(folder, open_run(folder))
-    raise InputError("is no run of tendon", where=str(folder), hint="`tendon sweep`, `design` or `paper` writes one")
+    record = verified_record(folder)
+    return design_page(folder, record) if record["verb"] == "design" else sweep_page(folder, Run(record, folder))
 
 
 def _is_ours(target: Path) -> bool:

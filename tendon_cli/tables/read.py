@@ -9,11 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.tables.digest import is_intact
+from tendon_cli.tables.schema import Column
 
 
 @dataclass(frozen=True)
@@ -156,3 +159,39 @@ def _facts(schema: pa.Schema) -> dict[str, Any]:
 
 def _damaged(file: Path, reason: str) -> InputError:
     return InputError(f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew")
+
+
+def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArray[Any]]:
+    """Columns as they are written from: NaN for null, text by its place among the column's choices.
+
+    From buffers, because the library's own conversions import pandas.
+    """
+    return {
+        column.name: np.concatenate(
+            [np.empty(0, column.dtype), *(_array(column, chunk) for chunk in table[column.name].chunks)],
+            dtype=column.dtype, casting="unsafe",
+        )
+        for column in columns
+    }  # fmt: skip
+
+
+def _array(column: Column, chunk: pa.Array) -> npt.NDArray[Any]:
+    if column.kind == "text":
+        places = np.array([column.choices.index(word) for word in chunk.dictionary.to_pylist()], dtype=np.int64)
+        indices: npt.NDArray[Any] = _numbers(chunk.indices, chunk.indices.type.to_pandas_dtype())
+        return np.asarray(places[indices])
+    if column.kind == "truth":
+        _, data = chunk.buffers()
+        bits = np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little")
+        return np.asarray(bits[chunk.offset : chunk.offset + len(chunk)])
+    return _numbers(chunk, np.float64 if column.kind == "number" else np.int64)
+
+
+def _numbers(chunk: pa.Array, dtype: type[np.generic]) -> npt.NDArray[Any]:
+    valid, data = chunk.buffers()
+    rows = slice(chunk.offset, chunk.offset + len(chunk))
+    values = np.frombuffer(data, dtype)[rows]
+    if valid is None or not chunk.null_count:
+        return values
+    is_valid = np.unpackbits(np.frombuffer(valid, np.uint8), bitorder="little")[rows].astype(np.bool_)
+    return np.where(is_valid, values, np.nan)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,8 +13,12 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli.quantities import Quantity
+from tendon_cli.version import __version__
 
 Kind = Literal["number", "text", "count", "truth"]
+
+ROW_GROUP = 2**17
+"""Rows in a row group of every table."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,18 @@ class Column:
         return pa.field(self.name, self.type, nullable=self.nullable and self.kind == "number", metadata=meaning)
 
 
+@dataclass(frozen=True)
+class TableLayout:
+    """How a file of a table is laid out: its columns, its schema with what it says of itself, and how many rows."""
+
+    columns: tuple[Column, ...]
+    schema: pa.Schema
+    rows: int
+    at_once: int = ROW_GROUP
+    """How many rows are gathered before they are written: a multiple of `row_group`."""
+    row_group: int = ROW_GROUP
+
+
 def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:
     """The Arrow schema of a table; each fact becomes a JSON text under `tendon.<name>` in the file's metadata.
 
@@ -81,3 +98,13 @@ def schema_of(columns: Sequence[Column], facts: Mapping[str, Any]) -> pa.Schema:
     metadata = {f"tendon.{name}": json.dumps(fact, sort_keys=True) for name, fact in facts.items()}
     metadata["PANDAS_ATTRS"] = json.dumps(attributes, sort_keys=True)
     return pa.schema([column.field for column in columns], metadata=metadata)
+
+
+def versions() -> dict[str, str]:
+    """The versions that the bytes of a table may depend on."""
+    return {
+        "tendon": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "pyarrow": pa.__version__,
+    }

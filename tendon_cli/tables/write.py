@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 
 from tendon_cli.files import open_file, output_errors, sync_folder, temporary_of
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, TableLayout
 
 _ROWS_AT_ONCE = 1 << 17
 """Most rows in a page and most that are encoded at once."""
@@ -51,18 +51,16 @@ def _has_nan(values: npt.NDArray[Any]) -> bool:
 
 
 class RowGroups:
-    """Gathers `rows` rows block by block and writes row groups of exactly `row_group` rows, but the last.
+    """Gathers rows block by block and writes row groups of exactly `layout.row_group` rows, but the last.
 
     So the bytes depend on the rows only, not on the blocks they came in. Written are row groups as they are full, or
-    as many together as `at_once` rows have, a multiple of `row_group`.
+    as many together as `layout.at_once` rows have.
     """
 
-    def __init__(
-        self, file: BinaryIO | RawIOBase, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int,
-        at_once: int | None = None,
-    ) -> None:  # fmt: skip
-        self._columns, self._schema, self._row_group = columns, schema, row_group
-        self._capacity = max(1, min(at_once or row_group, rows))
+    def __init__(self, file: BinaryIO | RawIOBase, layout: TableLayout) -> None:
+        columns, schema = layout.columns, layout.schema
+        self._columns, self._schema, self._row_group = columns, schema, layout.row_group
+        self._capacity = max(1, min(layout.at_once, layout.rows))
         self._buffers = {column.name: np.empty(self._capacity, column.dtype) for column in columns}
         self._filled = 0
         self._with_nan: set[str] | None = set()
@@ -121,10 +119,7 @@ class TableFile:
     Leaving the context without `finish` leaves nothing behind. Raises OutputError where it cannot be written.
     """
 
-    def __init__(
-        self, path: Path, columns: Sequence[Column], schema: pa.Schema, *, row_group: int, rows: int,
-        at_once: int | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, path: Path, layout: TableLayout) -> None:
         self.path = path
         self.temporary = temporary_of(path)
         self._in_place = False
@@ -134,7 +129,7 @@ class TableFile:
             # Exclusive, so that nothing that stands in the way is followed or written through.
             self._file: BinaryIO = self.temporary.open("xb")
             try:
-                self._groups = RowGroups(self._file, columns, schema, row_group=row_group, rows=rows, at_once=at_once)
+                self._groups = RowGroups(self._file, layout)
             except OSError:
                 self._give_up()
                 raise

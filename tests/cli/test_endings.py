@@ -9,7 +9,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import terminal
-from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import is_memory_short
 
 INTERRUPTED = """
@@ -68,7 +68,7 @@ def test_a_part_without_memory_says_so_and_resumes(tendon, study, monkeypatch, j
         raise MemoryError("Unable to allocate 9.00 GiB")
 
     with monkeypatch.context() as patch:
-        patch.setattr(PartMaker, "fill", short)
+        patch.setattr(Sweep, "fill", short)
         ran = tendon("sweep", study, "--json", "--jobs", jobs)
     error = ran.json["error"]
     assert (ran.exit, error["kind"], "memory" in error["message"], "--resume" in error["hint"]) == (

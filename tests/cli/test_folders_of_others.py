@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.engine import record as record_module
+from tendon_cli.engine import journal as journal_module
 
 STUDY = (
     '[tendon]\npretension = ["90 N", "150 N", "200 N"]\n[spool]\nratio = [0.8, 1.0]\n[motion]\nelbow_angle = "50 deg"\n'
@@ -146,7 +146,7 @@ def test_a_strangers_table_is_not_replaced_by_one_that_the_run_had_not(sweep, wo
 
 def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(sweep, workplace, monkeypatch):
     """The process dies after its map is in place, and is begun anew without figures."""
-    from tendon_cli.engine.run_folder import RunFolder
+    from tendon_cli.engine.folder import RunFolder
 
     class Killed(BaseException):
         pass
@@ -168,7 +168,7 @@ def test_the_same_with_resume_leaves_what_the_record_lists(sweep, workplace, mon
     test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(sweep, workplace, monkeypatch)
     shutil.rmtree(workplace / "run")
     with monkeypatch.context() as patch:
-        patch.setattr(record_module.Journal, "announce", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(journal_module.Journal, "announce", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         assert sweep().exit == 130
     assert not (workplace / "run/slack_map.png").exists()
     ran = sweep("--resume", "--json")
@@ -251,13 +251,13 @@ def test_a_study_whose_name_is_not_utf_8_is_swept(outside, sweep, workplace):
 def test_a_late_part_of_an_older_run_does_not_stay(sweep, workplace, small_parts, monkeypatch):
     """A worker thought dead puts its part in place while another run is being written."""
     small_parts(SEVERAL)
-    add = record_module.Journal.add
+    add = journal_module.Journal.add
 
     def late(self, result):
         (self.path.parent / "states.parquet/part-00077.parquet").write_bytes(b"of an older run")
         add(self, result)
 
-    monkeypatch.setattr(record_module.Journal, "add", late)
+    monkeypatch.setattr(journal_module.Journal, "add", late)
     assert sweep("--no-figures").exit == 0
     assert not (workplace / "run/states.parquet/part-00077.parquet").exists()
     assert sweep("--no-figures").exit == 0

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.engine import part as part_module
-from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine import sweep as sweep_module
+from tendon_cli.engine.folder import RunFolder
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.studies import load
 
 STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
@@ -151,7 +152,7 @@ def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
 
 def test_a_folder_in_use_is_exit_7(tendon, study, new_sweep):
     plan = new_sweep(STUDY, study.parent, out="other").plan
-    with RunFolder(Path("results/study"), plan).locked():
+    with RunFolder(Path("results/study"), Sweep(plan)).locked():
         ran = tendon("sweep", study, "--no-figures", "--json")
     assert (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
     assert "another run" in ran.json["error"]["message"]
@@ -172,7 +173,7 @@ def test_a_folder_in_use_by_another_process_is_exit_7(tendon, study):
 
 def test_a_part_that_fails_is_exit_6_and_named(tendon, study, small_parts, monkeypatch, muttered):
     small_parts(4)
-    state_rows = part_module.state_rows
+    state_rows = sweep_module.state_rows
 
     def fails(inputs, block, keys):
         if block.first_design == 1:
@@ -180,7 +181,7 @@ def test_a_part_that_fails_is_exit_6_and_named(tendon, study, small_parts, monke
         return state_rows(inputs, block, keys)
 
     with monkeypatch.context() as patch:
-        patch.setattr(part_module, "state_rows", fails)
+        patch.setattr(sweep_module, "state_rows", fails)
         ran = tendon("sweep", study, "--no-figures", "--json", "--jobs", "1")
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert "load.mass=3" in ran.json["error"]["message"]
@@ -192,7 +193,7 @@ def test_a_part_that_fails_is_named_by_its_case(tendon, study, monkeypatch, mutt
         raise FloatingPointError("something odd")
 
     study.write_text('[[cases]]\nname = "tall"\n', encoding="utf-8")
-    monkeypatch.setattr(part_module, "state_rows", fails)
+    monkeypatch.setattr(sweep_module, "state_rows", fails)
     ran = tendon("sweep", study, "--no-figures", "--json")
     gc.collect()  # here, where what finalizers say is not heard
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")

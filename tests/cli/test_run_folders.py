@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.engine import record as record_module
+from tendon_cli.engine import records as record_module
 
 STUDY = """
 [tendon]
@@ -21,7 +21,7 @@ STOPPED = """
 import os, sys
 from tendon_cli.engine import plan
 plan.STATES_PER_FILE = plan.STATES_PER_PART = 12
-from tendon_cli.engine.record import Journal
+from tendon_cli.engine.journal import Journal
 add = Journal.add
 def add_and_signal(self, result):
     add(self, result)
@@ -328,12 +328,12 @@ def test_a_stopped_run_says_one_thing(run, outside):
 
 MIDWAY = """
 import os, sys
-from tendon_cli.engine import part
-state_rows = part.state_rows
+from tendon_cli.engine import sweep
+state_rows = sweep.state_rows
 def signal_and_rows(inputs, block, keys):
     os.kill(os.getpid(), int(sys.argv[1]))
     return state_rows(inputs, block, keys)
-part.state_rows = signal_and_rows
+sweep.state_rows = signal_and_rows
 from tendon_cli import cli
 cli.main(["sweep", "study.toml", "--no-figures", "--jobs", "1", "--out", "run"])
 """

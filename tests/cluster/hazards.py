@@ -12,17 +12,17 @@ from pathlib import Path
 
 import pyarrow as pa
 
-from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers import promising
-from tendon_cli.answers.parts import Choices
+from tendon_cli.answers.choices import Choices
 from tendon_cli.engine import plan as plan_module
-from tendon_cli.engine.cluster import task
-from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.cluster import worker as task
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import OutputError, Stopped
 
 HAZARDS = Path(os.environ["TENDON_TEST_HAZARDS"])
-fill = getattr(PartMaker, "harmless_fill", PartMaker.fill)  # this module is loaded twice
-solve = getattr(Choices, "harmless_part", Choices.part)
+fill = getattr(Sweep, "harmless_fill", Sweep.fill)  # this module is loaded twice
+solve = getattr(Choices, "harmless_fill", Choices.fill)
 
 
 def asked(name):
@@ -32,8 +32,8 @@ def asked(name):
         return None
 
 
-def dangerous(self, tables, designs):
-    first = str(designs.start)
+def dangerous(self, tables, index):
+    first = str(self.plan.part(index).start)
     if asked("kill") == first:
         os.kill(os.getpid(), signal.SIGKILL)
     if asked("fail") == first:
@@ -45,24 +45,24 @@ def dangerous(self, tables, designs):
         if self.stop.is_set():
             raise Stopped
         time.sleep(0.01)
-    return fill(self, tables, designs)
+    return fill(self, tables, index)
 
 
-def dangerous_choices(self, index):
+def dangerous_choices(self, tables, index):
     if asked("kill_choices") == str(index):
         os.kill(os.getpid(), signal.SIGKILL)
     if asked("kill_choices_once") == str(index):
         (HAZARDS / "kill_choices_once").unlink()
         os.kill(os.getpid(), signal.SIGKILL)
     promising.STATES_FOR_ALL = 0 if asked("sparing") else 2**30
-    return solve(self, index)
+    return solve(self, tables, index)
 
 
-PartMaker.fill, PartMaker.harmless_fill = dangerous, fill
-Choices.part, Choices.harmless_part = dangerous_choices, solve
+Sweep.fill, Sweep.harmless_fill = dangerous, fill
+Choices.fill, Choices.harmless_fill = dangerous_choices, solve
 plan_module.STATES_PER_FILE = plan_module.STATES_PER_PART = int(os.environ["TENDON_TEST_STATES_PER_PART"])
-parts_module.WINDOWS_PER_PART = int(os.environ["TENDON_TEST_WINDOWS_PER_PART"])
+choices_module.WINDOWS_PER_PART = int(os.environ["TENDON_TEST_WINDOWS_PER_PART"])
 pa.__version__ = asked("old") or pa.__version__
 if asked("blind"):
-    task.JOURNAL = task.RECORD = "not-to-be-seen"
+    task.JOURNAL, task.RECORDS = "not-to-be-seen", {}
     task._PATIENCE = 0.3

@@ -55,7 +55,7 @@ def test_a_study_with_files_has_the_same_bytes_though_workers_do_not_see_them(
 
 
 def test_an_unfinished_local_run_is_finished_on_the_cluster(tendon, study, cluster, local, hashes_in, monkeypatch):
-    from tendon_cli.engine.part import PartMaker
+    from tendon_cli.engine.task import PartMaker
 
     compute = PartMaker.compute
 

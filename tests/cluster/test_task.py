@@ -7,24 +7,26 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.engine.cluster import task
-from tendon_cli.engine.cluster.task import Assignment, Refusal, halt, make_part, tidy, unlike
-from tendon_cli.engine.part import PartMaker, PartResult
+from tendon_cli.answers.choices import Choices
+from tendon_cli.engine.cluster import worker as task
+from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, tidy, unlike
+from tendon_cli.engine.folder import RunFolder
+from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.sweep import Sweep
+from tendon_cli.engine.task import PartMaker, PartResult
 from tendon_cli.studies.load import load_study
 
 
 @pytest.fixture
 def maker(study):
     """A run that has been begun in a locked folder, as the client sees it."""
-    folder = RunFolder(Path("run"), Plan(load_study(study)))
+    folder = RunFolder(Path("run"), Sweep(Plan(load_study(study))))
     with folder.locked():
-        journal = {**folder.identity(), "parts": folder.plan.parts}
+        journal = {**folder.identity(), "parts": folder.task.parts}
         (folder.path / "journal.jsonl").write_text("00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8")
-        for table in ("designs", "states"):
-            folder.prepare(table)
-        yield PartMaker(folder.plan, folder.path)
+        folder.prepare()
+        yield PartMaker(folder.task, folder.path)
 
 
 @pytest.fixture
@@ -38,11 +40,12 @@ def names():
 
 def test_every_shipped_study_is_the_same_when_a_worker_rebuilds_it(configs, tmp_path):
     for path in sorted(configs.rglob("*.toml")):
-        ours = PartMaker(Plan(load_study(path)), tmp_path)
-        theirs = PartMaker(Plan(Assignment.of(ours).study()), tmp_path)
-        assert theirs.plan.study.hash == ours.plan.study.hash
-        for table in ours.plan.study.output.tables:
-            assert theirs.layout(table, 0)[1].equals(ours.layout(table, 0)[1], check_metadata=True)
+        for kind in (Sweep, Choices):
+            ours = kind.of(load_study(path))
+            theirs = Assignment.of(PartMaker(ours, tmp_path)).task()
+            assert theirs.study.hash == ours.study.hash
+            for table in ours.tables:
+                assert theirs.layout(table, 0).schema.equals(ours.layout(table, 0).schema, check_metadata=True)
 
 
 def test_an_assignment_is_small_and_survives_the_way(assignment):
@@ -62,10 +65,10 @@ def test_a_part_is_made_under_its_name(assignment, local):
 @pytest.mark.parametrize("end", ["another study", "gone"])
 def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypatch):
     """It was thought dead, the run went on without it, and perhaps another study stands in the folder by now."""
-    fill = PartMaker.fill
+    fill = Sweep.fill
 
-    def slowly(self, tables, designs):
-        totals = fill(self, tables, designs)
+    def slowly(self, tables, index):
+        totals = fill(self, tables, index)
         journal = Path("run/journal.jsonl")
         if end == "another study":
             journal.write_text(journal.read_text("utf-8").replace(assignment.study_hash, 64 * "0"), "utf-8")
@@ -73,7 +76,7 @@ def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypat
             journal.unlink()
         return totals
 
-    monkeypatch.setattr(PartMaker, "fill", slowly)
+    monkeypatch.setattr(Sweep, "fill", slowly)
     refusal = make_part(assignment, 1)
     assert isinstance(refusal, Refusal)
     assert refusal.kind == "unfit"
@@ -81,18 +84,18 @@ def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypat
 
 
 def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
-    fill = PartMaker.fill
+    fill = Sweep.fill
 
-    def meanwhile(self, tables, designs):
-        monkeypatch.setattr(PartMaker, "fill", fill)
+    def meanwhile(self, tables, index):
+        monkeypatch.setattr(Sweep, "fill", fill)
         assert isinstance(make_part(replace(assignment, run="another process"), 1), PartResult)
-        return fill(self, tables, designs)
+        return fill(self, tables, index)
 
-    monkeypatch.setattr(PartMaker, "fill", meanwhile)
+    monkeypatch.setattr(Sweep, "fill", meanwhile)
     result = make_part(assignment, 1)
     assert isinstance(result, PartResult)
     assert names() == ["part-00001.parquet"] * 2
-    assert RunFolder(Path("run"), local.plan).intact({1: result})
+    assert RunFolder(Path("run"), Sweep(local.plan)).intact(Journal(Path("run"), parts={1: result}))
 
 
 def test_a_part_that_is_halted_leaves_nothing(assignment):
@@ -109,7 +112,7 @@ def test_other_versions_or_another_plan_are_refused(assignment, monkeypatch):
     assert unlike(assignment.versions) is None
     for wrong, words in [
         ({"versions": assignment.versions | {"numpy": "1.0"}}, "instead of 1.0"),
-        ({"part_designs": 5}, "understands the study otherwise"),
+        ({"parts": 5}, "understands the study otherwise"),
         ({"folder": "/nowhere"}, "does not see the run folder"),
     ]:
         refusal = make_part(replace(assignment, run=words, **wrong), 0)
@@ -123,5 +126,5 @@ def test_what_dead_workers_left_is_removed_and_nothing_else(maker):
     keep = [states / "part-00000.parquet", states / ".part-00001.parquet.tmp", states / ".mine"]
     for file in (*keep, states / ".part-00001.parquet.0af.own", states / "..part-00001.parquet.0af.own.tmp"):
         file.touch()
-    tidy(maker.plan, maker.folder)
+    tidy(maker)
     assert set(states.iterdir()) == set(keep)

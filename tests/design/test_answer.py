@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers.answer import findings, summarise
 from tendon_cli.answers.candidates import of_columns, of_rows
 from tendon_cli.answers.front import goals_of
@@ -144,13 +144,13 @@ def test_no_finer_grid_dominates_the_front(tmp_path):
 
 
 def test_the_order_of_axes_and_the_number_of_jobs_do_not_matter(monkeypatch):
-    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 5)
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 5)
     goal = {"design": {"minimise": ["max_tension"]}}
     one = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS, **goal}), jobs=1)
     two = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS, **goal}), jobs=3)
     other = tendon.design(tendon.study({**SPOOLS, **SPRINGS, **PAPER, **goal}), jobs=2)
     assert one.choices.equals(two.choices)
-    assert one.record == two.record | {name: one.record[name] for name in ("seconds", "checksum")}
+    assert one.record == two.record | {"seconds": one.record["seconds"]}
     for name in ("pretension", "max_tension", "peak_motor_torque", "spring_stiffness"):
         assert other.best[name] == pytest.approx(one.best[name], rel=1e-5)
 
@@ -163,7 +163,7 @@ def test_several_parts_are_the_same_as_one(monkeypatch):
         "design": {"minimise": ["max_tension"], "maximise": ["tolerance"]},
     }
     whole = tendon.design(tendon.study(content))
-    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 5)
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 5)
     cut = tendon.design(tendon.study(content))
     assert whole.choices.equals(cut.choices)
     assert whole.front == cut.front

@@ -1,20 +1,18 @@
 """`tendon design` from the command line: exit codes, what is printed and where, folders whole or not at all."""
 
-import contextlib
 import signal
-import subprocess
-import sys
 import threading
 
 import numpy as np
 import pytest
 
+import tendon_cli
 from tendon_cli import kernel
 from tendon_cli.answers import answer as answer_module
-from tendon_cli.answers import parts as parts_module
-from tendon_cli.answers import refine, run
-from tendon_cli.answers.folder import made_whole
-from tendon_cli.errors import Stopped
+from tendon_cli.answers import choices as choices_module
+from tendon_cli.answers import refine
+from tendon_cli.answers.choices import Choices
+from tendon_cli.errors import FolderError, Stopped
 
 from .studies import CATALOGUE, LOADS, RANGES
 
@@ -35,7 +33,9 @@ def test_an_answer_exits_with_0_and_stands_in_its_folder(tendon, study, workplac
     assert done.exit == 0
     assert "K 5 kN/m, η 0.6" in done.out
     folder = workplace / "results" / "suit-design"
-    assert sorted(file.name for file in folder.iterdir()) == ["choices.parquet", "conditions.parquet", "design.json"]
+    assert sorted(file.name for file in folder.iterdir()) == [
+        ".lock", "choices.parquet", "conditions.parquet", "design.json",
+    ]  # fmt: skip
     assert [item.name for item in folder.parent.iterdir()] == ["suit-design"]
 
 
@@ -70,7 +70,7 @@ def test_a_damaged_table_is_noticed(tendon, study, workplace):
     table.write_bytes(table.read_bytes()[:-1] + b"x")
     done = tendon("design", file, "--no-figures")
     assert done.exit == 7
-    assert "conditions.parquet is missing or damaged" in done.err
+    assert "files are missing or damaged, the first is conditions.parquet" in done.err
     assert tendon("design", file, "--no-figures", "--overwrite").exit == 0
 
 
@@ -91,29 +91,31 @@ def test_overwriting_leaves_what_is_not_of_the_answer(tendon, study, workplace):
     assert note.read_text() == "keep"
 
 
-def test_what_is_stopped_leaves_nothing_behind(study, workplace, monkeypatch):
-    import tendon_cli
-    from tendon_cli.answers.parts import Choices
+def test_what_is_stopped_is_kept_and_resumed(study, workplace, monkeypatch, hashes_in):
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 2)
+    fill, asked, file = Choices.fill, [], study(GOOD)
 
-    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 2)
-    solve_part, asked = Choices.part, []
-
-    def stopping(self, index):
+    def stopping(self, tables, index):
         asked.append(index)
         if index == 2:
             raise Stopped
-        return solve_part(self, index)
+        return fill(self, tables, index)
 
-    monkeypatch.setattr(Choices, "part", stopping)
-    with pytest.raises(Stopped):
-        tendon_cli.design(tendon_cli.load_study(study(GOOD)), workplace / "out", jobs=1)
-    assert asked == [0, 1, 2]
-    assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
+    with monkeypatch.context() as patch:
+        patch.setattr(Choices, "fill", stopping)
+        with pytest.raises(Stopped):
+            tendon_cli.design(tendon_cli.load_study(file), workplace / "out", jobs=1, stop=threading.Event())
+    assert asked[:3] == [0, 1, 2]
+    with pytest.raises(FolderError, match="2 of 5 parts are done"):
+        tendon_cli.design(tendon_cli.load_study(file), workplace / "out")
+    resumed = tendon_cli.design(tendon_cli.load_study(file), workplace / "out", resume=True)
+    assert resumed.record["resumed_parts"] == len(asked) - 1
+    whole = tendon_cli.design(tendon_cli.load_study(file), workplace / "whole")
+    assert hashes_in(workplace / "out") == hashes_in(workplace / "whole")
+    assert resumed.text == whole.text
 
 
 def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, workplace, monkeypatch):
-    import tendon_cli
-
     stop, after = threading.Event(), []
 
     def refining(*words):
@@ -123,67 +125,73 @@ def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, wo
 
     monkeypatch.setattr(answer_module, "refined", refining)
     with pytest.raises(Stopped):
-        run.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
+        tendon_cli.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
     assert (stop.is_set(), after) == (True, [])
-    assert [item.name for item in workplace.iterdir()] == ["suit.toml"]
+    assert not (workplace / "out/design.json").exists()
 
 
 def test_a_signal_is_told_as_it_is_for_an_answer(tendon, study, workplace, monkeypatch):
-    monkeypatch.setattr(answer_module, "front", lambda _: signal.raise_signal(signal.SIGINT) or np.arange(1))
-    monkeypatch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
-    done = tendon("design", study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n'), "--no-figures")
+    file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
+    with monkeypatch.context() as patch:
+        patch.setattr(answer_module, "front", lambda _: signal.raise_signal(signal.SIGINT) or np.arange(1))
+        patch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
+        done = tendon("design", file, "--no-figures")
     assert done.exit == 130
-    assert "nothing is written" in done.err
-    assert "--resume" not in done.err
-    assert not list((workplace / "results").iterdir())
+    assert "--resume" in done.err
+    assert not (workplace / "results/suit-design/design.json").exists()
+    assert tendon("design", file, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
 
 
-def killed_while_making(folder):
-    """A process that is killed while it makes the folder of an answer; gives what it leaves."""
-    code = (
-        "import os, signal, sys; from pathlib import Path; from tendon_cli.answers.folder import made_whole\n"
-        "with made_whole(Path(sys.argv[1])) as making:\n"
-        " (making / 'choices.parquet').mkdir(); (making / 'choices.parquet/.part-00000.parquet.tmp').touch()\n"
-        " os.kill(os.getpid(), signal.SIGKILL)"
-    )
-    assert subprocess.run([sys.executable, "-c", code, str(folder)], check=False).returncode == -signal.SIGKILL
-    (left,) = (each for each in folder.parent.iterdir() if each.name.startswith(f".{folder.name}."))
-    return left
+@pytest.mark.parametrize("name", ["choices.parquet", "conditions.parquet", "choices.parquet/part-00005.parquet"])
+@pytest.mark.parametrize("goals", ["[]", '"tolerance"', '["tolerance", "served"]'])
+def test_a_damaged_answer_is_repaired_to_the_same_bytes(tendon, study, workplace, monkeypatch, hashes_in, name, goals):
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "/" in name else 48)
+    file = study(f"{RANGES}[design]\nmaximise = {goals}\n")
+    words = ("design", file, "--no-figures", "--out", "out")
+    assert tendon(*words).exit == 0
+    before = hashes_in(workplace / "out")
+    (workplace / "out" / name).write_bytes(b"x")
+    assert tendon(*words).exit == 7
+    assert tendon(*words, "--resume", "--json").json["repaired"] == [name]
+    assert hashes_in(workplace / "out") == before
+    assert "up to date" in tendon(*words).out
 
 
-def test_what_a_killed_one_left_is_removed_by_the_next_and_nothing_else(tendon, study, workplace):
+def test_an_answer_and_a_run_do_not_take_each_others_folder(tendon, study, workplace):
     file = study(GOOD)
-    out = workplace / "out"
-    left = killed_while_making(out)
-    strange = killed_while_making(workplace / "out2").rename(workplace / ".out.00112233aabb.tmp")
-    (strange / "notes.txt").write_text("keep")
-    unmarked = workplace / ".out.aabb00112233.tmp"
-    unmarked.mkdir()
-    (workplace / ".out.ffffffffffff.tmp").symlink_to(strange)
-    with contextlib.suppress(Stopped), made_whole(out) as making:
-        assert not left.exists()
-        with contextlib.suppress(Stopped), made_whole(out):  # somebody else, at the same time
-            assert making.exists()
-            raise Stopped
-        raise Stopped
-    assert tendon("design", file, "--no-figures", "--out", "out").exit == 0
-    assert sorted(item.name for item in workplace.iterdir()) == sorted(
-        ["out", "suit.toml", strange.name, unmarked.name, ".out.ffffffffffff.tmp"]
-    )
-    assert (strange / "notes.txt").read_text() == "keep"
-    assert not [item.name for item in out.iterdir() if item.name.startswith(".")]
+    for first, second in (("sweep", "design"), ("design", "sweep")):
+        assert tendon(first, file, "--no-figures", "--out", first).exit in (0, 4)
+        done = tendon(second, file, "--no-figures", "--out", first)
+        assert (done.exit, f"of `tendon {first}`" in done.err) == (7, True)
+        assert tendon(second, file, "--no-figures", "--out", first, "--overwrite").exit == 0
+        assert not (workplace / first / {"sweep": "run.json", "design": "design.json"}[first]).exists()
+
+
+def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(tendon, study, workplace, monkeypatch):
+    file = study(GOOD)
+    before = tendon("design", file, "--no-figures", "--out", "out", "--json").json
+    monkeypatch.setattr(Choices, "fill", lambda *_: pytest.fail("it is solved again"))
+    monkeypatch.setattr(choices_module, "findings", lambda *_: pytest.fail("it is worked out again"))
+    drawn = tendon("design", file, "--out", "out", "--json").json
+    assert drawn["figures"]
+    assert all((workplace / "out" / name).exists() for name in drawn["figures"])
+    told = {"figures", "figure_seconds", "checksum"}
+    assert {key: value for key, value in drawn.items() if key not in told} == {
+        key: value for key, value in before.items() if key not in told
+    }
 
 
 def test_tables_of_several_parts_are_one_table(tendon, study, workplace, monkeypatch):
     from tendon_cli.tables.read import open_table
 
-    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 4)
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 4)
     done = tendon("design", study(GOOD), "--no-figures", "--json", "--jobs", 2)
     table = open_table(workplace / "results" / "suit-design" / "choices.parquet")
     assert table.rows == 9
     assert [entry["path"] for entry in done.json["files"]] == [
-        *(f"choices.parquet/part-{at:05d}.parquet" for at in range(3)),
+        "choices.parquet/part-00000.parquet",
         "conditions.parquet",
+        *(f"choices.parquet/part-{at:05d}.parquet" for at in (1, 2)),
     ]
 
 

@@ -46,7 +46,7 @@ def test_every_answer_has_the_figures_that_its_axes_allow(content, figures, tmp_
     again = tmp_path / "again"
     again.mkdir()
     (again / "choices.parquet").write_bytes((tmp_path / "out" / "choices.parquet").read_bytes())
-    draw_answer(again, answer.record)
+    draw_answer(again, answer.record, again)
     for name in found:
         assert (again / f"{name}.png").read_bytes() == (tmp_path / "out" / f"{name}.png").read_bytes()
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.run import run
-from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.run import worked_out
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles, open_table
@@ -35,9 +35,9 @@ def study_of(content: dict[str, Any]) -> Study:
 
 def sweep(folder: Path, content: dict[str, Any]) -> Path:
     """Run a study into a folder; axes vary in the order of `content`."""
-    target = RunFolder(folder, Plan(study_of(content)))
+    target = RunFolder(folder, Sweep(Plan(study_of(content))))
     with target.locked():
-        run(target, jobs=1, stop=threading.Event(), progress=lambda *_: None, resume=False)
+        worked_out(target, jobs=1)
     return folder
 
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
-from tendon_cli.engine.part import PartMaker
 from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.values import Values
 from tests.si import with_units
@@ -74,7 +73,7 @@ def each_kind():
 
 def _same_block(plan, block, cuts):
     columns = {column.name: column.dtype for column in Tables(plan).states}
-    keys, at = PartMaker(plan, Path())._keys("states", block), plan.situation(block)
+    keys, at = Sweep(plan).keys("states", block), plan.situation(block)
     count = block.design_count * block.shape[-2] * block.shape[-1]
     places = sorted({0, count, *(int(share * count) for share in cuts)})
     stretches = [range(count), *(range(*ends) for ends in itertools.pairwise(places))]

@@ -5,7 +5,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import candidates as candidates_module
-from tendon_cli.answers import parts as parts_module
+from tendon_cli.answers import choices as choices_module
 from tendon_cli.answers.solve import WORST
 
 SUITS = {
@@ -34,7 +34,7 @@ def answered(monkeypatch):
         monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", states)
         return tendon.design(tendon.study(SUITS | {"design": design}), jobs=1)
 
-    monkeypatch.setattr(parts_module, "CHOICES_PER_PART", 10)
+    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 10)
     return answered
 
 

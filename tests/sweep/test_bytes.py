@@ -6,7 +6,7 @@ import sys
 import pyarrow.parquet as pq
 import pytest
 
-from tendon_cli.engine.plan import ROW_GROUP
+from tendon_cli.tables.schema import ROW_GROUP
 
 from .studies import STUDY
 

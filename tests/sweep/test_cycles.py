@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon_library
-from tendon_cli.engine import design_rows
+from tendon_cli.engine import folds
 from tendon_cli.quantities import OF_CYCLES
 from tendon_cli.tables.read import open_table
 
@@ -73,7 +73,7 @@ def test_works_are_null_without_equilibrium_and_everything_where_nothing_moves(t
 
 @pytest.mark.parametrize("states", [1, 40, 200])
 def test_the_columns_do_not_depend_on_what_is_worked_out_at_once(run, monkeypatch, states):
-    monkeypatch.setattr(design_rows, "VALUES_AT_ONCE", states)
+    monkeypatch.setattr(folds, "VALUES_AT_ONCE", states)
     again = tendon_library.sweep(tendon_library.study(STUDY)).designs
     for name in OF_CYCLES:
         np.testing.assert_allclose(again[name], run.designs[name], rtol=1e-9, atol=1e-12)

@@ -5,10 +5,10 @@ import time
 
 import pytest
 
-from tendon_cli.engine import part as part_module
-from tendon_cli.engine.part import PartFailure, PartMaker, WrittenPart
-from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.run import in_threads
+from tendon_cli.engine import sweep as sweep_module
+from tendon_cli.engine.sweep import Sweep
+from tendon_cli.engine.task import PartFailure, PartMaker, WrittenPart
+from tendon_cli.engine.threads import in_threads
 from tendon_cli.errors import Stopped
 from tendon_cli.studies.load import study_from
 from tendon_cli.tables.digest import is_intact
@@ -30,7 +30,7 @@ def maker(small_parts, tmp_path):
     assert plan.parts == PARTS
     for table in ("states", "designs"):
         (tmp_path / f"{table}.parquet").mkdir()
-    return PartMaker(plan, tmp_path)
+    return PartMaker(Sweep(plan), tmp_path)
 
 
 def files(maker):
@@ -56,7 +56,7 @@ def test_every_part_comes_once(maker, jobs):
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
-    rows, finish = part_module.state_rows, WrittenPart.finish
+    rows, finish = sweep_module.state_rows, WrittenPart.finish
 
     def fails(inputs, block, keys):
         if block.first_design == 3:
@@ -69,7 +69,7 @@ def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
             raise OSError("no space")
         return finish(self)
 
-    monkeypatch.setattr(part_module, "state_rows", fails)
+    monkeypatch.setattr(sweep_module, "state_rows", fails)
     monkeypatch.setattr(WrittenPart, "finish", fails_to_finish)
     results = list(in_threads(jobs)(maker, iter(range(PARTS))))
     failures = {result.index: type(result.error) for result in results if isinstance(result, PartFailure)}
@@ -103,13 +103,13 @@ def test_a_slow_disk_holds_up_the_computing(maker, monkeypatch):
 
 @pytest.mark.parametrize("taken", [1, 3])
 def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, taken, monkeypatch):
-    rows = part_module.state_rows
+    rows = sweep_module.state_rows
 
     def slow(inputs, block, keys):
         time.sleep(0.02)
         return rows(inputs, block, keys)
 
-    monkeypatch.setattr(part_module, "state_rows", slow)
+    monkeypatch.setattr(sweep_module, "state_rows", slow)
     results = in_threads(3)(maker, iter(range(PARTS)))
     for _ in range(taken):
         next(results)
@@ -125,7 +125,7 @@ def test_no_part_is_worked_on_when_nobody_listens_any_more(maker, taken, monkeyp
 def test_a_stop_ends_all_parts_that_are_not_written(maker):
     results = in_threads(2)(maker, iter(range(PARTS)))
     first = next(results)
-    maker.stop.set()
+    maker.task.stop.set()
     rest = list(results)
     assert len(rest) == PARTS - 1
     stopped = [result for result in rest if isinstance(result, PartFailure)]

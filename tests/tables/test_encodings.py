@@ -7,7 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from tendon_cli.tables.schema import Column, schema_of
+from tendon_cli.tables.schema import Column, TableLayout, schema_of
 from tendon_cli.tables.write import RowGroups
 
 STUDY = """
@@ -49,7 +49,7 @@ def test_numbers_that_repeat_are_as_small_as_in_a_dictionary(stored, table, tmp_
     assert {name for name, column in columns.items() if column.compression == "ZSTD"} >= REPEATING & set(columns)
     pattern = {"one": np.full(2**17, 0.07), "many": np.resize(np.repeat(np.linspace(0.0, 1.0, 91), 7), 2**17)}
     kept = [Column(name, "number", "1", name, is_axis=True, nullable=False) for name in pattern]
-    groups = RowGroups(BytesIO(), kept, schema_of(kept, {}), row_group=2**17, rows=2**17)
+    groups = RowGroups(BytesIO(), TableLayout(tuple(kept), schema_of(kept, {}), 2**17))
 
     def write(to, rows):
         for name, values in pattern.items():
@@ -66,7 +66,7 @@ def test_numbers_of_designs_take_next_to_nothing(each, tmp_path):
     kept = [Column("design", "count", "1", "number of the design, from 0")]
     numbers, file = 10**9 + np.arange(2**17) // each, tmp_path / "numbers.parquet"
     with file.open("wb") as opened:
-        groups = RowGroups(opened, kept, schema_of(kept, {}), row_group=2**17, rows=2**17)
+        groups = RowGroups(opened, TableLayout(tuple(kept), schema_of(kept, {}), 2**17))
         groups.fill(2**17, lambda to, rows: to["design"].__setitem__(slice(None), numbers[rows.start : rows.stop]))
         groups.close()
     column = pq.read_metadata(file).row_group(0).column(0)

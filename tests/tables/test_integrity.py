@@ -6,6 +6,7 @@ import json
 import os
 import random
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -13,7 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from tendon_cli.engine.part import PartMaker
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import InputError, OutputError
 from tendon_cli.files import write_whole
 from tendon_cli.tables import write as write_module
@@ -300,10 +301,9 @@ def one_table(small, monkeypatch):
     monkeypatch.setattr(write_module, "_BYTES_AT_ONCE", 64)
 
     def write(file):
-        maker = PartMaker(small.plan, file.parent)
-        columns, schema = maker.layout("states", 0)
-        with TableFile(file, columns, schema, row_group=1000, rows=small.plan.states) as table:
-            maker.fill({"states": table}, range(small.plan.designs))
+        task = Sweep(small.plan)
+        with TableFile(file, replace(task.layout("states", 0), at_once=1000, row_group=1000)) as table:
+            task.fill({"states": table}, 0)
             return table.finish()
 
     return write
@@ -358,9 +358,7 @@ def test_a_table_that_is_not_finished_says_nothing(tmp_path, small, muttered):
 
 def unfinished(folder, small):
     """Begin a table and leave it."""
-    maker = PartMaker(small.plan, folder)
-    columns, schema = maker.layout("designs", 0)
-    with TableFile(folder / "designs.parquet", columns, schema, row_group=10, rows=4):
+    with TableFile(folder / "designs.parquet", Sweep(small.plan).layout("designs", 0)):
         assert len(list(folder.iterdir())) == 1
 
 

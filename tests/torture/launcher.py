@@ -13,11 +13,11 @@ import time
 from pathlib import Path
 
 POINTS = {
-    "rows": ("tendon_cli.engine.part", "state_rows"),
+    "rows": ("tendon_cli.engine.sweep", "state_rows"),
     "figures": ("tendon_cli.figures.draw", "pages_of"),
-    "record": ("tendon_cli.engine.run_folder.RunFolder", "finish"),
-    "journal": ("tendon_cli.engine.record.Journal", "add"),
-    "delete": ("tendon_cli.engine.run_folder.RunFolder", "_delete"),
+    "record": ("tendon_cli.engine.folder.RunFolder", "finish"),
+    "journal": ("tendon_cli.engine.journal.Journal", "add"),
+    "delete": ("tendon_cli.engine.folder.RunFolder", "_delete"),
     "rename": ("pathlib.Path", "replace"),
 }
 
@@ -53,7 +53,7 @@ def full_journal():
     import errno
     import os
 
-    from tendon_cli.engine.record import Journal
+    from tendon_cli.engine.journal import Journal
     from tendon_cli.errors import OutputError
 
     add = Journal.add

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tendon_cli.engine import part as part_module
+from tendon_cli.engine import sweep as sweep_module
 
 from .tools import PARTS, STATES, journalled, some, study_in
 
@@ -16,7 +16,7 @@ def test_all_parts_but_those_that_fail_are_kept_and_the_first_is_named(
     tendon, tmp_path, small_parts, monkeypatch, muttered, uninterrupted, hashes_in, jobs
 ):
     small_parts(STATES)
-    place, state_rows = study_in(tmp_path / "place"), part_module.state_rows
+    place, state_rows = study_in(tmp_path / "place"), sweep_module.state_rows
     words = ("sweep", place / "study.toml", "--out", place / "run", "--no-figures", "--json", "--jobs", jobs)
 
     def fails(inputs, block, keys):
@@ -25,7 +25,7 @@ def test_all_parts_but_those_that_fail_are_kept_and_the_first_is_named(
         return state_rows(inputs, block, keys)
 
     with monkeypatch.context() as patch:
-        patch.setattr(part_module, "state_rows", fails)
+        patch.setattr(sweep_module, "state_rows", fails)
         ran = tendon(*words)
     error = ran.json["error"]
     assert (ran.exit, error["kind"], ran.err) == (6, "workers", "")

@@ -7,14 +7,15 @@ import os
 import random
 import shutil
 import stat
-import threading
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tendon_cli import cli
 from tendon_cli.engine import run as run_module
-from tendon_cli.engine.run import run
+from tendon_cli.engine.run import worked_out
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import OutputError
 
 from .test_journal import folder, stopped, whole  # noqa: F401 - fixtures
@@ -90,9 +91,9 @@ def faults(monkeypatch, tmp_path, muttered):
 
 def finish(folder):  # noqa: F811
     with folder.locked():
-        outcome = run(folder, jobs=1, stop=threading.Event(), progress=lambda _done, _all: None, resume=True)
-        if not outcome.up_to_date:
-            folder.finish(outcome.record)
+        record, stands = worked_out(replace(folder, task=Sweep(folder.task.plan)), jobs=1, resume=True)
+        if not stands:
+            folder.finish(record)
 
 
 def operations(folder, faults):  # noqa: F811
@@ -225,7 +226,7 @@ def test_the_modules_that_write_go_by_the_faults(monkeypatch, tmp_path):
 
     write_whole(tmp_path / "a", b"x")
     assert [kind for kind, _ in faults.seen] == ["open", "write", "fsync file", "rename", "fsync folder"]
-    assert run_module.run is run
+    assert run_module.worked_out is worked_out
     assert cli.main
 
 

@@ -3,12 +3,13 @@
 import random
 import shutil
 import threading
+from dataclasses import replace
 
 import pytest
 
-from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.run import run
-from tendon_cli.engine.run_folder import RunFolder
+from tendon_cli.engine.folder import RunFolder
+from tendon_cli.engine.run import worked_out
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import Stopped
 from tendon_cli.studies.load import load_study
 
@@ -30,8 +31,8 @@ def folder(tmp_path, small_parts):
     """A run folder of four parts of one state each."""
     small_parts(1)
     (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
-    found = RunFolder(tmp_path / "run", Plan(load_study(tmp_path / "study.toml")))
-    assert found.plan.parts == PARTS
+    found = RunFolder(tmp_path / "run", Sweep(Plan(load_study(tmp_path / "study.toml"))))
+    assert found.task.parts == PARTS
     return found
 
 
@@ -43,11 +44,12 @@ def advance(folder, stop_after=None):
         if stop_after is not None and done >= stop_after:
             stop.set()
 
+    folder = replace(folder, task=replace(folder.task, stop=stop))
     with folder.locked():
-        outcome = run(folder, jobs=1, stop=stop, progress=progress, resume=True)
-        if not outcome.up_to_date:
-            folder.finish(outcome.record)
-    return outcome
+        record, stands = worked_out(folder, jobs=1, progress=progress, resume=True)
+        if not stands:
+            folder.finish(record)
+    return record, stands
 
 
 def stopped(folder, parts):
@@ -89,7 +91,7 @@ def assert_resumes_twice(folder, journal, cut, again, whole, hashes_in):
     assert outcome.record["resumed_parts"] == known, cut
     assert hashes_in(folder.path) == whole, cut
     assert not (folder.path / "journal.jsonl").exists()
-    assert advance(folder).up_to_date
+    assert advance(folder)[1]
 
 
 def test_a_journal_cut_at_sampled_bytes_resumes_twice(folder, whole, hashes_in):
@@ -138,4 +140,4 @@ def test_a_broken_journal_still_resumes_to_the_same_bytes(folder, whole, hashes_
         set_back(folder, content)
         advance(folder)
         assert hashes_in(folder.path) == whole, content
-        assert advance(folder).up_to_date
+        assert advance(folder)[1]

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import tendon_cli
-from tendon_cli.engine import sweep as verb
-from tendon_cli.engine.run import run
+from tendon_cli.engine import run as verb
+from tendon_cli.engine.run import worked_out
 
 from .test_damage import flip, parts_of, truncate
 from .tools import STATES, some, study_in
@@ -28,7 +28,7 @@ def test_tables_are_opened_in_few_places_only():
         for file in PACKAGE.rglob("*.py")
         if OPENS.search(re.sub(r"import .*", "", file.read_text(encoding="utf-8")))
     }
-    assert found == {"tables/read.py", "tables/write.py", "engine/sweep.py"}
+    assert found == {"tables/read.py", "tables/write.py", "engine/memory.py"}
 
 
 class Chance:
@@ -42,12 +42,12 @@ def harmed_run(harm, table, monkeypatch):
     """Let a table be harmed right after it was written, before anybody reads it back."""
 
     def then_harmed(folder, *arguments, **options):
-        outcome = run(folder, *arguments, **options)
+        outcome = worked_out(folder, *arguments, **options)
         parts = [file for file in parts_of(folder.path) if file.parent.name == f"{table}.parquet"]
         harm(parts[1] if parts else folder.path / f"{table}.parquet", Chance())
         return outcome
 
-    monkeypatch.setattr(verb, "run", then_harmed)
+    monkeypatch.setattr(verb, "worked_out", then_harmed)
 
 
 @pytest.mark.parametrize("harm", some([flip], [truncate]), ids=lambda harm: harm.__name__)

@@ -8,8 +8,8 @@ import random
 
 import pytest
 
-from tendon_cli.engine import record as record_module
-from tendon_cli.engine.record import _line
+from tendon_cli.engine import records as record_module
+from tendon_cli.engine.journal import _line
 from tendon_cli.errors import TendonError
 
 from .test_journal import PARTS, advance, folder, stopped, whole  # noqa: F401 - fixtures

@@ -1,4 +1,4 @@
-"""A sweep on a running Dask cluster."""
+"""A task on a running Dask cluster."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A sweep on a running Dask cluster: parts go out to its workers and come back as they are finished.
+"""A task on a running Dask cluster: parts go out to its workers and come back as they are finished.
 
 All that the cluster's library does happens in one event loop, which turns in the calling thread while this waits: no
 thread outlives a run, and every wait has its bound.
@@ -16,9 +16,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tendon_cli.engine.cluster.link import ask_everywhere, check_address, close, connect, library, lost, unfit
-from tendon_cli.engine.cluster.task import Assignment, Refusal, halt, make_part, ready, tidy
-from tendon_cli.engine.part import PartFailure, PartMaker, PartResult, Results
-from tendon_cli.engine.run import place
+from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, ready, tidy
+from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
+from tendon_cli.engine.threads import place
 from tendon_cli.errors import OutputError, Stopped, WorkersLostError
 
 PATIENCE = 30.0
@@ -62,17 +62,17 @@ class Cluster:
             return
         waiting = itertools.chain([first], missing)
         flight = _Flight(self.client, maker, self.jobs)
-        tidy(maker.plan, maker.folder)
+        tidy(maker)
         try:
             self.loop.run(flight.prepare())
             while flight.fill(waiting):
                 yield from self.loop.run(flight.landed())
-                if maker.stop.is_set() and flight.parts:
+                if maker.task.stop.is_set() and flight.parts:
                     yield PartFailure(next(iter(flight.parts.values())), Stopped())
                     return
         finally:
             self.loop.run(flight.recall())
-            tidy(maker.plan, maker.folder)
+            tidy(maker)
 
 
 class OnWorkerError(Exception):

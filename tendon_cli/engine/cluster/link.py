@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from tendon_cli.engine.cluster.task import Refusal, all_versions, unlike
+from tendon_cli.engine.cluster.worker import Refusal, all_versions, unlike
 from tendon_cli.errors import TendonError, UsageError, WorkersLostError
 
 CONNECT = 6.0

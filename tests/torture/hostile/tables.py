@@ -34,19 +34,19 @@ sheath.flexor.friction = 0.2
 def good_tables(text=PLAIN):
     """The small tables of a study, as bytes."""
     import tempfile
-    import threading
 
+    from tendon_cli.engine.folder import RunFolder
     from tendon_cli.engine.plan import Plan
-    from tendon_cli.engine.run import run
-    from tendon_cli.engine.run_folder import RunFolder
+    from tendon_cli.engine.run import worked_out
+    from tendon_cli.engine.sweep import Sweep
     from tendon_cli.studies.load import load_study
 
     with tempfile.TemporaryDirectory() as place:
         study = Path(place, "study.toml")
         study.write_text(text, "utf-8")
-        folder = RunFolder(Path(place, "run"), Plan(load_study(study)))
+        folder = RunFolder(Path(place, "run"), Sweep(Plan(load_study(study))))
         with folder.locked():
-            run(folder, jobs=1, stop=threading.Event(), progress=lambda _done, _all: None)
+            worked_out(folder, jobs=1)
         return [(folder.path / f"{table}.parquet").read_bytes() for table in ("designs", "states")]
 
 

@@ -1,4 +1,4 @@
-"""Suits are counted over all conditions at once, however a run is cut, against a count by hand."""
+"""Choices are counted over all conditions at once, however a run is cut, against a count by hand."""
 
 import itertools
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tendon_cli.engine import plan as plan_module
+from tendon_cli.engine.choices import choices, choices_of, feasible_choices, is_flags, noted
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.suits import feasible_suits, is_note, noted, suits, suits_of
 from tendon_cli.studies.load import study_from
 
 AXES = {
@@ -31,9 +31,9 @@ def test_the_record_counts_what_pandas_counts(new_sweep, tmp_path, small_parts, 
     for order in ORDERS[::11]:
         swept = new_sweep(text_of(order, cases), tmp_path, out="-".join(order))
         choices = swept.designs.groupby(["pretension", "spool_ratio"])["feasible"].all()
-        assert swept.record["suits"] == len(choices) == 12
-        assert swept.record["feasible_suits"] == choices.sum()
-        found.add((swept.record["feasible_suits"], swept.record["feasible"]))
+        assert swept.record["choices"] == len(choices) == 12
+        assert swept.record["feasible_choices"] == choices.sum()
+        found.add((swept.record["feasible_choices"], swept.record["feasible"]))
     assert len(found) == 1
     assert 0 < found.pop()[0] < 12
 
@@ -47,7 +47,7 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
     for key in order:
         table, name = key.split(".")
         content.setdefault(table, {})[name] = values[key]
-    plan = Plan(study_from({"name": "suits", **content, "motion": {"elbow_angle": ["10 deg"]}}, order=order))
+    plan = Plan(study_from({"name": "choices", **content, "motion": {"elbow_angle": ["10 deg"]}}, order=order))
     monkeypatch.setattr(plan_module, "DESIGNS_AT_ONCE", int(rng.integers(1, 9)))
     monkeypatch.setattr(plan_module, "STATES_PER_FILE", 1)
     monkeypatch.setattr(plan_module, "STATES_PER_PART", int(rng.integers(2, 40)))
@@ -55,20 +55,20 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
     notes = []
     for index in range(plan.parts):
         blocks = list(plan.blocks_of_designs(plan.part(index)))
-        notes.append((index, noted(plan, [(block, feasible[block.designs]) for block in blocks])))
-        assert is_note(plan, plan.part(index), notes[-1][1])
+        notes.append(noted(plan, [(block, feasible[block.designs]) for block in blocks]))
+        assert is_flags(plan, plan.part(index), notes[-1])
     conditions = tuple(at for at, key in enumerate(plan.study.axes) if key in plan.study.conditions)
     by_hand = feasible.all(axis=conditions)
-    assert suits(plan) == by_hand.size
-    assert feasible_suits(plan, notes) == by_hand.sum()
+    assert choices(plan) == by_hand.size
+    assert feasible_choices(plan, notes) == by_hand.sum()
     numbers = np.arange(by_hand.size).reshape(by_hand.shape)
     for block in plan.blocks_of_designs(range(plan.designs)):
         chosen = tuple(part for at, part in enumerate(block.designs) if at not in conditions)
-        assert list(suits_of(plan, block)) == sorted(numbers[chosen].ravel())
+        assert list(choices_of(plan, block)) == sorted(numbers[chosen].ravel())
 
 
 @pytest.mark.parametrize("note", ["", "AAAA", "!", "eJwDAAAAAAE=", "eJw" + "A" * 4000])
 def test_what_is_no_note_is_not_taken_for_one(note):
-    plan = Plan(study_from({"name": "suits", "load": {"mass": [0.0, 1.0]}, "spool": {"ratio": [0.5, 0.7]}}))
-    assert not is_note(plan, plan.part(0), note)
-    assert is_note(plan, plan.part(0), noted(plan, [(next(plan.blocks(range(4))), np.ones((2, 2), np.bool_))]))
+    plan = Plan(study_from({"name": "choices", "load": {"mass": [0.0, 1.0]}, "spool": {"ratio": [0.5, 0.7]}}))
+    assert not is_flags(plan, plan.part(0), note)
+    assert is_flags(plan, plan.part(0), noted(plan, [(next(plan.blocks(range(4))), np.ones((2, 2), np.bool_))]))

@@ -9,14 +9,13 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.engine.part import PartResult, file_name
-from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.record import JOURNAL, RECORD, Journal, read_record, stands, write_record
-from tendon_cli.engine.suits import is_note
+from tendon_cli.engine.journal import JOURNAL, Journal
+from tendon_cli.engine.records import RECORDS, TABLES, read_record, stands, write_record
+from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import output_errors
 from tendon_cli.tables.read import study_hash_of
@@ -25,27 +24,23 @@ from tendon_cli.version import RESULTS_VERSION
 LOCK = ".lock"
 FIGURES = ".tendon-figures"
 """Where figures lie until all are drawn."""
-OURS = (RECORD, JOURNAL, LOCK, FIGURES, f".{RECORD}.tmp", f".{JOURNAL}.tmp")
+OURS = (*RECORDS.values(), JOURNAL, LOCK, FIGURES, *(f".{name}.tmp" for name in (*RECORDS.values(), JOURNAL)))
 _PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
-TEMPORARY = re.compile(r"\.(part-\d{5,}|designs|states)\.parquet(\.[0-9a-f]+\.own)?(\.tmp)?", re.ASCII)
-_LEAST_BYTES_PER_STATE = 20
-_LEAST_BYTES_PER_DESIGN = 10
+TEMPORARY = re.compile(rf"\.(part-\d{{5,}}|{'|'.join(TABLES)})\.parquet(\.[0-9a-f]+\.own)?(\.tmp)?", re.ASCII)
 
 
 @dataclass(frozen=True)
 class RunFolder:
-    """A run folder and the plan that is to stand in it."""
+    """A run folder and the task that is to stand in it."""
 
     path: Path
-    plan: Plan
+    task: Task
 
     def check_space(self) -> None:
         """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
         if (self.path / JOURNAL).exists():
             return  # what is done of an unfinished run is on the disk already
-        tables = self.plan.study.output.tables
-        needed = self.plan.designs * _LEAST_BYTES_PER_DESIGN if "designs" in tables else 0
-        needed += self.plan.states * _LEAST_BYTES_PER_STATE if "states" in tables else 0
+        needed = self.task.least_bytes
         if needed > (free := free_bytes(self.path)):
             raise SizeError(
                 f"at least {needed / 1e9:.3g} GB would be written, the disk has {free / 1e9:.3g} GB free",
@@ -55,7 +50,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def locked(self, *, use_lock: bool = True) -> Iterator[None]:
-        """Make the folder and hold it; raises FolderError where another run does, OutputError where it cannot be made.
+        """Make the folder and hold it; raises FolderError if another run does, OutputError if it cannot be made.
 
         The system gives the lock up when its holder dies, however it dies.
         """
@@ -74,7 +69,7 @@ class RunFolder:
             os.close(handle)
 
     def check_free(self) -> None:
-        """Raises FolderError where another run writes here just now; leaves no trace."""
+        """Raises FolderError if another run writes here just now; leaves no trace."""
         try:
             handle = os.open(self.path / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         except OSError:  # no run was ever here
@@ -98,29 +93,38 @@ class RunFolder:
 
     def identity(self) -> dict[str, Any]:
         """What makes two runs the same."""
-        study = self.plan.study
-        return {"study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record}
+        study = self.task.study
+        return {
+            "verb": self.task.verb, "study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record,
+        }  # fmt: skip
 
     def header(self) -> dict[str, Any]:
         """What the journal of this run begins with."""
-        return {**self.identity(), "tables": list(self.plan.study.output.tables), "parts": self.plan.parts}
+        return {**self.identity(), "tables": list(self.task.tables), "parts": self.task.parts}
 
-    def intact(self, parts: dict[int, PartResult]) -> dict[int, PartResult]:
-        """Of recorded parts those whose files stand as they were written."""
-        tables, count = self.plan.study.output.tables, self.plan.parts
-        return {
-            index: result
-            for index, result in parts.items()
-            if index < count
-            and is_note(self.plan, self.plan.part(index), result.suits)
-            and set(result.files) == {file_name(table, index, count) for table in tables}
-            and all(stands(self.path, {"path": name, **asdict(file)}) for name, file in result.files.items())
-        }
+    def intact(self, journal: Journal) -> dict[int, PartResult]:
+        """Of recorded parts those whose files stand as they were written, at first or at last."""
+        kept = {}
+        for index, part in journal.parts.items():
+            if not (index < self.task.parts and self.task.is_note(index, part.note)):
+                continue
+            files = {
+                name: next((each for each in (file, journal.last.get(name)) if each and self._stands(name, each)), None)
+                for name, file in part.files.items()
+            }
+            if set(files) == set(self.task.files(index).values()) and None not in files.values():
+                kept[index] = replace(part, files={name: file for name, file in files.items() if file})
+        return kept
 
-    def prepare(self, table: str) -> None:
-        """Make the folder of a table's parts, where it has several; raises OutputError."""
-        folder = self.path / f"{table}.parquet"
-        if self.plan.parts > 1:
+    def _stands(self, name: str, file: Any) -> bool:
+        return stands(self.path, {"path": name, **asdict(file)})
+
+    def prepare(self) -> None:
+        """Make the folders of tables' parts, if there are several; raises OutputError."""
+        for table, parts in self.task.tables.items():
+            folder = self.path / f"{table}.parquet"
+            if parts <= 1:
+                continue
             try:
                 if folder.is_symlink():
                     raise OutputError("is a symbolic link, which tendon does not write through", where=str(folder))
@@ -131,16 +135,15 @@ class RunFolder:
     def clear(self) -> bool:
         """Delete the files of the run that stands here, finished or not, and nothing else; whether there was one."""
         record, journal = read_record(self.path), Journal.read(self.path)
-        figures = [*(record["figures"] if record else ()), *journal.figures]
         if record is not None:  # until the new run has its journal, this one says whose files these are
             tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
-            kept = ("study_hash", "results_version", "study", "axes", "parts")
-            journal.start({**{key: record[key] for key in kept}, "tables": tables})
-            if figures:
-                journal.announce(figures)
+            kept = {key: record.get(key) for key in ("verb", "study_hash", "results_version", "study", "axes")}
+            journal.figures = (*record["figures"], *journal.figures)
+            journal.start({**kept, "parts": record.get("parts", 1), "tables": tables})
         with output_errors(self.path):
-            self._delete(RECORD)  # first: what is half deleted must not look finished
-            for name in figures:
+            for name in RECORDS.values():
+                self._delete(name)  # first: what is half deleted must not look finished
+            for name in journal.figures:
                 self._delete(name)
             for table in journal.header.get("tables", ()):
                 self._delete_table(f"{table}.parquet")
@@ -182,13 +185,13 @@ class RunFolder:
         return faults
 
     def finish(self, record: dict[str, Any]) -> None:
-        """Declare the run finished: `run.json` last of all, then the journal goes.
+        """Declare the run finished: its record last of all, then the journal goes.
 
         A lost worker of an older run may have written late: parts that this run has not are deleted; raises
-        WorkersLostError where one of its own was replaced, InputError where it is no whole table any more.
+        WorkersLostError if one of its own was replaced, InputError if it is no whole table any more.
         """
         sizes = {entry["path"]: entry["size"] for entry in record["files"]}
-        for table in self.plan.study.output.tables if self.plan.parts > 1 else ():
+        for table in (table for table, parts in self.task.tables.items() if parts > 1):
             for item in (self.path / f"{table}.parquet").iterdir():
                 if is_part(item.name) and f"{table}.parquet/{item.name}" not in sizes:
                     self._delete(f"{table}.parquet/{item.name}")

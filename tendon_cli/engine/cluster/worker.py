@@ -1,4 +1,4 @@
-"""What a cluster's worker does of a sweep: rebuild the plan, make a part, put its files into the shared run folder.
+"""What a cluster's worker does of a task: rebuild it, make a part, put its files into the shared run folder.
 
 Nothing here knows the cluster's library. A worker answers with what it made or why it did not; it never raises. As the
 cluster may give a part to a second worker while a first one, thought dead, still writes, each worker writes under names
@@ -18,14 +18,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from tendon_cli.engine.columns import versions
-from tendon_cli.engine.part import PartMaker, PartResult, file_name
-from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.record import JOURNAL, RECORD
+from tendon_cli.engine.journal import JOURNAL
+from tendon_cli.engine.records import RECORDS
+from tendon_cli.engine.task import PartMaker, PartResult, Task, file_name
 from tendon_cli.errors import OutputError, Stopped, TendonError
 from tendon_cli.files import output_errors, sync_folder
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.studies.study import Study
+from tendon_cli.tables.schema import TableLayout, versions
 from tendon_cli.tables.write import TableFile
 from tendon_cli.version import RESULTS_VERSION
 
@@ -49,19 +48,20 @@ class Assignment:
     study_hash: str
     record: str
     """The resolved study, the order of its axes and what its files gave, as JSON."""
-    part_designs: int
+    kind: type[Task]
+    parts: int
     versions: dict[str, str]
 
     @classmethod
     def of(cls, maker: PartMaker) -> Assignment:
         """The assignment that lets any worker make the same parts."""
-        study, folder = maker.plan.study, str(maker.folder.absolute())
-        record = json.dumps(study.record)
-        return cls(uuid.uuid4().hex, folder, study.hash, record, maker.plan.part_designs, all_versions())
+        task, folder = maker.task, str(maker.folder.absolute())
+        record = json.dumps(task.study.record)
+        return cls(uuid.uuid4().hex, folder, task.study.hash, record, type(task), task.parts, all_versions())
 
-    def study(self) -> Study:
-        """The study, rebuilt without its files."""
-        return recorded_study(json.loads(self.record))
+    def task(self) -> Task:
+        """The task, its study rebuilt without its files."""
+        return self.kind.of(recorded_study(json.loads(self.record)))
 
     def stands_in_folder(self) -> bool:
         """Whether the run folder is to be seen from here, and holds this study, unfinished or to be repaired."""
@@ -71,8 +71,9 @@ class Assignment:
         """The beginnings of the files that say what stands in the folder."""
         with contextlib.suppress(OSError), (Path(self.folder) / JOURNAL).open("rb") as file:
             yield file.readline()
-        with contextlib.suppress(OSError), (Path(self.folder) / RECORD).open("rb") as file:
-            yield file.read(_HEAD)
+        for name in RECORDS.values():
+            with contextlib.suppress(OSError), (Path(self.folder) / name).open("rb") as file:
+                yield file.read(_HEAD)
 
 
 @dataclass(frozen=True)
@@ -136,13 +137,13 @@ def halt(run: str) -> None:
     """End the parts of a run that are being made here; they leave nothing behind."""
     maker = _MAKERS.get(run)
     if maker is not None:
-        maker.stop.set()
+        maker.task.stop.set()
 
 
-def tidy(plan: Plan, folder: Path) -> None:
+def tidy(maker: PartMaker) -> None:
     """Remove what workers that died had begun to write."""
-    for table in plan.study.output.tables:
-        home = (folder / file_name(table, 0, plan.parts)).parent
+    for table, parts in maker.task.tables.items():
+        home = (maker.folder / file_name(table, 0, parts)).parent
         for pattern in (".*.parquet.*.own", ".*.parquet.*.own.tmp"):
             for left in home.glob(pattern):
                 with contextlib.suppress(OSError):
@@ -157,7 +158,7 @@ class _OwnMaker(PartMaker):
     token: str = field(default_factory=lambda: uuid.uuid4().hex, kw_only=True)
 
     def make(self, index: int) -> PartResult:
-        names = [file_name(table, index, self.plan.parts) for table in self.plan.study.output.tables]
+        names = self.task.files(index).values()
         try:
             result = super().make(index)
             if not self.assignment.stands_in_folder():
@@ -173,8 +174,8 @@ class _OwnMaker(PartMaker):
                     self._own(name).unlink(missing_ok=True)
         return result
 
-    def _file(self, table: str, index: int, name: str) -> TableFile:
-        return super()._file(table, index, str(self._own(name).relative_to(self.folder)))
+    def open(self, layout: TableLayout, name: str) -> TableFile:
+        return super().open(layout, str(self._own(name).relative_to(self.folder)))
 
     def _own(self, name: str) -> Path:
         path = self.folder / name
@@ -199,9 +200,9 @@ def _new_maker(assignment: Assignment) -> _OwnMaker:
             raise Unfit("this worker does not see the run folder")
         time.sleep(0.2)
     try:
-        plan = Plan(assignment.study())
+        task = assignment.task()
     except TendonError as error:
         raise Unfit(f"this worker cannot read the study: {error.message}") from None
-    if (plan.study.hash, plan.part_designs) != (assignment.study_hash, assignment.part_designs):
+    if (task.study.hash, task.parts) != (assignment.study_hash, assignment.parts):
         raise Unfit("this worker understands the study otherwise, its tendon is another")
-    return _OwnMaker(plan, Path(assignment.folder), assignment=assignment)
+    return _OwnMaker(task, Path(assignment.folder), assignment=assignment)

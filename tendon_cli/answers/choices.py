@@ -1,0 +1,233 @@
+"""A design question: every choice solved, part by part, and the answer that all of them give."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import pyarrow as pa
+
+from tendon_cli.answers.answer import Summary, findings, summarise
+from tendon_cli.answers.candidates import of_columns, of_rows, part_of
+from tendon_cli.answers.front import goals_of
+from tendon_cli.answers.population import PopulationResult, population
+from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import question
+from tendon_cli.answers.record import as_record, named_rows
+from tendon_cli.answers.result import Answer
+from tendon_cli.answers.tables import choice_columns, choice_rows, condition_columns, condition_rows
+from tendon_cli.answers.text import text_of
+from tendon_cli.engine.run import Draw, Progress, carried_out
+from tendon_cli.engine.task import LastFile, Note, RowSink, Task
+from tendon_cli.errors import SizeError
+from tendon_cli.kernel import writer_of
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.read import arrays_of
+from tendon_cli.tables.schema import Column
+
+CHOICES_PER_PART = 2**17
+WINDOWS_PER_PART = 2**19
+MOST_IN_MEMORY = 2**21
+"""Choices of an answer without a folder."""
+_LEAST_BYTES = 40
+"""Of a choice."""
+
+
+def design(
+    study: Study,
+    out: Path | None = None,
+    *,
+    jobs: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    lock: bool = True,
+    scheduler: str | None = None,
+    draw: Draw | None = None,
+    progress: Progress = lambda _done, _all: None,
+    stop: threading.Event | None = None,
+) -> Answer:
+    """Answer the question of a study into the folder `out`, or without one in memory; see `carried_out`."""
+    asked: list[Choices] = []
+
+    def task(ended: threading.Event) -> Choices:
+        asked.append(Choices(replace(question(study), stop=ended)))
+        return asked[-1]
+
+    def drawn(study: Study, folder: Path, place: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
+        files, faults, _ = draw(study, folder, place, record) if draw is not None else ([], [], None)
+        return files + asked[-1].draw_population(folder, place, record), faults, None
+
+    return carried_out(
+        task, Answer, out, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
+        draw=None if draw is None else drawn, progress=progress, stop=stop,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Choices(Task):
+    """Every choice of a question, folded to the window of its conditions."""
+
+    problem: Problem
+    stop: threading.Event = field(init=False)
+
+    verb = "design"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stop", self.problem.stop)
+        problem = self.problem
+        if len(problem.choices) * len(problem.conditions) * problem.states_per_design >= 2**63:
+            raise SizeError("more than 2^63 states", hint="fewer values on an axis")
+
+    @classmethod
+    def of(cls, study: Study) -> Self:
+        """That of a study, as a worker elsewhere rebuilds it."""
+        return cls(question(study))
+
+    @property
+    def study(self) -> Study:
+        """What is asked."""
+        return self.problem.study
+
+    @cached_property
+    def tables(self) -> dict[str, int]:
+        """Choices in parts, whose length follows from the question alone; conditions in one."""
+        return {"choices": -(-len(self.problem.choices) // self.length), "conditions": 1}
+
+    @property
+    def length(self) -> int:
+        """Choices in each part but the last."""
+        return max(1, min(CHOICES_PER_PART, WINDOWS_PER_PART // len(self.problem.conditions)))
+
+    def part(self, index: int) -> range:
+        """The choices of a part."""
+        return range(index * self.length, min(len(self.problem.choices), (index + 1) * self.length))
+
+    @property
+    def least_bytes(self) -> int:
+        """That its tables take on a disk at the very least."""
+        return _LEAST_BYTES * len(self.problem.choices)
+
+    def check_memory(self) -> None:
+        """Raises SizeError for too many choices."""
+        if (count := len(self.problem.choices)) > MOST_IN_MEMORY:
+            raise SizeError(f"{count:,} choices are too many for memory", hint="name a folder")
+
+    def columns(self, table: str) -> tuple[Column, ...]:
+        """Columns of a table."""
+        return choice_columns(self.problem) if table == "choices" else condition_columns(self.problem)
+
+    def rows(self, table: str, index: int) -> int:
+        """Rows of a part of a table."""
+        return len(self.part(index)) if table == "choices" else len(self.problem.conditions)
+
+    def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
+        """Solve the choices of a part; raises Stopped."""
+        self.go_on()
+        part = self.part(index)
+        candidates = part_of(self.problem, np.arange(part.start, part.stop))
+        known = {"choices": choice_rows(self.problem, candidates, *np.zeros((2, len(part)), np.bool_))}
+        if "conditions" in tables:
+            known["conditions"] = condition_rows(self.problem)
+        for table, sink in tables.items():
+            count = self.rows(table, index)
+            sink.fill(count, writer_of(known[table], (count,)))
+        return _note(summarise(candidates, goals_of(self.study)))
+
+    def is_note(self, index: int, note: Any) -> bool:
+        """Whether the note of a part is as `fill` gives it."""
+        part = self.part(index)
+        try:
+            counts = [note["feasible"], *(count for _, count in note["conflicts"])]
+            texts = [name for names, _ in note["conflicts"] for name in names]
+            rows = note["rows"]
+        except (KeyError, TypeError, ValueError):
+            return False
+        return (
+            note.get("choices") == len(part)
+            and all(type(count) is int and 0 <= count <= len(part) for count in counts)
+            and all(isinstance(text, str) for text in texts)
+            and isinstance(rows, list)
+            and all(type(row) is int and row in part for row in rows)
+        )
+
+    def place(self, index: int) -> str:
+        """The choices of a part."""
+        part = self.part(index)
+        return f"choices {part.start} to {part.stop - 1}"
+
+    def results(self, notes: Sequence[Note]) -> dict[str, Any]:
+        """The answer, from the choices that may matter; these are solved once more, whoever has solved them before."""
+        conflicts: Counter[tuple[str, ...]] = Counter()
+        for note in notes:
+            conflicts.update({tuple(names): count for names, count in note["conflicts"]})
+        rows = np.array([row for note in notes for row in note["rows"]], dtype=np.int64)
+        summary = Summary(
+            sum(note["choices"] for note in notes),
+            sum(note["feasible"] for note in notes),
+            conflicts,
+            of_rows(self.problem, rows),
+        )
+        found = findings(self.problem, summary)
+        whom = population(self.problem, found.most_universal)
+        self.__dict__["population"] = whom
+        record = as_record(found, whom)
+        return record | {"text": text_of(self.problem, record)}
+
+    def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
+        """None besides the notes of the record."""
+        return []
+
+    def last(self, record: Mapping[str, Any], read: Callable[[str], pa.Table]) -> Iterator[LastFile]:
+        """Parts with choices on the front, and the last one, to which those between the grid's points are added."""
+        on_front, refined = named_rows(record)
+        final = self.parts - 1
+        for index in sorted({choice // self.length for choice in on_front if choice < record["choices"]} | {final}):
+            name, columns = self.files(index)["choices"], self.columns("choices")
+            part, values = self.part(index), arrays_of(columns, read(name))
+            values = {column: those[: len(part)] for column, those in values.items()}  # without what was added before
+            values["on_front"] = np.isin(np.arange(part.start, part.stop), on_front)
+            if index == final and refined:
+                for column in columns:
+                    added = np.array([_as_value(column, row[column.name]) for row in refined], dtype=column.dtype)
+                    values[column.name] = np.concatenate([values[column.name], added])
+            count = len(values["on_front"])
+            yield name, self.layout("choices", index, count), writer_of(values, (count,))
+
+    def draw_population(self, folder: Path, out: Path, record: dict[str, Any]) -> list[str]:
+        """Draw what the choice named first is to persons or draws, one by one; returns the files."""
+        if record["population"] is None:
+            return []
+        from tendon_cli.answers.population_figures import draw_population  # only who draws pays for its import
+
+        whom: PopulationResult | None = self.__dict__.get("population")
+        if whom is None:
+            columns = [column for column in self.columns("choices") if column.is_axis]
+            values = record["population"]["values"]
+            chosen = {column.name: np.array([_as_value(column, values[column.name])]) for column in columns}
+            row = record["population"]["choice"]
+            row = row if row is not None and row < record["choices"] else -1
+            whom = population(self.problem, replace(of_columns(self.problem, chosen, 1), row=np.array([row])))
+        return draw_population(whom, record, out) if whom is not None else []
+
+
+def _note(summary: Summary) -> Note:
+    """What matters of a part, as JSON has it."""
+    return {
+        "choices": summary.choices,
+        "feasible": summary.feasible,
+        "conflicts": [[list(pair), count] for pair, count in summary.conflicts.items()],
+        "rows": summary.relevant.row.tolist(),
+    }
+
+
+def _as_value(column: Column, value: Any) -> Any:
+    """A value of a record as its column holds it."""
+    if column.kind == "text":
+        return column.choices.index(value or "")
+    return np.nan if value is None else value

@@ -1,0 +1,216 @@
+"""What the engine carries out: a task, cut into parts, each of which becomes a file of every table."""
+
+from __future__ import annotations
+
+import json
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, Self
+
+import pyarrow as pa
+
+from tendon_cli.errors import Stopped
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
+from tendon_cli.tables.write import Filler, TableFile, WrittenFile
+from tendon_cli.version import RESULTS_VERSION
+
+Note = dict[str, Any]
+"""What a part tells besides its tables: counts and the like, as JSON has them."""
+
+
+LastFile = tuple[str, TableLayout, Filler]
+"""A file of which only the whole record tells all: its name, how it is laid out, and what fills it."""
+
+
+class RowSink(Protocol):
+    """Where the rows of a table go."""
+
+    def fill(self, count: int, write: Filler) -> None:
+        """Add rows that are written straight to where they are gathered."""
+
+
+class Task(ABC):
+    """Points of a study's space and a fold over each, in parts whose length follows from the study alone.
+
+    Safe to be worked on from several threads; `stop` is set when whoever asked wants nothing of it any more.
+    """
+
+    verb: ClassVar[str]
+    """The command that carries it out."""
+    stop: threading.Event
+
+    @classmethod
+    @abstractmethod
+    def of(cls, study: Study) -> Self:
+        """That of a study, as a worker elsewhere rebuilds it."""
+
+    @property
+    @abstractmethod
+    def study(self) -> Study:
+        """What is asked."""
+
+    @property
+    @abstractmethod
+    def tables(self) -> Mapping[str, int]:
+        """Its tables, and of how many parts each is; of none where it is written last, of what all parts gave."""
+
+    @abstractmethod
+    def columns(self, table: str) -> tuple[Column, ...]:
+        """Columns of a table."""
+
+    @abstractmethod
+    def rows(self, table: str, index: int) -> int:
+        """Rows of a part of a table."""
+
+    @abstractmethod
+    def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
+        """Work a part out into those of its tables that are given; raises Stopped."""
+
+    @abstractmethod
+    def is_note(self, index: int, note: Any) -> bool:
+        """Whether the note of a part is as `fill` gives it."""
+
+    @abstractmethod
+    def place(self, index: int) -> str:
+        """What a part is of, for whoever reads a message."""
+
+    @property
+    @abstractmethod
+    def least_bytes(self) -> int:
+        """That its tables take on a disk at the very least."""
+
+    @abstractmethod
+    def results(self, notes: Sequence[Note]) -> dict[str, Any]:
+        """What its record tells of the parts, from the notes of all in their order; raises Stopped."""
+
+    def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
+        """What a reader has to know first."""
+        return list(self.study.warnings)
+
+    def last(
+        self,
+        record: Mapping[str, Any],  # noqa: ARG002
+        read: Callable[[str], pa.Table],  # noqa: ARG002
+    ) -> Iterator[LastFile]:
+        """Files of which only the whole record tells all: their names, and what fills them; `read` gives parts.
+
+        A part that is written once more is the same however often it is, from its first form or from its last.
+        """
+        return iter(())
+
+    def check_memory(self) -> None:  # noqa: B027 - a task is of any size, unless it says so
+        """Raises SizeError for a task that is too large to be carried out in memory."""
+
+    @property
+    def parts(self) -> int:
+        """How many parts the work is cut into."""
+        return max(self.tables.values())
+
+    def files(self, index: int) -> dict[str, str]:
+        """The files of a part in the run folder, by table."""
+        return {table: file_name(table, index, parts) for table, parts in self.tables.items() if index < parts}
+
+    def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
+        """How a part of a table is laid out; `rows` if it has not the usual number."""
+        part = json.dumps({"index": index, "of": max(1, self.tables[table])}, sort_keys=True)
+        first = self._schemas[table]
+        schema = first.with_metadata({**first.metadata, b"tendon.part": part})
+        return TableLayout(self.columns(table), schema, self.rows(table, index) if rows is None else rows)
+
+    @cached_property
+    def _schemas(self) -> dict[str, pa.Schema]:
+        """Those of all tables, but for the part; what they say follows from the study and the versions alone."""
+        facts = {"study": self.study.record, "study_hash": self.study.hash, "results_version": RESULTS_VERSION}
+        facts |= {"versions": versions()}
+        return {table: schema_of(self.columns(table), {"table": table, **facts}) for table in self.tables}
+
+    def go_on(self) -> None:
+        """Raises Stopped where the work shall stop."""
+        if self.stop.is_set():
+            raise Stopped
+
+
+def file_name(table: str, index: int, parts: int) -> str:
+    """Where a part of a table stands in the run folder: a file of its own, or one in a folder of parts."""
+    return f"{table}.parquet" if parts <= 1 else f"{table}.parquet/part-{index:05d}.parquet"
+
+
+@dataclass(frozen=True)
+class PartResult:
+    """A finished part: what it notes, and its files by their names in the run folder."""
+
+    index: int
+    note: Note = field(default_factory=dict)
+    files: dict[str, WrittenFile] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class PartFailure:
+    """A part that could not be made, and why; the others go on."""
+
+    index: int
+    error: Exception
+
+
+@dataclass(frozen=True)
+class WrittenPart:
+    """A part whose files are written, but not yet in place: from here on nothing but the disk is waited for."""
+
+    index: int
+    note: Note
+    files: dict[str, TableFile]
+    """By their names in the run folder."""
+    stack: ExitStack
+    """Leaves nothing behind of a file that is not put in place."""
+
+    def finish(self) -> PartResult:
+        """Put the files in place; raises OutputError."""
+        with self.stack:
+            return PartResult(self.index, self.note, {name: file.finish() for name, file in self.files.items()})
+
+    def discard(self) -> None:
+        """Leave nothing behind."""
+        self.stack.close()
+
+
+@dataclass(frozen=True)
+class PartMaker:
+    """Makes parts of a task in a folder; safe to use from several threads."""
+
+    task: Task
+    folder: Path
+
+    def make(self, index: int) -> PartResult:
+        """Work a part out and put its files in place; raises OutputError, or Stopped."""
+        return self.compute(index).finish()
+
+    def compute(self, index: int) -> WrittenPart:
+        """Work a part out into files under temporary names; raises OutputError, or Stopped."""
+        names = self.task.files(index)
+        with ExitStack() as stack:
+            files = {
+                table: stack.enter_context(self.open(self.task.layout(table, index), name))
+                for table, name in names.items()
+            }
+            note = self.task.fill(files, index)
+            for file in files.values():
+                file.close()
+            return WrittenPart(index, note, {names[table]: file for table, file in files.items()}, stack.pop_all())
+
+    def open(self, layout: TableLayout, name: str) -> TableFile:
+        """A file of the run folder, ready to be filled; raises OutputError."""
+        return TableFile(self.folder / name, layout)
+
+    def read(self, name: str) -> pa.Table:
+        """The rows of a file that stands in the run folder; raises InputError."""
+        return TableFiles((self.folder / name,)).read()
+
+
+Results = Generator[PartResult | PartFailure]

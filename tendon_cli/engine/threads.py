@@ -1,0 +1,168 @@
+"""Parts made in threads of this process: some compute while others wait for the disk. And what ends them."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from itertools import takewhile
+from types import FrameType
+from typing import TypeVar
+
+from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
+from tendon_cli.errors import MemoryShortError, OutputError, Stopped, TendonError, WorkersLostError, is_memory_short
+
+Runner = Callable[[PartMaker, Iterator[int]], Results]
+"""Makes parts, and gives them in whatever order they are finished."""
+Made = TypeVar("Made")
+
+
+def available_cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def make_parts(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]) -> None:
+    """Make parts and hand each over as it is finished; raises for those that failed when the others are done."""
+    failures: list[PartFailure] = []
+    with contextlib.closing(runner(maker, iter(parts))) as results:  # nothing is out when the folder is let go
+        try:
+            for result in results:
+                failure = _taken(result, take)
+                if failure is None:
+                    continue
+                failures.append(failure)
+                if isinstance(failure.error, OutputError):
+                    maker.task.stop.set()  # the next part would not fit either
+        except BaseException:  # such as KeyboardInterrupt: the parts that are being made end at once
+            maker.task.stop.set()
+            raise
+    _raise_for(failures, maker)
+
+
+def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None]) -> PartFailure | None:
+    """Hand a finished part over; what fails at that is a failure of the part, so that the others come to their end."""
+    if isinstance(result, PartFailure):
+        return result
+    try:
+        take(result)
+    except OutputError as error:
+        return PartFailure(result.index, error)
+    return None
+
+
+def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
+    """Raise for the parts that failed: what stopped the writing first, then a stop, then anything else."""
+    faults = [failure for failure in failures if not isinstance(failure.error, Stopped)]
+    for failure in faults:
+        if isinstance(failure.error, TendonError):
+            raise failure.error
+    if faults:
+        first = faults[0]
+        if is_memory_short(first.error):
+            where, hint = str(maker.folder), "fewer --jobs need less; --resume goes on"
+            raise MemoryShortError(
+                f"there is not enough memory for {place(maker, first.index)}", where=where, hint=hint
+            ) from first.error
+        raise WorkersLostError(
+            f"{len(faults)} of {maker.task.parts} parts failed, the others are kept; first "
+            f"{place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
+            where=str(maker.folder),
+            hint="--resume tries the failed parts again",
+        ) from first.error
+    if failures:
+        raise failures[0].error
+
+
+def place(maker: PartMaker, index: int) -> str:
+    """A part, and what it is of."""
+    return f"part {index} ({maker.task.place(index)})"
+
+
+def in_threads(jobs: int) -> Runner:
+    """Makes parts, at most `jobs` at once; a single one in the calling thread."""
+    return _one_by_one if jobs == 1 else partial(_at_once, jobs)
+
+
+def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
+    """Each part when it is asked for."""
+    for index in missing:
+        yield _attempt(index, partial(maker.make, index))
+
+
+def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
+    """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
+
+    However this ends, no thread works on a part any more.
+    """
+    from concurrent.futures import Future, ThreadPoolExecutor  # a small study does without these imports
+
+    from joblib import Parallel, delayed
+
+    room = threading.Semaphore(2 * jobs)  # parts that nobody has taken yet; a slow disk holds up the computing
+    ended = threading.Event()
+    at_work = threading.Semaphore(jobs)  # whoever holds all of it is alone
+
+    def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
+        room.acquire()
+        with at_work:
+            part = PartFailure(index, Stopped()) if ended.is_set() else _attempt(index, partial(maker.compute, index))
+            if isinstance(part, PartFailure):
+                return part
+            if ended.is_set():
+                part.discard()
+                return PartFailure(index, Stopped())
+            return disk.submit(_attempt, index, part.finish)
+
+    with (
+        ThreadPoolExecutor(jobs) as disk,
+        Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool,
+    ):
+        parts = pool(delayed(compute)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
+        try:
+            for part in parts:
+                yield part if isinstance(part, PartFailure) else part.result()
+                room.release()
+        finally:
+            ended.set()
+            room.release(maker.task.parts)  # for whoever waits
+            list(parts)  # until those that are at work are done, for which joblib would not wait
+            for _ in range(jobs):  # nor does it after KeyboardInterrupt
+                at_work.acquire()
+            at_work.release(jobs)
+
+
+def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
+    """A step in the making of a part; its failure is told with the part's coordinates, while the others go on."""
+    try:
+        return step()
+    except Exception as error:  # noqa: BLE001
+        return PartFailure(index, error)
+
+
+@contextlib.contextmanager
+def ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
+    """The event that ends a run: the caller's own, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
+    heard = stop is None and threading.current_thread() is threading.main_thread()
+    if stop is not None or not heard or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield stop or threading.Event()
+        return
+    ended = threading.Event()
+
+    def ask(_number: int, _frame: FrameType | None) -> None:
+        if ended.is_set():
+            raise KeyboardInterrupt
+        ended.set()
+
+    before = signal.signal(signal.SIGINT, ask)
+    try:
+        yield ended
+    except Stopped:
+        raise KeyboardInterrupt from None
+    finally:
+        signal.signal(signal.SIGINT, before)
