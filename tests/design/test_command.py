@@ -93,23 +93,21 @@ def test_overwriting_leaves_what_is_not_of_the_answer(tendon, study, workplace):
 
 def test_what_is_stopped_is_kept_and_resumed(study, workplace, monkeypatch, hashes_in):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 2)
-    fill, asked, file = Choices.fill, [], study(GOOD)
+    fill, stop, file = Choices.fill, threading.Event(), study(GOOD)
 
     def stopping(self, tables, index):
-        asked.append(index)
         if index == 2:
-            raise Stopped
+            stop.set()
         return fill(self, tables, index)
 
     with monkeypatch.context() as patch:
         patch.setattr(Choices, "fill", stopping)
         with pytest.raises(Stopped):
-            tendon_cli.design(tendon_cli.load_study(file), workplace / "out", jobs=1, stop=threading.Event())
-    assert asked[:3] == [0, 1, 2]
+            tendon_cli.design(tendon_cli.load_study(file), workplace / "out", jobs=1, stop=stop)
     with pytest.raises(FolderError, match="2 of 5 parts are done"):
         tendon_cli.design(tendon_cli.load_study(file), workplace / "out")
     resumed = tendon_cli.design(tendon_cli.load_study(file), workplace / "out", resume=True)
-    assert resumed.record["resumed_parts"] == len(asked) - 1
+    assert resumed.record["resumed_parts"] == 2
     whole = tendon_cli.design(tendon_cli.load_study(file), workplace / "whole")
     assert hashes_in(workplace / "out") == hashes_in(workplace / "whole")
     assert resumed.text == whole.text

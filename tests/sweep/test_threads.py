@@ -6,6 +6,7 @@ import time
 import pytest
 
 from tendon_cli.engine import sweep as sweep_module
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.task import PartFailure, PartMaker, WrittenPart
 from tendon_cli.engine.threads import in_threads

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tendon_cli.engine.folder import RunFolder
+from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run import worked_out
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import Stopped
