@@ -207,8 +207,8 @@ def design(
     from tendon_cli.answers.choices import design as answer
 
     return answer(
-        _study(study), _folder(out, "design", figures=figures), jobs=_jobs(jobs), resume=resume, overwrite=overwrite, lock=lock,
-        scheduler=scheduler, draw=_draw_answer if figures else None, progress=progress, stop=stop,
+        _study(study), _folder(out, "design", figures=figures), jobs=_jobs(jobs), resume=resume, overwrite=overwrite,
+        lock=lock, scheduler=scheduler, draw=_draw_answer if figures else None, progress=progress, stop=stop,
     )  # fmt: skip
 
 
