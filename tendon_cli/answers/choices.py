@@ -61,7 +61,7 @@ def design(
 
     def drawn(study: Study, folder: Path, place: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
         files, faults, _ = draw(study, folder, place, record) if draw is not None else ([], [], None)
-        return files + asked[-1].draw_population(folder, place, record), faults, None
+        return files + asked[-1].draw_population(place, record), faults, None
 
     return carried_out(
         task, Answer, out, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
@@ -199,7 +199,7 @@ class Choices(Task):
             count = len(values["on_front"])
             yield name, self.layout("choices", index, count), writer_of(values, (count,))
 
-    def draw_population(self, folder: Path, out: Path, record: dict[str, Any]) -> list[str]:
+    def draw_population(self, out: Path, record: dict[str, Any]) -> list[str]:
         """Draw what the choice named first is to persons or draws, one by one; returns the files."""
         if record["population"] is None:
             return []
