@@ -139,6 +139,11 @@ _OF_LIMITS = (  # over all states of a design, if the study states what the limi
 _OF_WINDOWS = (
     _quantity("tolerance", "±F₀", "number", "share by which the pretension may be off"),
     _quantity("served", "served", "number", "largest share of people, draws or conditions that one pretension serves"),
+    _quantity("set_flexor_tension", "set F_o^f", "force", "tension to set in the flexor at the joint"),
+    _quantity("set_extensor_tension", "set F_o^e", "force", "tension to set in the extensor at the joint"),
+    _quantity("set_flexor_tension_motor", "set F_I^f", "force", "tension to set in the flexor at the motor"),
+    _quantity("set_extensor_tension_motor", "set F_I^e", "force", "tension to set in the extensor at the motor"),
+    _quantity("tolerance_length", "±l", "length", "half the window as a length taken from both tendons"),
     _quantity("served_at", "served at", "number", "share of people, draws or conditions that the pretension serves"),
 )
 

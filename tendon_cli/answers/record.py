@@ -17,6 +17,7 @@ from tendon_cli.answers.conflicts import Conflict
 from tendon_cli.answers.fixes import Fix
 from tendon_cli.answers.front import losses
 from tendon_cli.answers.population import LESS, MORE, NEITHER, AxisSizes, PopulationResult, Reason
+from tendon_cli.answers.remarks import bench_record
 from tendon_cli.answers.sizes import Sizes
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.answers.uncertainty import Indices
@@ -40,6 +41,7 @@ def as_record(answer: Findings, population: PopulationResult | None) -> dict[str
         "window_for_all": _finite_ends(answer.window_for_all),
         "gains": answer.gains,
         "front": [] if answer.front is None else _rows(answer, answer.front),
+        **({} if answer.chosen is None else bench_record(problem, answer.chosen)),
         "fixes": [_fix(fix) for fix in answer.fixes],
         "conflicts": [_conflict(answer, each) for each in answer.conflicts],
         "sensitivities": [{**asdict(each), "per_percent": each.per_percent} for each in answer.sensitivities],

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.candidates import Candidates, Columns
+from tendon_cli.answers.candidates import Candidates, Columns, numbers_of
 from tendon_cli.answers.problem import Flags, Problem
+from tendon_cli.answers.setting import COLUMNS as SETTING
+from tendon_cli.answers.setting import setting_columns
 from tendon_cli.answers.solve import WORST
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
@@ -39,6 +41,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         number["served_at"],
         number["pretension"],
         *(number[name] for name in WORST),
+        *(Column.of(QUANTITIES[name]) for name in SETTING),
         Column("feasible", "truth", "1", "there is a pretension that keeps every limit"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
     )
@@ -61,6 +64,9 @@ def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_fro
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
         rows[f"{end}_elbow_angle"] = np.where(state < 0, np.nan, problem.angles[0, angle])
     rows |= {name: getattr(found, name) for name in ("served", "served_at", "pretension", *WORST)}
+    rows |= setting_columns(
+        problem, numbers_of(problem, candidates.columns), found.pretension_from, found.pretension_to, found.pretension
+    )
     return rows | {"feasible": found.feasible, "on_front": on_front}
 
 

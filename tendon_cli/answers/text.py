@@ -14,7 +14,9 @@ from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.words import (
     Row,
     aligned,
+    bench_lines,
     conflict_lines,
+    drift_words,
     end_words,
     fix_lines,
     high_of,
@@ -60,13 +62,14 @@ def _paragraphs(start: str, texts: Iterable[str]) -> list[str]:
 def _answer(problem: Problem, record: Row, best: Row) -> Iterator[str]:
     yield from say.filled(_first_sentence(problem, record, best))
     yield "\nWhy"
-    for end, word in (("from", "below"), ("to", "above")):
-        yield from say.filled(end_words(problem, best, end, word), "  ")
+    yield from say.filled(end_words(problem, best, "from", "below"), "  ")
+    yield from say.filled(end_words(problem, best, "to", "above") + drift_words(record), "  ")
     yield from say.filled(
         f"at {say.within(best['pretension'], best['pretension_from'], high_of(best))} N the worst is {_worst(best)}",
         "  ",
     )
     yield from _study_pretension(problem, record, best)
+    yield from bench_lines(problem, record, best)
     yield from _edges(problem, best)
     yield from _moves(record)
     yield from _alternatives(problem, record)

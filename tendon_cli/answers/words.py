@@ -9,6 +9,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.problem import Problem
+from tendon_cli.space.axis import PERSON_AXIS
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 
@@ -75,6 +76,36 @@ def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
     for line in lines:
         cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
         yield f"  {'  '.join(cells)}".rstrip()[: say.WIDTH]
+
+
+def drift_words(record: Row) -> str:
+    """How far the elbow goes beyond the upper end of its window, if it is stability that ends it."""
+    drift = record["drift"]
+    if drift is None:
+        return ""
+    start, end = (say.quantity("elbow_angle", drift[name]) for name in ("start", "end"))
+    if start == end:
+        return ": at 10 % more it still stays"
+    far = f"drifts from {start} to {end}" if drift["balanced"] else f"goes on from {start} beyond {end}"
+    return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"
+
+
+def bench_lines(problem: Problem, record: Row, row: Row) -> Iterator[str]:
+    """What to set on the bench, and what speaks against building or wearing the suit."""
+    whose = " on the mean man" if PERSON_AXIS in (axis.key for axis in problem.conditions.axes) else ""
+    yield f"\nTo set it{whose}: arm hanging straight, hand empty, after extension"
+    names = ([f"set_{side}_tension{end}" for side in ("flexor", "extensor")] for end in ("", "_motor"))
+    joint, motor = ([say.quantity(name, row[name], 4) for name in pair] for pair in names)
+    yield from say.filled(f"{joint[0]} in the flexor and {joint[1]} in the extensor at the joint", "  ")
+    yield from say.filled(f"{motor[0]} and {motor[1]} at the motor", "  ")
+    adds = f"1 mm taken from both tendons adds {say.number(1e-3 * record['setting']['newtons_per_metre'], 2)} N"
+    length = row["tolerance_length"]
+    window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
+    yield from say.filled(f"{adds}{window}", "  ")
+    if record["remarks"]:
+        yield "\nBefore you build it"
+    for remark in record["remarks"]:
+        yield from say.filled(f"{remark['text']} ({remark['source']})", "  ")
 
 
 # --- Conflicts and fixes ----------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from tendon_cli.units import UNITS, counted
 WIDTH = 80
 _TWO_SIDED_95 = 1.959963984540054
 _JOINED = "\u00a0"
-_UNIT = re.compile(r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|%|rad|GPa|1)\b)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)")
+_UNIT = re.compile(r"(?<=\d) (?=(?:N|kN|mm|m|deg|kPa|kg|rad|GPa|1)\b|%)|(?<=\d N) (?=m\b)|(?<=\b[A-Zημφψ]) (?=\d)")
 """Blanks within a quantity, where no line ends."""
 
 # --- Numbers ---------------------------------------------------------------------------------------------------------

@@ -1,0 +1,87 @@
+"""What to set on the bench, how far the arm drifts, and remarks: against the model and the published numbers."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.answers.question import question
+from tendon_cli.answers.setting import setting_columns, settings
+
+SUIT = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "load": {"mass": ["0 kg", "10 kg"]}}
+
+
+def answered(**content):
+    return tendon.design(tendon.study({**SUIT, **content}))
+
+
+@pytest.fixture(scope="module")
+def answer():
+    return answered()
+
+
+def test_what_to_set_is_what_the_state_of_the_setting_says(answer):
+    row = answer.choices.iloc[0]
+    assert (round(row.set_flexor_tension, 1), round(row.set_extensor_tension, 1)) == (188.9, 125.6)
+    assert (round(row.set_flexor_tension_motor, 1), round(row.set_extensor_tension_motor, 1)) == (151.6, 156.5)
+    assert row.tolerance_length == pytest.approx(5.391e-3, abs=5e-7)
+    asked = {**SUIT, "load": {"mass": 0.0}, "tendon": {"pretension": row.pretension}}
+    states = tendon.sweep(tendon.study({**asked, "motion": {"direction": "extension", "elbow_angle": 0.0}})).states
+    state = states.iloc[0]
+    for side in ("flexor", "extensor"):
+        assert row[f"set_{side}_tension"] == pytest.approx(state[f"{side}_tension_distal"], rel=1e-12)
+        assert row[f"set_{side}_tension_motor"] == pytest.approx(state[f"{side}_tension_proximal"], rel=1e-12)
+
+
+@pytest.mark.parametrize(("stiffness", "ratio", "per_mm"), [("5 kN/m", 0.6, 4.8), ("8 kN/m", 0.5, 7.5)])
+def test_a_millimetre_of_both_tendons_adds_its_pretension(stiffness, ratio, per_mm):
+    problem = question(tendon.study({"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}}))
+    assert settings(problem, {}, np.array([100.0])).per_length * 1e-3 == pytest.approx(per_mm, abs=0.05)
+
+
+@pytest.mark.parametrize("whom", [{"people": {"count": 3}}, {"uncertainty": {"draws": 4}}], ids=["people", "draws"])
+def test_what_to_set_is_of_the_study_arm(whom):
+    given = {"sheath": {"friction": {"value": 0.07, "tolerance": "20 %"}}}
+    problem, plain = (question(tendon.study({**SUIT, **given, **more})) for more in (whom, {}))
+    one, other = (settings(each, {}, np.array([140.0])) for each in (problem, plain))
+    for name, values in vars(other).items():
+        np.testing.assert_allclose(getattr(one, name), values, rtol=1e-12, err_msg=name)
+
+
+def test_a_window_without_an_end_has_no_length():
+    problem = question(tendon.study(SUIT))
+    low, high, at = np.array([100.0, 120.0, 100.0]), np.array([np.inf, 110.0, 120.0]), np.full(3, 110.0)
+    length = setting_columns(problem, {}, low, high, at)["tolerance_length"]
+    np.testing.assert_array_equal(np.isnan(length), [True, True, False])
+
+
+def test_the_text_says_what_to_set_and_how_far_the_arm_drifts(answer):
+    text = " ".join(answer.text.split())
+    assert "188.9 N in the flexor and 125.6 N in the extensor at the joint" in text
+    assert "1 mm taken from both tendons adds 4.8 N, so the window is ± 5.4 mm" in text
+    assert "at 10 % more it drifts from 0 deg to 4.97 deg, driven by at most 0.035 N m" in text
+    assert "snap" not in text
+
+
+def test_what_exceeds_what_is_known_is_remarked_with_its_source(answer):
+    about = {each["about"]: each for each in answer.record["remarks"]}
+    assert set(about) == {"strap", "rope"}
+    assert "111 kPa if it is 40 mm wide; pain begins at 52.9 kPa" in about["strap"]["text"]
+    assert all(each["source"] for each in about.values())
+
+
+def test_a_spring_stretched_beyond_its_room_is_not_recommended_without_a_word():
+    about = {each["about"] for each in answered(spring={"stiffness": "3 kN/m"}).record["remarks"]}
+    assert "spring" in about
+
+
+def test_a_limit_that_is_set_is_not_remarked_on():
+    limits = {"max_contact_pressure": "150 kPa", "max_tension": "450 N", "max_spring_extension": "80 mm"}
+    given = answered(limits=limits, arm={"contact_width": "40 mm"})
+    assert given.record["remarks"] == []
+    assert "Before you build it" not in given.text
+
+
+def test_a_light_suit_has_no_remarks():
+    light = {"load": {"mass": 0.0}, "arm": {"forearm_mass": "0.3 kg", "contact_width": "200 mm"}}
+    suit = {"spring": {"stiffness": "1 kN/m"}, "tendon": {"diameter": "2 mm"}}
+    assert answered(**light, **suit).record["remarks"] == []
