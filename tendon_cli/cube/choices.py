@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
+from tendon_cli import say
 from tendon_cli.cube.axes import Ints, RowAxis
-from tendon_cli.cube.columns import Columns, as_numpy
+from tendon_cli.cube.columns import Columns, Values, as_numpy
 from tendon_cli.cube.cube import Cube, foreign
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import TableFiles
@@ -45,3 +47,24 @@ def position(axis: RowAxis, value: Any) -> Ints:
 def value_text(cube: Cube, axis: RowAxis, value: Any) -> str:
     """One value of an axis, as titles have it."""
     return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
+
+
+def bounds_of(cube: Cube) -> dict[str, float]:
+    """The limits of the study of a table, SI."""
+    return {key: cube.limit(key) for key in cube.study.get("limits", {})}
+
+
+def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Values:
+    """Why each of some choices has no window, in words; empty if it has one. `read` has both ends and what they are of.
+
+    An end that nothing bounds is not a number, as in the table.
+    """
+    low, high = read["pretension_from"], read["pretension_to"]
+    found = np.full(low.shape, "", dtype=object)
+    has_window = (low <= high) | (np.isnan(high) & ~np.isnan(low))
+    for at in np.argwhere(~has_window):
+        place = tuple(at)
+        limits = list(dict.fromkeys(str(read[name][place]) for name in ("from_by", "to_by") if read[name][place]))
+        limits = limits if np.isfinite(low[place]) else limits[:1]
+        found[place] = say.conflict_label(limits, bounds) if limits else "no window"
+    return found

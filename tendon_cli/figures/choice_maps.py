@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli import say
 from tendon_cli.cube.axes import RowAxis
-from tendon_cli.cube.choices import position, value_text
+from tendon_cli.cube.choices import bounds_of, conflicts_of, position, value_text
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
@@ -62,8 +61,7 @@ class Slice:
         )
         places = {axis.column: scale.order.astype(np.int64) for axis, scale in zip(axes, scales, strict=True)}
         rows = cube.rows([axis.column for axis in reversed(axes)], at | places)
-        bounds = {key: cube.limit(key) for key in cube.study.get("limits", {})}
-        return cls(tuple(axes), tuple(scales), cube.gather(rows, _READ), title, bounds)
+        return cls(tuple(axes), tuple(scales), cube.gather(rows, _READ), title, bounds_of(cube))
 
     @property
     def low(self) -> Values:
@@ -77,15 +75,9 @@ class Slice:
         return np.where(np.isnan(high) & ~np.isnan(self.low), np.inf, high)
 
     @property
-    def conflicts(self) -> npt.NDArray[Any]:
-        """What leaves each choice without a window, in words; empty where one has one."""
-        found = np.full(self.low.shape, "", dtype=object)
-        for at in np.argwhere(~(self.low <= self.high)):
-            place = tuple(at)
-            pair = [str(self.columns[name][place]) for name in ("from_by", "to_by") if self.columns[name][place]]
-            both = pair if np.isfinite(self.low[place]) else pair[:1]
-            found[place] = say.conflict_label(list(dict.fromkeys(both)), self.bounds) if both else "no window"
-        return found
+    def conflicts(self) -> Values:
+        """Why each choice has no window, in words; empty if it has one."""
+        return conflicts_of(self.columns, self.bounds)
 
 
 def shown_on(cube: Cube, axis: RowAxis) -> Shown | None:

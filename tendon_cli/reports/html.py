@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import itertools
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
+
+from tendon_cli.say import WIDTH
 
 _SCRIPTS = ("base", "map", "states", "table", "answers", "start")
 MARK = '<meta name="generator" content="tendon">'
 """What tells a page of ours, near its beginning."""
 
+_GAP = re.compile(r"(?<=\S) {2,}")
+_IS_ROW = re.compile(r"\S {2,}\S|^ {8,}\S")
 _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
 
@@ -24,7 +29,7 @@ def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any]) -> s
     code = "\n".join((page / f"{name}.js").read_text(encoding="utf-8") for name in _SCRIPTS)
     library = (files("tendon_cli.reports") / "plotly" / _PLOTLY).read_text(encoding="utf-8")
     policy = f"default-src 'none'; script-src {_source(library)} {_source(code)}; "
-    policy += "style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
+    policy += "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -73,16 +78,73 @@ def head(title: str, under: str, links: Mapping[str, str]) -> str:
     return f'<header>{said}</header>\n<p id="fault" role="alert"></p>\n'
 
 
-def text(said: str) -> str:
-    """Text with its own lines, which break where the page is narrow; columns stay in line, and are scrolled."""
-    parts = re.split(r"\n\n+", said)
-    kinds = [' class="columns" tabindex="0"' if re.search(r"\S {2,}\S", part) else "" for part in parts]
-    return "".join(f"<pre{kind}>{escape(part)}</pre>" for kind, part in zip(kinds, parts, strict=True))
+def prose(text: str) -> str:
+    """An answer as a terminal has it, in 80 columns, as HTML: sentences, lists, small tables, notes; the same words."""
+    parts = []
+    for at, block in enumerate(re.split(r"\n[ ]*\n", text.strip("\n"))):
+        lines = _joined(block.split("\n"))
+        head = lines[0]
+        is_sentence = at == 0 or head.endswith((".", ":")) or head.startswith("  ")
+        parts.append(_paragraph(head) if is_sentence else f"<h3>{escape(head)}</h3>")
+        parts += _listed(lines[1:])
+    return "".join(parts)
+
+
+def _joined(lines: Sequence[str]) -> list[str]:
+    """Lines with those that go on with the one before: indented further, and too long to stand behind it."""
+    joined: list[tuple[str, int]] = []
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        words = " ".join(line.split()[:3])
+        before = joined[-1] if joined else ("", 0)
+        is_more = indent > len(before[0]) - len(before[0].lstrip()) and before[1] + 1 + len(words) > WIDTH
+        if joined and is_more and not _IS_ROW.search(line):
+            joined[-1] = f"{before[0]} {line.strip()}", len(line)
+        else:
+            joined.append((line, len(line)))
+    return [line for line, _ in joined]
+
+
+def _listed(lines: Sequence[str]) -> Iterator[str]:
+    """Lines as lists and notes, and aligned rows as tables."""
+    for kind, group in itertools.groupby(lines, key=_kind):
+        rows = list(group)
+        if kind == "row" and len(rows) > 1:
+            cells = _columns(rows)
+            yield table(cells[0], cells[1:]) if not rows[0][2:3].strip() else table((), cells)
+        elif kind == "note":
+            yield "".join(_paragraph(line) for line in rows)
+        else:
+            items = "".join(f"<li>{escape(_GAP.sub(': ', line.strip()))}</li>" for line in rows)
+            yield f"<ul>{items}</ul>"
+
+
+def _kind(line: str) -> str:
+    return "note" if not line.startswith(" ") else "row" if _IS_ROW.search(line) else "item"
+
+
+def _columns(rows: Sequence[str]) -> list[list[str]]:
+    """Aligned rows by their columns, which two blanks in every row keep apart."""
+    width = max(map(len, rows))
+    blank = [all(row.ljust(width)[at] == " " for row in rows) for at in range(width)]
+    marks = "".join(" " if each else "x" for each in blank)
+    spans = [(match.start(), match.end()) for match in re.finditer(r"x+(?: x+)*", marks)]
+    return [[_GAP.sub(" ", row[start:stop]).strip() for start, stop in spans] for row in rows]
+
+
+def _paragraph(line: str) -> str:
+    kind = next((word for word in ("note", "warning") if line.lower().startswith(f"{word}:")), "")
+    return f'<p class="{kind}">{escape(line.strip())}</p>'
+
+
+def notes(texts: Sequence[str]) -> str:
+    """What a reader has to know besides."""
+    return "".join(f'<p class="note">{escape(each)}</p>' for each in texts)
 
 
 def folded(summary: str, said: str) -> str:
     """Long text, shown when it is asked for."""
-    return f"<details><summary>{escape(summary)}</summary>{text(said)}</details>"
+    return f"<details><summary>{escape(summary)}</summary><pre>{escape(said)}</pre></details>"
 
 
 def warnings(found: Sequence[str]) -> str:
@@ -102,10 +164,11 @@ def plot(name: str, label: str) -> str:
 def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     """A small table of text."""
     top = "".join(f'<th scope="col" class="left">{escape(each)}</th>' for each in heads)
+    top = f"<thead><tr>{top}</tr></thead>" if heads else ""
     body = "".join(
         "<tr>" + "".join(f'<td class="left">{escape(str(cell))}</td>' for cell in row) + "</tr>" for row in rows
     )
-    return f'<div class="scroll" tabindex="0"><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 
 
 MAP = (
@@ -127,7 +190,7 @@ STATES = (
 )
 
 TABLE = (
-    '<div class="controls"><label>Filter <input id="filter" placeholder="margin &gt; 5; load mass = 3"></label>'
+    '<div class="controls"><label>Filter <input id="filter" placeholder="margin &gt; 5 N; load mass = 3 kg"></label>'
     '<label><input type="checkbox" id="brushed-only"> marked on the front only</label></div>'
     '<p id="filter-fault" role="alert"></p><p id="list-says" class="says" aria-live="polite"></p>'
     '<div id="list" class="scroll" tabindex="0"></div><button type="button" id="more">Show more</button>'

@@ -10,7 +10,7 @@ from pathlib import Path
 from tendon_cli.errors import InputError
 from tendon_cli.files import read_file
 from tendon_cli.reports import html
-from tendon_cli.reports.data import NO_DATA
+from tendon_cli.reports.data import page_data
 from tendon_cli.reports.stale import LEDGER
 
 MOST_PICTURES = 3_000_000
@@ -33,7 +33,7 @@ def paper_page(folder: Path) -> str:
         html.section("ledger", "Findings and claims", table),
         html.section("figures", "Figures", pictures + html.warnings(left_out)),
     ]
-    return html.html_page("The paper, reproduced", parts, NO_DATA | {"kind": "paper"})
+    return html.html_page("The paper, reproduced", parts, page_data("paper"))
 
 
 def _ledger(file: Path) -> list[dict[str, str]]:

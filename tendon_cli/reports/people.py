@@ -10,22 +10,26 @@ import pyarrow as pa
 from tendon_cli import say
 from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.population import windows_of
-from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import question
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import Shown
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.reports.packed import packed_classes
-from tendon_cli.reports.product import number_record
+from tendon_cli.reports.data import number_record, packed_classes
+from tendon_cli.studies.load import recorded_study
+from tendon_cli.tables.read import TableFiles
 
 MOST_PERSONS = 5000
 _USUAL = ("biceps_circumference", "weight")
 
 
-def people_record(problem: Problem, choices: pa.Table, crowd: dict[str, Any] | None) -> dict[str, Any] | None:
+def people_record(table: TableFiles, crowd: dict[str, Any] | None) -> dict[str, Any] | None:
     """What the page draws of the persons of an answer; None where it was not asked of people."""
+    if crowd is None or crowd["kind"] != "persons" or crowd["pretension"] is None:
+        return None
+    problem, choices = question(recorded_study(table.facts["study"])), table.read()
     people = problem.study.people
-    if crowd is None or people is None or crowd["kind"] != "persons":
+    if people is None:
         return None
     population = people.population
     row = choices.slice(_row(choices, crowd), 1)

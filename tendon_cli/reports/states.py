@@ -16,7 +16,7 @@ from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.reports.packed import packed
+from tendon_cli.reports.data import packed
 from tendon_cli.studies.study import Study
 
 MOST_ANGLES = 61
@@ -92,7 +92,7 @@ def _groups(arm: int, condition: str, found: Curves) -> Iterable[dict[str, Any]]
             lines.append({"label": shown.name, "colour": colour, "array": packed(shown.scaled(found[column]))})
         if not lines:
             continue
-        lines[0]["colour"] = "extensor" if label == "torque" else lines[0]["colour"]
+        lines[0]["colour"] = "joint" if label == "torque" else lines[0]["colour"]
         unit = Shown.of(columns[0], QUANTITIES[columns[0]]).unit
         said = f"{label}, {condition}" if condition else label
         yield {"label": said, "condition": condition, "arm": arm, "unit": "" if unit == "1" else unit, "lines": lines}

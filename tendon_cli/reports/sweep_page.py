@@ -10,17 +10,19 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.cube.axes import thinned
+from tendon_cli.cube.columns import TRUTHS
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import Run
 from tendon_cli.reports import html
-from tendon_cli.reports.data import NO_DATA
-from tendon_cli.reports.product import (
-    MOST_CELLS,
+from tendon_cli.reports.data import (
     OUTCOME,
     PageAxis,
     outcomes,
+    page_axes,
+    page_data,
     quantities,
-    said_of_thinning,
+    thinning_text,
+    truths_record,
 )
 from tendon_cli.reports.states import MOST_DESIGNS, curves_of_sweep, states_record
 from tendon_cli.studies.load import recorded_study
@@ -40,35 +42,23 @@ def sweep_page(folder: Path, run: Run) -> str:
     """The page of a finished sweep's folder."""
     table = open_table(folder / "designs.parquet")
     cube = cube_of(table)
-    axes = _axes(cube)
-    positions = {axis.shown.column: axis.kept for axis in axes}
+    axes = page_axes(cube)
+    positions = {each.axis.column: each.kept for each in axes}
     rows = cube.rows(list(positions), positions)
     names = _columns(cube)
-    columns = cube.gather(rows, [*names, "feasible", "stable", "taut", "slack_fraction", "min_elbow_stiffness"])
-    nowhere = np.isnan(columns["min_elbow_stiffness"].astype(float)) & (columns["slack_fraction"] > 0)
+    columns = cube.gather(rows, [*names, *TRUTHS, "slack_fraction", "min_elbow_stiffness"])
+    nowhere = np.isnan(columns["min_elbow_stiffness"]) & (columns["slack_fraction"] > 0)
     chosen = {OUTCOME: outcomes(columns, nowhere)} | {name: columns[name] for name in names}
-    labels = {name: cube.shown(name) for name in names}
-    maps, left_out = quantities(chosen, labels)
-    document = dict(cube.study)
-    states, arms = _states(cube, recorded_study(table.facts["study"]), axes)
-    data = NO_DATA | {
-        "kind": "sweep", "axes": [axis.record() for axis in axes], "quantities": maps, "states": states, "arms": arms,
-        "table": _table(axes, maps, rows.size),
-    }  # fmt: skip
-    record = run.record
-    title = record["title"] or record["name"]
-    return html.html_page(title, _sections(title, run, document, said_of_thinning(axes, left_out)), data)
-
-
-def _axes(cube: Cube) -> list[PageAxis]:
-    kept = thinned([axis.length for axis in cube.axes], MOST_CELLS)
-    found = []
-    for axis, positions in zip(cube.axes, kept, strict=True):
-        values = axis.values
-        names = tuple(str(value) for value in values) if axis.is_text else ()
-        label = cube.shown(axis.column)
-        found.append(PageAxis(label, None if axis.is_text else values, names, axis.is_log, positions))
-    return found
+    maps, left_out = quantities(chosen, {name: cube.shown(name) for name in names})
+    states, arms = _states(recorded_study(table.facts["study"]), axes)
+    shown = [*({"axis": at} for at in range(len(axes))), *({"quantity": at} for at in range(len(maps)))]
+    listed = {"rows": rows.size, "columns": [*shown, *truths_record({name: columns[name] for name in TRUTHS})]}
+    data = page_data(
+        "sweep", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms,
+        table={**listed, "cells": None},
+    )  # fmt: skip
+    title = run.record["title"] or run.record["name"]
+    return html.html_page(title, _sections(title, run, dict(cube.study), thinning_text(axes, left_out)), data)
 
 
 def _columns(cube: Cube) -> list[str]:
@@ -79,30 +69,22 @@ def _columns(cube: Cube) -> list[str]:
     return [*(name for name in WORTH if name in results), *(n for n in results if n not in WORTH and n not in keys)]
 
 
-def _states(cube: Cube, study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
+def _states(study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     kept = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS)
-    position = {axis.key: of.kept[at] for axis, of, at in zip(cube.axes, axes, kept, strict=True)}
-    found = curves_of_sweep(study, [position[key] for key in study.axes])
-    return states_record(study, kept, [("", found)])
+    position = {each.axis.key: each.kept[at] for each, at in zip(axes, kept, strict=True)}
+    return states_record(study, kept, [("", curves_of_sweep(study, [position[key] for key in study.axes]))])
 
 
-def _table(axes: Sequence[PageAxis], maps: Sequence[dict[str, Any]], rows: int) -> dict[str, Any]:
-    columns: list[dict[str, Any]] = [{"axis": at} for at in range(len(axes))]
-    columns += [{"quantity": at} for at in range(len(maps))]
-    return {"rows": rows, "columns": columns, "cells": None}
-
-
-def _sections(title: str, run: Run, document: dict[str, Any], thinning: str) -> list[str]:
+def _sections(title: str, run: Run, document: dict[str, Any], thinning: Sequence[str]) -> list[str]:
     record = run.record
     links = {"answer": "Answer", "map": "Map", "design": "One design", "list": "Table", "study": "Study"}
-    answer = html.text(run_text(run)) + html.warnings([thinning] if thinning else [])
-    parts = [
+    lines = run_text(run).split("\n")
+    kept = [line for line in lines if not line.startswith(("  warning", "  written to"))]
+    answer = html.prose("\n".join(kept)) + html.warnings(record["warnings"]) + html.notes(thinning)
+    return [
         html.head(title, f"a sweep by tendon, study {record['study_hash'][:12]}", links | {"record": "Record"}),
         html.section("answer", "What came out", answer, "answer"),
         html.section("map", "Map of the designs", html.MAP),
-    ]
-    return [
-        *parts,
         html.section("design", "The states of one design", html.STATES),
         html.section("list", "All designs of this page", html.TABLE),
         *ending(record, document),

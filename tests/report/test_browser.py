@@ -3,6 +3,7 @@
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.cube.rows import rows_in
 from tendon_cli.reports.report import write_report
 from tests.report.conftest import TITLE, until
 
@@ -23,6 +24,7 @@ def test_a_slider_moves_the_map(opened, page_file):
         page.locator("#sliders input").fill("1")
         until(page, "before => JSON.stringify(Array.from(mapped.z[0])) !== before", before)
         assert "5 kg" in page.locator("#sliders output").inner_text()
+        until(page, "document.getElementById('design-says').textContent.includes('load mass 5 kg')")  # the states, too
 
 
 def test_a_click_shows_the_states_of_that_design(opened, page_file):
@@ -80,15 +82,56 @@ def test_the_table_sorts_and_filters(opened, page_file):
     with opened(page_file) as page:
         assert "of 126" in page.locator("#list-says").inner_text()
         page.locator("#filter").fill("load mass = 5; margin > 0")
-        page.locator("#filter").press("Enter")
         rows = page.evaluate("rowsOfTable().length")
         assert 0 < rows < 63
         page.get_by_role("button", name="margin").click()
         values = page.evaluate("rowsOfTable().map((row) => listed.columns[4].value(row))")
         assert values == sorted(values)
         page.locator("#filter").fill("colour > 3")
-        page.locator("#filter").press("Enter")
         assert "no column" in page.locator("#filter-fault").inner_text()
+        assert page.evaluate("rowsOfTable().length") == rows
+
+
+SAME = [
+    "margin > 5 N", "margin > 0.005 kN", "load_mass = 5000 g", "load.mass in 0 kg, 3 kg", "load_mass in [5 kg]",
+    "taut = yes", "taut != yes", "feasible = false", "stable = 1", "pretension <= 105 N", "spring_stiffness != 3 kN/m",
+    "max_tension >= 300", "load_mass == 5 kg; margin < 20 N",
+]  # fmt: skip
+
+
+def test_a_filter_means_what_it_means_in_a_terminal(opened, page_file, swept):
+    with opened(page_file) as page:
+        for text in SAME:
+            page.locator("#filter").fill(text)
+            assert page.locator("#filter-fault").inner_text() == ""
+            where = [f"{each} N" if each.endswith("300") else each for each in text.split("; ")]
+            assert page.evaluate("rowsOfTable().length") == rows_in(swept, where=where).head(0)[1], text
+        for text, fault in (("margin > 5 kg", "no unit of"), ("taut > 1", "yes or no"), ("margin", "not a filter")):
+            page.locator("#filter").fill(text)
+            assert fault in page.locator("#filter-fault").inner_text()
+
+
+def test_no_button_leads_out_of_the_page(opened, page_file, answer_page):
+    for file in (page_file, answer_page):
+        with opened(file) as page:
+            buttons = page.locator(".modebar-btn")
+            for at in range(buttons.count()):
+                name = buttons.nth(at).get_attribute("data-title") or buttons.nth(at).get_attribute("data-attr") or ""
+                assert not any(word in name.lower() for word in ("share", "cloud", "edit in")), name
+                buttons.nth(at).dispatch_event("click")
+            assert page.locator("[class*=cloud]").count() == 0
+            links = page.evaluate("Array.from(document.links).map((link) => link.getAttribute('href'))")
+            assert all(link.startswith("#") for link in links), links
+            assert len(page.context.pages) == 1
+
+
+def test_one_value_has_no_colour_bar(opened, tmp_path):
+    axes = {"tendon": {"pretension": [100.0, 120.0]}, "spool": {"flexor_radius": ["20 mm", "30 mm"]}}
+    tendon.sweep(tendon.study(axes), tmp_path / "run")
+    with opened(write_report(tmp_path / "run")) as page:
+        at = page.evaluate("page.quantities.findIndex((each) => !each.classes && each.low === each.high)")
+        page.locator("#choosers select").first.select_option(str(at))
+        until(page, "document.getElementById('map').data[0].showscale === false")
 
 
 def test_every_figure_has_its_table(opened, page_file):

@@ -64,16 +64,20 @@ async function brushByNumbers() {
 
 async function startAnswers() {
   if (!page.design) return;
+  if (place("front")) await startFront();
+  if (hasMap() && place("windows")) await drawWindows();
+  if (page.people) await drawPeople();
+}
+
+async function startFront() {
   front.names = page.design.goals;
-  [front.x, front.y] = page.design.shown;
+  [front.x, front.y] = page.design.display;
   const labels = front.names.map((name) => page.design.columns[name].label);
   place("front-axes").append(select("across ", labels, front.x, (at) => { front.x = at; drawFront(); }), select("up ", labels, front.y, (at) => { front.y = at; drawFront(); }));
   await drawFront();
   place("front").on("plotly_selected", (event) => brush(event ? event.points.map((point) => point.customdata) : null));
   place("front").on("plotly_deselect", () => brush(null));
   for (const name of ["x-low", "x-high", "y-low", "y-high"]) place(`brush-${name}`).addEventListener("change", brushByNumbers);
-  if (hasMap()) await drawWindows();
-  if (page.people) await drawPeople();
 }
 
 // The bodies that the best choice leaves out, over two measures of the body.
@@ -84,7 +88,7 @@ async function drawPeople() {
     const rows = Array.from(xs.keys()).filter((row) => ok[row] > 0 === wanted);
     return { type: "scatter", mode: "markers", name, x: rows.map((row) => xs[row]), y: rows.map((row) => ys[row]), marker };
   };
-  const traces = [group(true, "served", { color: colour("extensor"), size: 5, opacity: 0.6 }), group(false, "left out", { color: colour("flexor"), size: 8, symbol: "x" })];
+  const traces = [group(true, "served", { color: colour("flexor"), size: 5, opacity: 0.6 }), group(false, "not served", { color: colour("extensor"), size: 8, symbol: "x" })];
   await draw("people", traces, { title: { text: page.people.title, x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } }, drawPeople);
-  asTable("people", [named(x), named(y), "served"], () => Array.from(xs.keys()).map((row) => [number(xs[row]), number(ys[row]), ok[row] > 0 ? "yes" : "left out"]));
+  asTable("people", [named(x), named(y), "served"], () => Array.from(xs.keys()).map((row) => [number(xs[row]), number(ys[row]), ok[row] > 0 ? "yes" : "no"]));
 }

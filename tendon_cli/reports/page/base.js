@@ -59,7 +59,11 @@ function layout(more) {
 }
 
 const drawn = new Map(); // what draws each figure again, when the colours change
-const settings = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["lasso2d", "autoScale2d"] };
+// No button leads out of the page: nothing is uploaded, and there is no server to upload it to.
+const settings = {
+  displaylogo: false, responsive: true, showSendToCloud: false, plotlyServerURL: "", showTips: false,
+  modeBarButtonsToRemove: ["lasso2d", "autoScale2d", "sendChartToCloud"],
+};
 
 async function draw(id, traces, more, again) {
   drawn.set(id, again);

@@ -37,6 +37,7 @@ function heat() {
   const trace = { type: "heatmap", x: along(x), y: along(y), z: mapped.z, hoverongaps: true, zsmooth: false };
   trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<br>${quantity.label} %{z:.5g} ${quantity.unit}<extra></extra>`;
   const bar = { title: { text: quantity.unit }, ...(narrow() ? { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 } : {}) };
+  if (!quantity.classes && quantity.low === quantity.high) return { ...trace, colorscale: "Cividis", zmin: quantity.low - 1, zmax: quantity.low + 1, showscale: false };
   if (!quantity.classes) return { ...trace, colorscale: "Cividis", zmin: quantity.low, zmax: quantity.high, colorbar: bar };
   const count = quantity.classes.length;
   const scale = quantity.classes.flatMap((kind, at) => [[at / count, colour(kind.colour)], [(at + 1) / count, colour(kind.colour)]]);
@@ -107,13 +108,16 @@ function cursorShape() {
 
 const kindOf = (axis) => (axis.names ? "category" : axis.is_log ? "log" : "linear");
 
+// The title of a map; a single value needs no colour bar.
+const headed = (quantity) => (!quantity.classes && quantity.low === quantity.high ? `${quantity.label}: ${withUnit(quantity.low, quantity.unit)} wherever it is known` : named(quantity));
+
 async function drawMap() {
   mapped.values = await unpack(chosen().array);
   sliced();
   const flat = view.y >= page.axes.length;
   const traces = flat ? [lineOfMap()] : [heat(), ...letters(), ...brushedCells()];
   const more = {
-    title: { text: named(chosen()), x: 0.02, font: { size: 14 } },
+    title: { text: headed(chosen()), x: 0.02, font: { size: 14 } },
     xaxis: { title: { text: named(page.axes[view.x]) }, type: kindOf(page.axes[view.x]), showgrid: false },
     yaxis: flat ? { title: { text: named(chosen()) } } : { title: { text: named(page.axes[view.y]) }, type: kindOf(page.axes[view.y]), showgrid: false },
     shapes: cursorShape(),
@@ -173,6 +177,7 @@ function sliders() {
       told.textContent = valueOf(axis, view.at[at]);
       input.setAttribute("aria-valuetext", told.textContent);
       redraw();
+      moveStates(at, view.at[at]);
     });
     return make("label", { class: "slider" }, `${axis.label} `, input, told);
   });

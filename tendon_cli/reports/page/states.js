@@ -124,6 +124,14 @@ async function showDesign(cell) {
   await drawAngle();
 }
 
+// A slider of the map moves the states along its axis, too.
+function moveStates(axis, index) {
+  if (!page.states) return;
+  const at = positionOf(shown.cell);
+  at[axis] = index;
+  showDesign(cellAt(at));
+}
+
 function startStates() {
   if (!page.states) return;
   const names = page.states.groups.map((group) => group.label);
