@@ -213,7 +213,7 @@ def test_a_choice_between_the_points_of_the_grid_has_its_persons_too(tmp_path):
         "design": {"maximise": ["tolerance"], "serve": 0.8},
     }
     record = tendon.design(tendon.study(study), tmp_path / "answer").record
-    assert record["population"]["choice"] is None
+    assert record["population"]["choice"] == 3  # the first row after those of the grid
     served = unpacked(data_of(write_report(tmp_path / "answer"))["people"]["served"]["array"])
     assert served.mean() == pytest.approx(record["population"]["served"])
 
