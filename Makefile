@@ -20,12 +20,15 @@ $(READY): pyproject.toml constraints.txt setup.py $(wildcard tendon_cli/kernel/*
 	@$(BIN)/python -m compileall -q tendon_cli  # as pip does with what it installs; many containers have Python not do it
 	@touch $@
 
-demo: $(READY)  ## run a study of the paper, a first study, and answer a first question
-	$(BIN)/tendon sweep configs/paper/fig07.toml --overwrite
-	$(BIN)/tendon sweep configs/quickstart.toml --overwrite
-	$(BIN)/tendon design configs/design/universal.toml --overwrite
-	$(BIN)/tendon report results/universal-design
-	@echo "Look at results/quickstart/slack_map.png, open results/universal-design/report.html"
+demo: $(READY)  ## answer a first question, then run a first study and one of the paper
+	@$(BIN)/tendon design configs/design/universal.toml --overwrite
+	@$(BIN)/tendon report results/universal-design >/dev/null
+	@$(BIN)/tendon sweep configs/quickstart.toml --overwrite --quiet
+	@$(BIN)/tendon sweep configs/paper/fig07.toml --overwrite --quiet
+	@echo; echo "The answer as a page:   results/universal-design/report.html"
+	@echo "Where tendons go slack: results/quickstart/slack_map.png"
+	@echo "A run of the paper:     results/fig07"
+	@echo "The documentation:      make docs, then docs/_build/index.html"
 
 test: $(READY)  ## run all tests
 	$(BIN)/python -m pytest -q -n auto -m "not torture"

@@ -1,10 +1,16 @@
 """Sphinx configuration: Markdown pages, the library from its own documentation, everything usable offline."""
 
+import sys
+from pathlib import Path
+
 from docutils.nodes import SkipNode
 from latex2mathml.converter import convert
 from pygments.lexers.special import TextLexer
 
 from tendon_cli import __version__
+
+sys.path.insert(0, str(Path(__file__).parent))
+import messages  # beside this file
 
 project = "tendon"
 author = "The tendon developers"
@@ -43,7 +49,13 @@ def displayed(writer, node):
     raise SkipNode
 
 
+def with_messages(_app, _page, source):
+    """Write every message of the code into the page that asks for them."""
+    source[0] = source[0].replace("<!-- every message, from the code -->", messages.table())
+
+
 def setup(app):
     """Let tables of numbers be shown as they are, and formulas without the network."""
+    app.connect("source-read", with_messages)
     app.add_lexer("csv", TextLexer)
     app.add_html_math_renderer("mathml", (inline, None), (displayed, None))

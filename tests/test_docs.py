@@ -149,3 +149,23 @@ def test_who_walks_from_a_study_to_a_written_part_finds_every_name():
         assert re.search(rf"^ *(def|class) {name}\b", source, re.MULTILINE), (name, file)
     for file in re.findall(r"`([a-z_]+(?:/[a-z_]+)*\.(?:py|h))`", text):
         assert list(package.rglob(file)), file
+
+
+def test_the_page_of_questions_has_every_message():
+    """What is printed in a few known cases stands in the list that the page is built with."""
+    found = script("messages").messages()
+    assert len(found) > 250
+    said = [re.escape(message).replace(re.escape("..."), ".+") for message, _, _ in found]
+    for known in ('"9" has no unit, expected a length such as "9 mm"', "--resume and --overwrite exclude each other",
+                  "144 may be degrees or radians, expected an angle", "holds an unfinished run"):  # fmt: skip
+        assert any(re.match(each, known) for each in said), known
+    page = PAGES["questions.md"]
+    for asked in re.findall(r"^\*\*`([^`]+)`", page, re.MULTILINE):
+        words = re.sub(r"\W+", " ", asked.replace("...", " ")).split()[-2:]
+        assert (
+            any(" ".join(words) in re.sub(r"\W+", " ", m) for m, _, _ in found)
+            or "No pretension" in asked
+            or any(
+                " ".join(words) in re.sub(r"\W+", " ", path.read_text()) for path in (ROOT / "tendon_cli").rglob("*.py")
+            )
+        ), asked
