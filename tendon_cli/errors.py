@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import signal
+import sys
 from dataclasses import dataclass
 
 EXIT_BUG = 1
@@ -26,6 +27,15 @@ class TendonError(Exception):
         self.message = message
         self.where = where
         self.hint = hint
+
+
+def install_hint(package: str) -> str:
+    """How to install a package where this tendon is installed; tendon's own name on an index may be a stranger's."""
+    import importlib.util  # only who lacks a package pays for its import
+
+    if importlib.util.find_spec("pip") is None:
+        return f"uv pip install --python {sys.executable} {package}"
+    return f"{sys.executable} -m pip install {package}"
 
 
 class UsageError(TendonError):

@@ -262,7 +262,7 @@ def test_without_xarray_the_extra_is_named(study, monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(UsageError) as told:
         tendon.sweep(study).to_xarray()
-    assert "tendon-cli[xarray]" in told.value.hint
+    assert "-m pip install xarray" in told.value.hint
 
 
 def test_every_error_of_the_face_is_one_of_tendon(workplace):

@@ -19,7 +19,7 @@ from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import RECORDS, lost, read_record
 from tendon_cli.engine.states import StatesOf
-from tendon_cli.errors import FolderError, InputError, UsageError
+from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.studies.load import recorded_study
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class Run(Result):
     def to_xarray(self) -> xr.Dataset:
         """The tables as one dataset: the study's axes are its dimensions, every variable has its unit.
 
-        Needs the extra `tendon-cli[xarray]`; raises UsageError without.
+        Needs the package xarray; raises UsageError without.
         """
         return _dataset(self.record, self.table)
 
@@ -136,8 +136,9 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
     try:
         import xarray as xr  # an optional extra
     except ImportError:
-        hint = "pip install 'tendon-cli[xarray]'"
-        raise UsageError("to_xarray needs the package xarray, which is not installed", hint=hint) from None
+        raise UsageError(
+            "to_xarray needs the package xarray, which is not installed", hint=install_hint("xarray")
+        ) from None
     plan = Plan(recorded_study(record))
     axes = {axis.column: len(axis) for axis in plan.axes}
     motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}

@@ -113,8 +113,9 @@ class Attachments:
             raise InputError(
                 f"the coefficient {coefficient:g} is not between 0 and 10", where=shorten(name, 200), hint=hint
             )
-        if not error >= 0.0:
-            raise InputError(f"the standard error {error:g} is not 0 or more", where=shorten(name, 200), hint=hint)
+        if not 0.0 <= error <= 10.0:
+            problem = f"the standard error {error:g} is not between 0 and 10"
+            raise InputError(problem, where=shorten(name, 200), hint=hint)
         source = fit.get("source")
         self._note(
             key, name, content, friction=coefficient, standard_error=error,

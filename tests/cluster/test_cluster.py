@@ -10,7 +10,7 @@ import pytest
 
 from .conftest import PARTS, wait_for
 
-pytest.importorskip("distributed", reason="the extra tendon-cli[dask] is not installed")
+pytest.importorskip("distributed", reason="distributed is not installed")
 
 SWEEP = ("sweep", "study.toml", "--no-figures", "--out", "run")
 

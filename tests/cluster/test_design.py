@@ -12,7 +12,7 @@ from tendon_cli.tables.read import open_table
 
 from .conftest import WINDOWS_PER_PART, wait_for
 
-pytest.importorskip("distributed", reason="the extra tendon-cli[dask] is not installed")
+pytest.importorskip("distributed", reason="distributed is not installed")
 
 STUDY = """
 name = "suit"

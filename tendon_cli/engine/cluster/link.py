@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tendon_cli.engine.cluster.worker import Refusal, all_versions, unlike
-from tendon_cli.errors import TendonError, UsageError, WorkersLostError
+from tendon_cli.errors import TendonError, UsageError, WorkersLostError, install_hint
 
 CONNECT = 6.0
 """Seconds within which the scheduler must answer, and have a worker."""
@@ -36,8 +36,9 @@ def library() -> Any:
     try:
         import distributed  # an optional extra
     except ImportError:
-        hint = "pip install 'tendon-cli[dask]'"
-        raise UsageError("--scheduler needs the package distributed, which is not installed", hint=hint) from None
+        raise UsageError(
+            "--scheduler needs the package distributed, which is not installed", hint=install_hint("distributed")
+        ) from None
     for name in _TALKATIVE:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     return distributed

@@ -113,6 +113,7 @@ ATTACHMENTS = (
     fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not between"),
     fragment("of minus one", "[friction]\ncoefficient = -1\nstandard_error = 0\n", "not between"),
     fragment("of a hundred", "[friction]\ncoefficient = 100\nstandard_error = 0\n", "not between"),
+    fragment("of an error of 1e9", "[friction]\ncoefficient = 0.07\nstandard_error = 1e9\n", "not between"),
     fragment("of a word", "[friction]\ncoefficient = 'much'\nstandard_error = 0\n", "not a friction fragment"),
     fragment("in bytes", b"\xff\xfe\x00", "not a friction fragment"),
     fragment("of lists", f"x = {'[' * 100_000}", "not a friction fragment"),
