@@ -15,7 +15,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor_window import excess
-from tendon_cli.space.axis import PRETENSION, REFERENCE, SLACK, of_side
+from tendon_cli.space.axis import PRETENSION, REFERENCE, SLACK, SPRING_AT, of_side
 
 End = Literal["from", "to"]
 
@@ -131,10 +131,10 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
     space = alone.points(numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.of_the_model.items():
-        if key not in (PRETENSION, REFERENCE, SLACK):
+        if key not in (PRETENSION, REFERENCE, SLACK, SPRING_AT):
             name = of_side(key, side) if side and key in space.of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())
-    return {key: value for key, value in values.items() if not np.isnan(value)}
+    return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
 def _is_steady(

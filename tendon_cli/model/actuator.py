@@ -63,8 +63,8 @@ class Situation:
             ),
             sine=np.sin(inclination),
             cosine=np.cos(inclination),
-            other_torque=np.asarray(design.other_torque(elbow_angle), dtype=np.float64),
-            other_slope=np.asarray(design.other_torque(elbow_angle, 1), dtype=np.float64),
+            other_torque=np.asarray(design.other_torque(elbow_angle)),
+            other_slope=np.asarray(design.other_torque(elbow_angle, 1)),
             resting=sheaths_of(*sides, design.setting_angle, flexion) if design.follows else None,
         )
 

@@ -20,8 +20,8 @@ class Spline:
 
     def __call__(self, angle: Real, derivative: int = 0) -> Array:
         """Values, or derivatives, at angles (rad), of their shape; beyond the ends the last piece goes on."""
-        at = np.asarray(angle, dtype=np.float64)
-        piece = np.clip(np.searchsorted(self.knots, at, side="right") - 1, 0, len(self.knots) - 2)
+        at = np.asarray(angle)  # may be complex, for derivatives
+        piece = np.clip(np.searchsorted(self.knots, at.real, side="right") - 1, 0, len(self.knots) - 2)
         from_knot, total = at - self.knots[piece], np.zeros(at.shape)
         for power, coefficient in zip((3, 2, 1, 0), self.coefficients, strict=True):
             if power >= derivative:

@@ -16,8 +16,9 @@ CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
 LINKED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
 """Axes whose values have names, and set several numbers at once."""
 PRETENSION = "tendon.pretension"
-REFERENCE, SLACK = "model.reference", "model.slack"
-"""As numbers: 1 where the flexor's travel is measured from the initial path; 1 where tendons cannot push."""
+REFERENCE, SLACK, SPRING_AT = "model.reference", "model.slack", "spring.at"
+"""Words as numbers: 1 if the flexor's travel is measured from the initial path; if tendons cannot push; if a spring
+sits at the motor."""
 
 Role = Literal["choice", "condition", "pretension"]
 Numbers = Mapping[str, Array]

@@ -27,6 +27,7 @@ from tendon_cli.space.axis import (
     REFERENCE,
     SIDES,
     SLACK,
+    SPRING_AT,
     Axis,
     Numbers,
     Rows,
@@ -157,7 +158,7 @@ class Space:
 
     def number(self, key: str, side: str | None = None) -> Varying:
         """A number by its common key; with `side`, as it is on that side of the arm."""
-        value, sets = np.nan, list[tuple[int, Array]]()
+        value, sets = _DEFAULTS.get(key, np.nan), list[tuple[int, Array]]()
         for candidate in (key, of_side(key, side)) if side else (key,):
             if candidate in self.single:
                 value, sets = self.single[candidate], []
@@ -197,9 +198,19 @@ class Space:
         def is_so(key: str) -> Flag:
             return np.asarray(given[key, None]) > 0.5
 
-        flexor, extensor = (Side(**{name: given[key, side] for name, key in _OF_A_SIDE.items()}) for side in SIDES)
+        flexor, extensor = (
+            Side(
+                **{name: given[key, side] for name, key in _OF_A_SIDE.items()},
+                spring_at_motor=np.asarray(given[SPRING_AT, side]) > 0.5,
+            )
+            for side in SIDES
+        )
         return Design(
-            arm=Limb(Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)), **arm(_WEIGHTS)),
+            arm=Limb(
+                Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)),
+                **arm(_WEIGHTS),
+                **{name: given[f"joint.{name}", None] for name in _JOINT},
+            ),
             flexor=flexor,
             extensor=extensor,
             flexor_radius=given["spool.flexor_radius", None],
@@ -211,7 +222,10 @@ class Space:
 
 
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
-_WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width")
+_WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width", "contact_radius")
+_JOINT = ("stiffness", "rest_angle")
+_DEFAULTS = {"joint.stiffness": 0.0, "joint.rest_angle": 0.0, "anchor.stiffness": np.inf, SPRING_AT: 0.0}
+"""What a number is that nothing gives; others are not a number then."""
 _OF_A_SIDE = {
     "friction": "sheath.friction",
     "bend_angle": "sheath.bend_angle",
@@ -219,15 +233,17 @@ _OF_A_SIDE = {
     "diameter": "tendon.diameter",
     "youngs_modulus": "tendon.youngs_modulus",
     "spring_stiffness": "spring.stiffness",
+    "anchor_stiffness": "anchor.stiffness",
     "pretension": PRETENSION,
 }
 """What a side of the arm has: the names in the model and the common keys."""
-_WITH_SIDES = ("sheath", "tendon", "spring")
+_WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
 _GIVEN: tuple[Place, ...] = tuple((key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN)
 """What a limit alone needs; of what the sides may differ in, the flexor's."""
 _PLACES: tuple[Place, ...] = (
     *((f"arm.{name}", None) for name in (*ANCHORS, *_WEIGHTS)),
     *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass", REFERENCE, SLACK)),
-    *((key, side) for key in _OF_A_SIDE.values() for side in SIDES),
+    *((f"joint.{name}", None) for name in _JOINT),
+    *((key, side) for key in (*_OF_A_SIDE.values(), SPRING_AT) for side in SIDES),
     *_GIVEN,
 )

@@ -14,9 +14,12 @@ from tendon_cli.space.axis import (
     PERSON_AXIS,
     PRETENSION,
     REFERENCE,
+    SIDES,
     SLACK,
+    SPRING_AT,
     Axis,
     Role,
+    of_side,
     scale_of,
     split_side,
 )
@@ -26,8 +29,9 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.uncertain import drawn
 from tendon_cli.studies.values import Grid
 
-_WORDS = {REFERENCE: "initial", SLACK: "unilateral"}
-"""The choices of the model, which are numbers to it, each with the word that is 1."""
+_WORDS = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor"}
+_WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
+"""Words that are numbers to the model, each with the one that is 1."""
 
 
 def space_of(study: Study) -> Space:
@@ -46,8 +50,16 @@ def lengths_of(study: Study) -> tuple[int, ...]:
 
 def single_numbers(study: Study) -> dict[str, float]:
     """What a study gives once for all of its designs, by dotted key, SI."""
-    model = {key: float(getattr(study.model, key.partition(".")[2]) == word) for key, word in _WORDS.items()}
-    return {key: values.single for key, values in study.numbers.items() if not values.is_axis} | model
+    words = {key: said == word for key, word in _WORDS.items() if (said := _word(study, key)) is not None}
+    numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
+    return numbers | {key: float(is_so) for key, is_so in words.items()}
+
+
+def _word(table: object, key: str) -> str | None:
+    """The word at a dotted key of a study or a case; None if it says none."""
+    for name in key.split("."):
+        table = getattr(table, name, None)
+    return table if isinstance(table, str) else None
 
 
 def linked_axes(study: Study) -> tuple[Axis, ...]:
@@ -69,9 +81,8 @@ def case_axis(study: Study) -> Axis:
     given = [case_numbers(case) for case in study.cases]
     named = dict.fromkeys(key for each in given for key in each)
     numbers = {key: _stacked(each.get(key) for each in given) for key in named}
-    models = [getattr(case, "model", None) for case in study.cases]
     for key, word in _WORDS.items():
-        said = [getattr(model, key.partition(".")[2], None) for model in models]
+        said = [_word(case, key) for case in study.cases]
         if any(said):
             numbers[key] = _stacked(None if each is None else each == word for each in said)
     return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, StringConstraints, create_model
 
 from tendon_cli.studies.contents import mark_of, part_of
 from tendon_cli.studies.fields import Single, fault
-from tendon_cli.studies.parts import Arm, Load, Model, Part, Sheath, Spool, Spring, Tendon
+from tendon_cli.studies.parts import Anchor, Arm, Joint, Load, Model, Part, Sheath, Spool, Spring, Tendon
 from tendon_cli.studies.values import Values
 
 
@@ -29,7 +29,7 @@ def _single_valued(part: type[Part]) -> type[Part]:
     for name, field in part.model_fields.items():
         number, nested = mark_of(field), part_of(field)
         if number is not None:
-            kind: Any = Annotated[Values, Single(number.name, number.low, number.high)]
+            kind: Any = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
         else:
             kind = _single_valued(nested) if nested else field.annotation
         optional = kind if isinstance(kind, UnionType) else kind | None
@@ -42,6 +42,8 @@ DESIGN_PARTS: dict[str, type[Part]] = {
     "sheath": Sheath,
     "tendon": Tendon,
     "spring": Spring,
+    "anchor": Anchor,
+    "joint": Joint,
     "spool": Spool,
     "load": Load,
     "model": Model,

@@ -33,6 +33,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_case_faults(study),
         *_output_faults(study, at_fault),
         *_limit_faults(study, at_fault),
+        *_joint_faults(study, at_fault),
         *_goal_faults(study, at_fault),
         *_people_faults(study),
         *_draw_faults(study),
@@ -85,6 +86,14 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not any(key.endswith(need.key) for key in at_fault):
                 yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
+
+
+def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """A stiffness of the joint without the angle at which it asks for nothing."""
+    stiffness, rest = Need("joint.stiffness", "", ""), Need("joint.rest_angle", "", "")
+    if is_stated(study, stiffness) and not is_stated(study, rest) and rest.key not in at_fault:
+        problem = "needs the angle at which the joint itself asks for no torque"
+        yield Fault(stiffness.key, problem, f'such as {rest.key} = "73 deg"')
 
 
 def is_stated(study: Study, need: Need) -> bool:

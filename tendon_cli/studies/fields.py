@@ -60,6 +60,8 @@ class Single:
     name: str
     low: float
     high: float
+    word: str | None = None
+    """A word that stands for infinity, if it may be one."""
 
     @property
     def quantity(self) -> Quantity:
@@ -77,7 +79,11 @@ class Single:
             return value
         if isinstance(value, (list, tuple, dict)):
             raise fault(f"{described(value)} cannot stand here, expected one value, {self.wanted}")
-        return Values.of(self.bounded(self.measure(value)))
+        return Values.of(self.number(value))
+
+    def number(self, value: object) -> float:
+        """One value in SI, infinity where the word for it stands; raises PydanticCustomError."""
+        return math.inf if value is not None and value == self.word else self.bounded(self.measure(value))
 
     def measure(self, value: object, dimension: str | None = None) -> Measure:
         """One number and its unit; raises PydanticCustomError for anything else, a bare angle but 0 included."""
@@ -129,7 +135,11 @@ class Single:
         }
 
     def _json_choices(self) -> list[dict[str, Any]]:
-        return [self._json_scalar()]
+        return [self._json_one()]
+
+    def _json_one(self) -> dict[str, Any]:
+        scalar = self._json_scalar()
+        return scalar if self.word is None else {"anyOf": [*scalar["anyOf"], {"const": self.word}]}
 
     def _json_scalar(self) -> dict[str, Any]:
         units = "|".join(re.escape(unit) for unit in known_units(self.quantity.dimension))

@@ -37,7 +37,7 @@ class Number(Single):
             raise fault("an empty list, expected at least one value")
         if any(isinstance(item, (list, tuple, dict)) for item in items):
             raise fault("a list inside a list, expected a list of single values")
-        numbers = tuple(self.bounded(self.measure(item)) for item in items)
+        numbers = tuple(self.number(item) for item in items)
         found: set[float] = set()
         for item, number in zip(items, numbers, strict=True):
             if number in found:
@@ -140,8 +140,8 @@ class Number(Single):
         count = {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_LENGTH}
         spacing = {"enum": ["linear", "log"], "default": "linear"}
         choices = [
-            one,
-            {"type": "array", "items": one, "minItems": 1, "uniqueItems": True},
+            self._json_one(),
+            {"type": "array", "items": self._json_one(), "minItems": 1, "uniqueItems": True},
             _table({"from": one, "to": one, "num": count, "spacing": spacing}, 3),
             _table({"from": one, "to": one, "step": one}, 3),
         ]

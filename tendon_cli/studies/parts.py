@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from tendon_cli.quantities import OF_STATES
 from tendon_cli.studies.fields import Single, fault, nearest
 from tendon_cli.studies.number import Number
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import RIGID, Values
 from tendon_cli.units import shorten
 
 Direction = Literal["flexion", "extension"]
@@ -31,7 +31,9 @@ TendonLength = Annotated[Values, Number("tendon_length", **POSITIVE_LENGTH)]
 TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
 YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
 Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
-Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12)]
+Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12, word=RIGID)]
+AnchorStiffness = Annotated[Values, Number("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
+SpringPlace = Literal["joint", "motor"]
 FreeLength = Annotated[Values | None, Number("spring_free_length", **LENGTH)]
 
 
@@ -103,6 +105,7 @@ class Arm(Part):
     load_distance: Annotated[Values, Number("load_distance", **LENGTH)] = written("320 mm")
     upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = written("0 deg")
     contact_width: Annotated[Values | None, Number("contact_width", **POSITIVE_LENGTH)] = None
+    contact_radius: Annotated[Values | None, Number("contact_radius", **POSITIVE_LENGTH)] = None
 
 
 class SheathSide(Part):
@@ -149,14 +152,37 @@ class SpringSide(Part):
 
     stiffness: Stiffness | None = None
     free_length: FreeLength = None
+    at: SpringPlace | None = Field(default=None, description="the end of the tendon that the spring sits at")
 
 
 class Spring(SpringSide):
     """The series springs at the elbow ends of both tendons."""
 
     stiffness: Stiffness | None = written("3 kN/m")
+    at: SpringPlace | None = Field(default="joint", description="the end of the tendon that the spring sits at")
     flexor: SpringSide | None = None
     extensor: SpringSide | None = None
+
+
+class AnchorSide(Part):
+    """What differs on one side of the arm."""
+
+    stiffness: AnchorStiffness | None = None
+
+
+class Anchor(AnchorSide):
+    """Tissue and cuff behind the anchors of both tendons."""
+
+    stiffness: AnchorStiffness | None = written(RIGID)
+    flexor: AnchorSide | None = None
+    extensor: AnchorSide | None = None
+
+
+class Joint(Part):
+    """The joint that the suit moves: what it asks for by itself."""
+
+    stiffness: Annotated[Values | None, Number("joint_stiffness", 0.0, 1e6)] = None
+    rest_angle: Annotated[Values | None, Number("rest_angle", **FULL_TURNS)] = None
 
 
 class Spool(Part):

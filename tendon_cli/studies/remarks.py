@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 
 from tendon_cli.quantities import PLAUSIBLE
@@ -17,7 +18,7 @@ def remarks(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
         low, high = PLAUSIBLE.get(number.name, (number.low, number.high))
         unit = f" {number.quantity.unit}".removesuffix(" 1")
         for value in dict.fromkeys(values.extremes):
-            if not low <= value <= high:
+            if not low <= value <= high and not math.isinf(value):
                 yield f"{key} = {value:g} is {value:g}{unit}, far from any arm ({low:g} to {high:g}{unit})"
                 break
         known = values.uncertain

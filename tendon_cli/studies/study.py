@@ -20,7 +20,20 @@ from tendon_cli.studies.fields import Later, Single, fault
 from tendon_cli.studies.figure_checks import check_figures
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.number import Number
-from tendon_cli.studies.parts import Arm, Load, Model, Motion, Output, Part, Sheath, Spool, Spring, Tendon
+from tendon_cli.studies.parts import (
+    Anchor,
+    Arm,
+    Joint,
+    Load,
+    Model,
+    Motion,
+    Output,
+    Part,
+    Sheath,
+    Spool,
+    Spring,
+    Tendon,
+)
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.remarks import remarks
 from tendon_cli.studies.uncertain import Uncertain
@@ -54,6 +67,8 @@ class Study(Displayed, Part):
     sheath: Sheath = Sheath()
     tendon: Tendon = Tendon()
     spring: Spring = Spring()
+    anchor: Anchor = Anchor()
+    joint: Joint = Joint()
     spool: Spool = Spool()
     load: Load = Load()
     motion: Motion = Motion()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from math import lcm
@@ -96,6 +97,12 @@ class Values:
         return said if self.is_axis else said[0]
 
 
+RIGID = "rigid"
+"""The word for a stiffness without end."""
+
+
 def _said(value: float, dimension: str) -> float | str:
     """A number in SI as a study may say it: only angles cannot stand without their unit."""
+    if math.isinf(value):
+        return RIGID
     return f"{value!r} {SI_UNIT[dimension]}" if dimension == "angle" else value

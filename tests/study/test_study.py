@@ -16,7 +16,8 @@ from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import keys
 from tests.si import with_units
 
-PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] in ("sheath", "tendon", "spring")]
+WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
+PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] in WITH_SIDES]
 PLAIN = [key for key in keys() if key.count(".") == 1 and key != "motion.elbow_angle"]
 
 BASELINE = {
@@ -36,12 +37,18 @@ BASELINE = {
     "tendon.youngs_modulus": 145e9,
     "tendon.pretension": 100.0,
     "spring.stiffness": 3000.0,
+    "anchor.stiffness": math.inf,
     "spool.flexor_radius": 0.03,
     "spool.ratio": 1.0,
     "load.mass": 0.0,
 }
-OPTIONAL = {"arm.contact_width": 0.04, "spring.free_length": 0.07}
-"""Numbers that a study need not have."""
+OPTIONAL = {
+    "arm.contact_width": 0.04, "arm.contact_radius": 0.05, "spring.free_length": 0.07, "anchor.stiffness": 1e4,
+    "joint.stiffness": 1.1, "joint.rest_angle": 1.3,
+}  # fmt: skip
+"""Numbers that a study need not have, or that are none by default."""
+NEEDED = {"joint.stiffness": {"joint": {"rest_angle": "73 deg"}}}
+"""What a study must state besides."""
 
 
 @pytest.fixture
@@ -63,6 +70,8 @@ def one(key, value, name="study"):
     content = with_units(value, key.rpartition(".")[2])
     for part in reversed(key.split(".")):
         content = {part: content}
+    for table, besides in NEEDED.get(key, {}).items():
+        content[table] |= besides
     return study_from({"name": name, **content})
 
 
@@ -486,6 +495,8 @@ def contents(draw):
         for table in tables:
             inner = inner.setdefault(table, {})
         inner[name] = with_units(draw(numbers(f"{tables[0]}.{name}")), name)
+    if "stiffness" in content.get("joint", {}):
+        content["joint"].setdefault("rest_angle", "73 deg")
     free = [key for key in ("arm.b1", "load.mass", "spool.ratio") if key not in chosen]
     names = draw(st.lists(st.text(min_size=1, max_size=9).filter(_encodes), unique=True, max_size=3))
     content["cases"] = [
