@@ -15,6 +15,7 @@ from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
+from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
 _LIMITS = ("", *LIMIT_NAMES)
@@ -94,7 +95,8 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
     if column.kind == "text":
         return [column.choices[at] or None for at in values]
     if column.kind == "number":
-        return [value if np.isfinite(value) else None for value in values.tolist()]
+        endless = RIGID if column.is_axis else None
+        return [value if np.isfinite(value) else endless if value == np.inf else None for value in values.tolist()]
     return list(values.tolist())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -12,6 +13,7 @@ from tendon_cli.answers.problem import Problem
 from tendon_cli.space.axis import PERSON_AXIS
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
+from tendon_cli.studies.values import RIGID
 
 Row = Mapping[str, Any]
 """A row of `choices.parquet` as the record of an answer has it."""
@@ -24,8 +26,10 @@ def parameter(key: str, value: float) -> str:
 
 def row_words(product: Space, row: Row) -> str:
     """A choice or a condition: what it has of each axis; empty if there is none."""
-    values = ((factor, row[factor.column]) for factor in product.axes)
-    return ", ".join(value if isinstance(value, str) else parameter(factor.key, value) for factor, value in values)
+    values = ((axis, row[axis.column]) for axis in product.axes)
+    return ", ".join(
+        value if axis.names else parameter(axis.key, math.inf if value == RIGID else value) for axis, value in values
+    )
 
 
 def condition_words(conditions: Space, condition: int, *, but_first: bool = False) -> str:

@@ -112,7 +112,14 @@ class Tables:
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
         linked = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         return list(
-            dict.fromkeys((*ALWAYS, *axes, *(split_side(key)[0] for key in linked), *sorted(self.plan.space.of_sides)))
+            dict.fromkeys(
+                (
+                    *ALWAYS,
+                    *axes,
+                    *(split_side(key)[0] for key in linked),
+                    *sorted(self.plan.space.of_sides & keys().keys()),
+                )
+            )
         )
 
     def _columns_of(self, key: str) -> dict[Column, Values]:

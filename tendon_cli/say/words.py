@@ -54,6 +54,8 @@ def factor_of(quantity: Quantity) -> float:
 def quantity(of: Quantity | str, value: float, digits: int = 3, *, toward: float | None = None) -> str:
     """An SI value in the unit that people read it in: "148 N", "65.8 mm". `of` may be the name of a quantity."""
     kind = QUANTITIES[of] if isinstance(of, str) else of
+    if kind.dimension == "stiffness" and math.isinf(value):
+        return "rigid"
     text = number(value / factor_of(kind), digits, toward=toward)
     return text if kind.shown_in == "1" else f"{text} {kind.shown_in}"
 

@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,26 @@ def test_the_far_ends_follow_at_different_angles_and_the_torque_goes_over_into_t
     assert (np.diff(torques) < 0.0).all()
     # On the way back the elbow's tensions are other ones, by what tendons stretch: 0.5 % (claim C6 of the paper).
     assert torques[-1] == pytest.approx(float(back.motor_torque), rel=0.02)
+
+
+def test_a_spring_at_the_motor_lets_out_what_its_tension_says():
+    """At every tension on the way the spool has turned by what tendon and spring let out."""
+    p = design(baseline(load_mass=3.0, pretension=250.0, ratio=0.8))
+    moved = replace(
+        p, flexor=replace(p.flexor, spring_at_motor=True), extensor=replace(p.extensor, spring_at_motor=True)
+    )
+    for flexion in (True, False):
+        state = evaluate(moved, np.radians(60.0), flexion)
+        found = reversal(moved, state, np.radians(60.0), flexion)
+        for side, radius in ((found.flexor, 0.03), (found.extensor, 0.8 * 0.03)):
+            of_spring = (side.tension_before - side.tension_after) / 3e3
+            of_tendon = radius * side.turn * np.sign(of_spring) - of_spring
+            q = np.linspace(0.0, 1.0, 50)
+            tension = side.tension_before * (1.0 + q * (side.ratio - 1.0)) ** 2
+            let_out = of_tendon * q**2 + (side.tension_before - tension) / 3e3
+            np.testing.assert_allclose(side.tension(np.abs(let_out) / radius), tension, rtol=1e-9)
+            assert float(side.loss) > 0.0
+            assert np.sign(of_tendon) == np.sign(of_spring)
 
 
 def test_a_turn_is_undone_by_the_next():

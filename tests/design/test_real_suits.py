@@ -1,0 +1,120 @@
+"""What a real suit adds to the window: anchors that give, the joint's own torque, where the spring sits."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+
+SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
+
+
+def window(suit, tables=None, loads=("0 kg", "10 kg")):
+    stiffness, ratio = SUITS[suit]
+    content = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}, "load": {"mass": list(loads)}}
+    for table, keys in (tables or {}).items():
+        content[table] = content.get(table, {}) | keys
+    found = tendon.design(tendon.study(content)).choices.iloc[0]
+    return found.pretension_from, found.pretension_to
+
+
+PASSIVE = {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}
+
+
+@pytest.mark.parametrize(
+    ("tables", "first", "second"),
+    [
+        ({}, (122.1, 173.9), (60.4, 251.9)),
+        ({"anchor": {"stiffness": "20 kN/m"}}, (None, 173.9 - 28), (None, 251.9 - 61)),
+        ({"anchor": {"stiffness": "10 kN/m"}}, (115.0, 126.5), (72.7, 155.6)),
+        ({"anchor": {"stiffness": "5 kN/m"}}, None, (None, 251.9 - 135)),
+        ({"joint": PASSIVE}, (123.09, 205.02), (61.30, 284.07)),
+        ({"spring": {"at": "motor"}}, (150.35, 158.76), (85.1, 230.1)),
+        ({"arm": {"upper_arm_angle": ["0 deg", "20 deg"]}}, (145.3, 159.7), (129.0, 236.8)),
+        ({"arm": {"upper_arm_angle": ["0 deg", "-20 deg"]}}, (160.9, 173.9), (171.5, 251.9)),
+    ],
+)
+def test_what_each_effect_does_to_the_window(tables, first, second):
+    """Section 16 of the checked model: 0 and 10 kg, 0 to 90 degrees, no slack, k >= 0."""
+    for suit, expected in zip(SUITS, (first, second), strict=True):
+        low, high = window(suit, tables)
+        if expected is None:
+            assert not low <= high
+            continue
+        digits = 0.0051 if any(end is not None and round(end, 1) != end for end in expected) else 0.06
+        rounded = 0.51 if expected[0] is None else digits
+        assert expected[0] is None or low == pytest.approx(expected[0], abs=digits)
+        assert high == pytest.approx(expected[1], abs=rounded)
+
+
+def test_the_joints_own_stiffness_opens_what_the_papers_suits_lack():
+    for stiffness, expected in (("3 kN/m", (160.7, 168.3)), ("1 kN/m", (103.3, 106.3))):
+        content = {"spring": {"stiffness": stiffness}, "load": {"mass": ["0 kg", "5 kg"]}}
+        joint = {"stiffness": "1.8 N m/rad", "rest_angle": "73 deg"}
+        found = tendon.design(tendon.study(content | {"joint": joint})).choices.iloc[0]
+        assert (found.pretension_from, found.pretension_to) == pytest.approx(expected, abs=0.051)
+
+
+def test_an_anchor_a_spring_in_series_and_one_of_both_are_the_same():
+    """1/K adds up at the joint: a rigid spring behind an anchor of 5 kN/m is a spring of 5 kN/m on a rigid anchor."""
+    swapped = {"spring": {"stiffness": "rigid"}, "anchor": {"stiffness": "5 kN/m"}}
+    halves = {"spring": {"stiffness": "10 kN/m"}, "anchor": {"stiffness": "10 kN/m"}}
+    for tables in (swapped, halves):
+        assert window("K 5", tables) == pytest.approx(window("K 5"), rel=1e-12)
+
+
+def test_without_friction_it_does_not_matter_at_which_end_a_spring_sits():
+    smooth = {"sheath": {"friction": 0.0}}
+    assert window("K 5", smooth | {"spring": {"at": "motor"}}) == pytest.approx(window("K 5", smooth), rel=1e-12)
+
+
+def test_the_stiffer_the_anchor_the_nearer_a_rigid_one():
+    ends = np.array([window("K 5", {"anchor": {"stiffness": f"{k} kN/m"}}) for k in (10, 20, 100, 1e6)])
+    assert (np.diff(ends, axis=0) > 0.0).all()
+    assert tuple(ends[-1]) == pytest.approx(window("K 5"), rel=1e-4)
+
+
+def test_sides_cases_and_axes_say_where_a_spring_sits_and_what_gives():
+    study = tendon.study(
+        {
+            "cases": [
+                {"name": "all at the joint"},
+                {"name": "flexor at the motor", "spring": {"flexor": {"at": "motor"}}},
+                {"name": "soft", "anchor": {"extensor": {"stiffness": "6 kN/m"}}},
+            ],
+            "anchor": {"stiffness": ["rigid", "20 kN/m"]},
+            "spool": {"ratio": 0.6},
+            "spring": {"extensor": {"stiffness": ["5 kN/m", "rigid"]}, "stiffness": "5 kN/m"},
+            "motion": {"elbow_angle": ["30 deg", "80 deg"]},
+        }
+    )
+    designs = tendon.sweep(study).designs
+    assert len(designs) == 12
+    assert set(designs["spring_stiffness_extensor"]) == {5e3, np.inf}
+    soft = designs[designs["case"] == "soft"]
+    assert set(soft["anchor_stiffness_extensor"]) == {6e3}
+    assert set(soft["anchor_stiffness_flexor"]) == {np.inf, 2e4}
+    ends = designs.groupby("case", observed=True)["pretension_from"].first()
+    assert len(set(ends)) == 3
+
+
+def test_an_uncertain_anchor_is_drawn():
+    study = tendon.study(
+        {
+            "anchor": {"stiffness": {"value": "10 kN/m", "tolerance": "20 %"}},
+            "spring": {"stiffness": "8 kN/m"}, "spool": {"ratio": 0.5}, "uncertainty": {"draws": 16},
+            "load": {"mass": ["0 kg", "10 kg"]},
+        }
+    )  # fmt: skip
+    answer = tendon.design(study)
+    assert answer.feasible
+    assert len(answer.conditions) == 32
+    assert 0.0 < answer.choices["pretension_to"].iloc[0] < window("K 8", {"anchor": {"stiffness": "12 kN/m"}})[1]
+
+
+def test_a_rigid_spring_is_infinite_in_tables_and_a_word_in_what_is_read():
+    study = tendon.study({"spring": {"stiffness": ["rigid", "5 kN/m"]}, "spool": {"ratio": 0.6}})
+    answer = tendon.design(study)
+    assert answer.choices["spring_stiffness"].tolist() == [np.inf, 5e3]
+    assert answer.record["best"]["tolerance"]["spring_stiffness"] == "rigid"
+    assert "K rigid" in answer.text
+    assert tendon.study(study.document()).hash == study.hash
