@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array, Flag, Joint, Real
+from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Real
 from tendon_cli.model.spline import Spline
 
 
@@ -20,7 +20,7 @@ from tendon_cli.model.spline import Spline
 class Limb:
     """A joint, the limb beyond it and its weight."""
 
-    joint: Joint
+    joint: AnyJoint
     forearm_mass: Real
     """Mass of forearm and hand, kg."""
     forearm_com: Real

@@ -50,7 +50,7 @@ class Travels:
         return np.asarray(self.extensor_travel - ratio * self.flexor_travel)
 
 
-class Joint(Protocol):
+class AnyJoint(Protocol):
     """One degree of freedom that two tendons pull on."""
 
     def motion(self, angle: Real) -> Travels:
