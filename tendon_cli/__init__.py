@@ -139,8 +139,9 @@ def sweep(
     'N'
     """
     from tendon_cli.engine.sweep import sweep as run
+    from tendon_cli.studies.checks import without_intervals
 
-    asked, folder = _study(study), _folder(out, "sweep", figures=figures)
+    asked, folder = without_intervals(_study(study)), _folder(out, "sweep", figures=figures)
     if figures and asked.figure:
         from tendon_cli.figures.draw import check_figures_of
 
@@ -378,8 +379,9 @@ def estimate(study: "AnyStudy", jobs: int | None = None, figures: bool = False) 
     from tendon_cli.engine.estimate import estimate as estimated
     from tendon_cli.engine.plan import Plan
     from tendon_cli.engine.threads import available_cores
+    from tendon_cli.studies.checks import without_intervals
 
-    return estimated(Plan(_study(study)), _jobs(jobs) or available_cores(), figures=figures)
+    return estimated(Plan(without_intervals(_study(study))), _jobs(jobs) or available_cores(), figures=figures)
 
 
 def state(

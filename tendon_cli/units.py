@@ -116,6 +116,11 @@ class Measure:
         """The SI value, rounded once."""
         return to_float(self.exact)
 
+    @property
+    def quoted(self) -> str:
+        """As a study file has it, with its unit."""
+        return self.text if self.unit.symbol == "1" else f'"{self.text} {self.unit.symbol}"'
+
     def document(self) -> float | str:
         """How a study file says exactly this measure, the same for "1000 g" and "1.0 kg"; without unit, a float."""
         dimension = self.unit.dimension

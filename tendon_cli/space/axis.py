@@ -71,6 +71,8 @@ class Axis:
     is_range: bool = False
     """A grid, between whose points others may be chosen; a list is a catalogue."""
     is_log: bool = False
+    is_interval: bool = False
+    """Every value between the two that it has is meant; a condition."""
     weighting: Array | None = None
     """How much each value counts in a share; None where all count the same."""
 

@@ -20,7 +20,7 @@ from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one, sections_of
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.people.person import Step, Worn, worn_by
+from tendon_cli.studies.people.person import Step, Worn, with_numbers, worn_by
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.uncertain import drawn
 from tendon_cli.units import shorten
@@ -126,7 +126,7 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
     values = {key: float(each[draw - 1]) for key, each in drawn(study.uncertain, count, asked.seed).items()}
     note = f"draw {draw} of {count}: {', '.join(f'{key} = {value:.6g}' for key, value in values.items())}"
-    return study.with_numbers(values).replaced({"uncertainty": None}), [note]
+    return with_numbers(study, values).replaced({"uncertainty": None}), [note]
 
 
 def _no_equilibrium(elbow_torque: float) -> str:

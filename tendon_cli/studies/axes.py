@@ -104,8 +104,10 @@ def number_axis(study: Study, key: str) -> Axis:
     """A number that varies: a grid with several values is a range, a list a catalogue."""
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
-    is_log = grid is not None and grid.log
-    return Axis(key, keys()[key].column, {key: values.array}, is_range=grid is not None, is_log=is_log)
+    is_range, is_log = grid is not None and not values.is_interval, grid is not None and grid.log
+    return Axis(
+        key, keys()[key].column, {key: values.array}, is_range=is_range, is_log=is_log, is_interval=values.is_interval
+    )
 
 
 def _role(study: Study, key: str) -> Role:

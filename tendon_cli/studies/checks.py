@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.errors import Fault
+from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.space.axis import CASE_AXIS, LINKED_AXES, PRETENSION, SIDES, split_side
@@ -17,7 +17,7 @@ from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import Grid, Values
 from tendon_cli.units import shorten
 
 MAX_FRICTION_EXPONENT = 100.0
@@ -56,6 +56,19 @@ def _people_faults(study: Study) -> Iterator[Fault]:
         for key in set(case_numbers(case)).intersection(study.of_the_body):
             hint = f"state {key} in the study, too: then it holds for everyone but this case"
             yield Fault(f"cases.{at}.{key}", "comes from the body of each person", hint)
+
+
+def without_intervals(study: Study) -> Study:
+    """The study; raises StudyError if numbers of it are intervals, which hold no values to sweep over."""
+    faults = []
+    for key, values in study.numbers.items():
+        if not values.is_interval or not isinstance(values.source, Grid):
+            continue
+        hint = f"{key} = {{ from = {values.source.start.quoted}, to = {values.source.stop.quoted}, num = 5 }}"
+        faults.append(Fault(key, "is an interval, which tendon design takes and tendon sweep does not", hint))
+    if faults:
+        raise StudyError(faults)
+    return study
 
 
 def impossibilities(study: Study) -> list[Fault]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Literal
@@ -10,11 +11,14 @@ from pydantic_core import PydanticCustomError
 
 from tendon_cli.studies.fields import Single, fault, within
 from tendon_cli.studies.uncertain import Uncertain
-from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Values
+from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Values, in_si
 from tendon_cli.units import Measure, described, terminating, to_float
 
 _GRID = ("from", "to", "num", "step", "spacing")
 _UNIFORM, _NORMAL = ("value", "tolerance"), ("mean", "std")
+_PLUS_MINUS, _TO = re.compile(r"\+/-|\+-|±"), re.compile(r"\s+to\s+")
+_LONGEST = 400
+"""Text with two numbers."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +30,16 @@ class Number(Single):
     def read(self, value: object) -> Values | None:
         """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
         if isinstance(value, dict):
-            is_uncertain = any(key in value for key in (*_UNIFORM, *_NORMAL))
-            return self._uncertain(value) if is_uncertain else Values(self._grid(value), is_axis=True)
+            if any(key in value for key in (*_UNIFORM, *_NORMAL)):
+                return self._uncertain(value)
+            is_interval = self.uncertain and value.keys() == {"from", "to"}
+            return Values(
+                self._interval(value) if is_interval else self._grid(value), is_axis=True, is_interval=is_interval
+            )
+        if isinstance(value, str) and len(value) <= _LONGEST:
+            for pattern, distribution in ((_PLUS_MINUS, self._plus_minus), (_TO, self._between)):
+                if len(parts := pattern.split(value, maxsplit=1)) > 1:
+                    return distribution(*parts)
         if isinstance(value, (list, tuple)):
             return Values(self._list(value), is_axis=True)
         return super().read(value)
@@ -63,6 +75,19 @@ class Number(Single):
             raise fault("a log grid that reaches zero, expected from and to above zero")
         if grid.num > 1 and first.si == last.si:
             raise fault("a grid of several values whose from and to are equal, expected two different ends")
+        return grid
+
+    def _interval(self, table: dict[Any, Any]) -> Grid:
+        """`{ from, to }`: every value between two ends."""
+        grid = Grid(self._inner(table, "from"), self._inner(table, "to"), 2)
+        low, high = grid.start, grid.stop
+        if low.exact == high.exact:
+            raise fault("an interval whose from and to are equal, expected two different ends", "write one value")
+        if low.exact > high.exact:
+            raise fault(
+                "the ends of this interval are exchanged, expected from below to",
+                f"write {{ from = {high.quoted}, to = {low.quoted} }}",
+            )
         return grid
 
     def _inner(self, table: dict[Any, Any], name: str) -> Measure:
@@ -101,18 +126,44 @@ class Number(Single):
             raise fault(f"{wrong[0]} in an uncertain number, expected value and tolerance, or mean and std")
         middle = self._inner(table, names[0])
         try:
-            spread, said = self._spread(table[names[1]], middle, may_be_share=names is _UNIFORM)
+            spread, width = self._spread(table[names[1]], middle, may_be_share=names is _UNIFORM)
         except PydanticCustomError as error:
             raise within(names[1], error) from None
-        if not spread:
-            return Values.of(middle.si)
-        kind: Literal["uniform", "normal"] = "uniform" if names is _UNIFORM else "normal"
         for end in (middle.exact - spread, middle.exact + spread) if names is _UNIFORM else ():
             if not self.low <= to_float(end) <= self.high:
                 reached = f"{to_float(end / middle.unit.factor):.6g} {middle.unit.symbol}".removesuffix(" 1")
                 raise fault(f"tolerance: it reaches {reached}, which is impossible", "make it narrower")
-        known = Uncertain(kind, middle.si, to_float(spread), self.low, self.high, said)
-        return Values((middle.si,), is_axis=False, uncertain=known)
+        document = dict(zip(names, (in_si(middle.si, self.quantity.dimension), width), strict=True))
+        return self._distributed("uniform" if names is _UNIFORM else "normal", middle.exact, spread, document)
+
+    def _distributed(
+        self, kind: Literal["uniform", "normal"], middle: Fraction, spread: Fraction, document: dict[str, Any] | str
+    ) -> Values:
+        """An uncertain number; one of no width is a number like any other."""
+        if not spread:
+            return Values.of(to_float(middle))
+        known = Uncertain(kind, to_float(middle), to_float(spread), self.low, self.high, document)
+        return Values((known.middle,), is_axis=False, uncertain=known)
+
+    def _plus_minus(self, middle: str, spread: str) -> Values:
+        """`a +/- b`: normal with the standard deviation b."""
+        if spread.strip().endswith("%") and not middle.strip().endswith("%"):
+            problem = f"{described(spread.strip())} may be a share of the value or of 1"
+            raise fault(problem, "write the standard deviation in the unit of the value")
+        return self._uncertain({"mean": middle.strip(), "std": spread.strip()})
+
+    def _between(self, low: str, high: str) -> Values:
+        """`a to b`: uniform between the two."""
+        if not self.uncertain:
+            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
+        first, last = (self.measure(end) for end in (low, high))
+        for end in (first, last):
+            self.bounded(end)
+        if first.exact > last.exact:
+            hint = f'write "{high.strip()} to {low.strip()}"'
+            raise fault(f"{described(f'{low} to {high}')} goes down, expected the lower end first", hint)
+        ends = " to ".join(str(end.document()) for end in (first, last))
+        return self._distributed("uniform", (first.exact + last.exact) / 2, (last.exact - first.exact) / 2, ends)
 
     def _spread(self, value: object, middle: Measure, *, may_be_share: bool) -> tuple[Fraction, float | str]:
         """A tolerance or a standard deviation, exact and in SI, and as a study says it.
@@ -148,6 +199,10 @@ class Number(Single):
         if self.uncertain:
             choices.append(_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2))
             choices.append(_table({"mean": one, "std": one}, 2))
+            choices.append(_table({"from": one, "to": one}, 2))
+            (pattern,) = (each["pattern"] for each in one["anyOf"] if "pattern" in each)
+            inner = pattern.removeprefix("^").removesuffix("$")
+            choices.append({"type": "string", "pattern": rf"^{inner}(\+/-|\+-|±|\s+to\s+){inner}$"})
         return choices
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Annotated, Any
@@ -12,7 +11,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
 
 from tendon_cli.display import Displayed, face
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, LINKED_AXES, PERSON_AXIS, split_side
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
 from tendon_cli.studies.cases import DESIGN_PARTS, case_tables, printable
 from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
@@ -49,6 +48,8 @@ def _not_dots(name: str) -> str:
 RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
 Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
+_GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
+"""Tables of what a designer does not decide, and the number of these that one does."""
 _SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
 
 
@@ -110,18 +111,6 @@ class Study(Displayed, Part):
         for remembered in ("numbers", "hash"):
             study.__dict__.pop(remembered, None)
         return study
-
-    def with_numbers(self, numbers: Mapping[str, float]) -> Study:
-        """The same study with some single values of its numbers, by dotted key, SI."""
-        parts: dict[str, Any] = {}
-        for key, value in numbers.items():
-            table, *sides, name = key.split(".")
-            part = parts.get(table, getattr(self, table))
-            inner = {name: Values.of(value)}
-            for side in sides:
-                inner = {side: getattr(part, side).model_copy(update=inner)}
-            parts[table] = part.model_copy(update=inner)
-        return self.replaced(parts)
 
     def ordered(self, axes: tuple[str, ...], sources: dict[str, dict[str, Any]]) -> Study:
         """The same study with its design axes in the document's order, and the files that gave some of its numbers."""
@@ -189,12 +178,17 @@ class Study(Displayed, Part):
         """The axes that a design must survive, slowest first; the others are choices.
 
         Without `[design] conditions` cases, persons, draws, and what a designer does not decide: load, joint, anchors,
-        setting and arm, but for the width of the strap. Persons and draws are never choices.
+        setting and arm, but for the width of the strap. Persons, draws and intervals are never choices.
         """
         asked = self.design.conditions
         if asked is None:
-            return tuple(key for key in self.axes if key in LINKED_AXES or _is_given(key))
-        return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS))
+            asked = (CASE_AXIS, *(key for key in self.axes if key.partition(".")[0] in _GIVEN and key != _STRAP))
+        return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS, *self.intervals))
+
+    @property
+    def intervals(self) -> tuple[str, ...]:
+        """Numbers of which every value between two ends is meant, by dotted key."""
+        return tuple(key for key, values in self.numbers.items() if values.is_interval)
 
     @property
     def serve(self) -> float:
@@ -228,11 +222,6 @@ class Study(Displayed, Part):
         """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
         content = {"study": self.document(), "axes": list(self.axes)}
         return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
-
-
-def _is_given(key: str) -> bool:
-    """Whether a number is none that a designer decides."""
-    return key.partition(".")[0] in ("load", "joint", "anchor", "setting", "arm") and key != "arm.contact_width"
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,8 @@ class Uncertain:
     spread: float
     low: float
     high: float
-    said: float | str
-    """Tolerance or standard deviation as a study says it, exactly."""
+    document: Mapping[str, float | str] | str
+    """The number as a study file would say it, in SI, exactly."""
 
     @property
     def cut_share(self) -> float:
@@ -41,11 +41,6 @@ class Uncertain:
         """Smallest and largest value that may well be drawn: four standard deviations, or where they are cut off."""
         width = self.spread if self.kind == "uniform" else 4.0 * self.spread
         return max(self.low, self.middle - width), min(self.high, self.middle + width)
-
-    def document(self, middle: float | str) -> dict[str, float | str]:
-        """The number as a study file would say it."""
-        names = ("value", "tolerance") if self.kind == "uniform" else ("mean", "std")
-        return dict(zip(names, (middle, self.said), strict=True))
 
 
 def quantile(known: Uncertain, share: Array) -> Array:

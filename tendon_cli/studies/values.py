@@ -56,6 +56,8 @@ class Values:
     is_axis: bool
     uncertain: Uncertain | None = None
     """How a single value is distributed around the one in `source`, where the study says so."""
+    is_interval: bool = False
+    """Every value from the first to the last of two is meant, and these are its ends."""
 
     @classmethod
     def of(cls, value: float) -> Values:
@@ -89,19 +91,21 @@ class Values:
         """The same numbers as a study file would say them, in SI; grids stay as short as they were written."""
         if isinstance(self.source, Grid):
             grid = self.source
+            if self.is_interval:
+                return {"from": grid.start.document(), "to": grid.stop.document()}
             spacing = {"spacing": "log"} if grid.log else {}
             return {"from": grid.start.document(), "to": grid.stop.document(), "num": grid.num, **spacing}
-        said = [_said(value, dimension) for value in self.source]
         if self.uncertain is not None:
-            return self.uncertain.document(said[0])
-        return said if self.is_axis else said[0]
+            return self.uncertain.document
+        values = [in_si(value, dimension) for value in self.source]
+        return values if self.is_axis else values[0]
 
 
 RIGID = "rigid"
 """The word for a stiffness without end."""
 
 
-def _said(value: float, dimension: str) -> float | str:
+def in_si(value: float, dimension: str) -> float | str:
     """A number in SI as a study may say it: only angles cannot stand without their unit."""
     if math.isinf(value):
         return RIGID

@@ -6,6 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import tendon_cli as tendon
+from tendon_cli.errors import StudyError
+from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import load_study, study_from
 
 
@@ -36,6 +39,31 @@ def test_an_uncertain_number_has_a_middle_and_a_spread(said, kind, spread):
 def test_an_angle_may_be_uncertain_in_its_own_unit():
     study = study_from({"sheath": {"extensor": {"bend_angle": {"value": "180 deg", "tolerance": "18 deg"}}}})
     assert study.uncertain["sheath.extensor.bend_angle"].spread == pytest.approx(0.1 * 3.141592653589793, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("3 kN/m +/- 50 N/m", {"mean": "3 kN/m", "std": "50 N/m"}),
+        ("3 kN/m±0.05 N/mm", {"mean": "3 kN/m", "std": "50 N/m"}),
+        ("2.7 N/mm to 3.3 kN/m", {"value": "3 kN/m", "tolerance": "10 %"}),
+    ],
+)
+def test_numbers_as_people_write_them_are_the_same_distributions(text, same):
+    (written,), (table,) = spring(text).uncertain.values(), spring(same).uncertain.values()
+    assert (written.kind, written.middle, written.spread) == (table.kind, table.middle, table.spread)
+    assert study_from(json.loads(json.dumps(spring(text).document()))).hash == spring(text).hash
+    assert spring(["2 kN/m", "3 kN/m"]).hash != spring(text).hash
+
+
+def test_an_interval_is_two_ends_and_always_a_condition():
+    study = study_from({"design": {"conditions": []}, "spring": {"stiffness": {"from": "2 kN/m", "to": "3 N/mm"}}})
+    (axis,) = space_of(study).axes
+    assert (axis.key, axis.role, axis.is_interval, axis.is_range) == ("spring.stiffness", "condition", True, False)
+    assert axis.values.tolist() == [2000.0, 3000.0]
+    assert study_from(json.loads(json.dumps(study.document()))).hash == study.hash
+    with pytest.raises(StudyError, match=r'from = "2 kN/m", to = "3 N/mm", num = 5'):
+        tendon.sweep(study)
 
 
 @pytest.mark.parametrize("said", [{"value": 1.0, "tolerance": "0 %"}, {"mean": 1.0, "std": 0}])

@@ -206,7 +206,15 @@ def grid(label, table, *says, **more):
 
 
 GRIDS = (
-    grid("a grid without num", "{ from = 0, to = 1 }", '"num" is missing in a grid'),
+    grid("a grid without num", '{ from = 0, to = 1, spacing = "log" }', '"num" is missing in a grid'),
+    grid("an interval that goes down", "{ from = 1, to = 0 }", "exchanged", "{ from = 0, to = 1 }"),
+    grid("an interval of one value", "{ from = 1, to = 1 }", "equal"),
+    grid("an interval of a length", '{ from = 0, to = "1 m" }', 'to: "m" is a length'),
+    grid("a distribution that goes down", '"5 kg to 3 kg"', "goes down", '"3 kg to 5 kg"'),
+    grid("a distribution without a unit", '"5 kg +/- 1"', 'std: "1" has no unit'),
+    grid("a share for a deviation", '"5 kg +/- 10 %"', "may be a share"),
+    grid("a negative deviation", '"5 kg +/- -1 kg"', "std", "negative"),
+    grid("a distribution that reaches the impossible", '"-1 kg to 3 kg"', "is negative"),
     grid("a grid without from", "{ to = 1, num = 2 }", '"from" is missing'),
     grid("an empty grid", "{}", "is missing in a grid", "expected from, to, num"),
     grid("a step that misses the end", "{ from = 0, to = 1, step = 0.3 }", "3.33333 times", "num = 4"),
