@@ -17,8 +17,8 @@ from tendon_cli.units import Measure, described, terminating, to_float
 _GRID = ("from", "to", "num", "step", "spacing")
 _UNIFORM, _NORMAL = ("value", "tolerance"), ("mean", "std")
 _PLUS_MINUS, _TO = re.compile(r"\+/-|\+-|±"), re.compile(r"\s+to\s+")
-_LONGEST = 400
-"""Text with two numbers."""
+_LONGEST, _SIGNS = 400, "+-.0123456789eE"
+"""Of text with two numbers; and what numbers are made of. One unit behind both is that of both."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,9 @@ class Number(Single):
         if isinstance(value, str) and len(value) <= _LONGEST:
             for pattern, distribution in ((_PLUS_MINUS, self._plus_minus), (_TO, self._between)):
                 if len(parts := pattern.split(value, maxsplit=1)) > 1:
-                    return distribution(*parts)
+                    first, second = (part.strip() for part in parts)
+                    unit = second.lstrip(_SIGNS).strip() if not first.lstrip(_SIGNS) else ""
+                    return distribution(f"{first} {unit}".strip(), second)
         if isinstance(value, (list, tuple)):
             return Values(self._list(value), is_axis=True)
         return super().read(value)
@@ -147,10 +149,10 @@ class Number(Single):
 
     def _plus_minus(self, middle: str, spread: str) -> Values:
         """`a +/- b`: normal with the standard deviation b."""
-        if spread.strip().endswith("%") and not middle.strip().endswith("%"):
-            problem = f"{described(spread.strip())} may be a share of the value or of 1"
+        if spread.endswith("%") and not middle.endswith("%"):
+            problem = f"{described(spread)} may be a share of the value or of 1"
             raise fault(problem, "write the standard deviation in the unit of the value")
-        return self._uncertain({"mean": middle.strip(), "std": spread.strip()})
+        return self._uncertain({"mean": middle, "std": spread})
 
     def _between(self, low: str, high: str) -> Values:
         """`a to b`: uniform between the two."""
@@ -160,7 +162,7 @@ class Number(Single):
         for end in (first, last):
             self.bounded(end)
         if first.exact > last.exact:
-            hint = f'write "{high.strip()} to {low.strip()}"'
+            hint = f'write "{high} to {low}"'
             raise fault(f"{described(f'{low} to {high}')} goes down, expected the lower end first", hint)
         ends = " to ".join(str(end.document()) for end in (first, last))
         return self._distributed("uniform", (first.exact + last.exact) / 2, (last.exact - first.exact) / 2, ends)

@@ -45,6 +45,7 @@ def test_an_angle_may_be_uncertain_in_its_own_unit():
     ("text", "same"),
     [
         ("3 kN/m +/- 50 N/m", {"mean": "3 kN/m", "std": "50 N/m"}),
+        ("3 +/- 0.05 kN/m", {"mean": "3 kN/m", "std": "50 N/m"}),
         ("3 kN/m±0.05 N/mm", {"mean": "3 kN/m", "std": "50 N/m"}),
         ("2.7 N/mm to 3.3 kN/m", {"value": "3 kN/m", "tolerance": "10 %"}),
     ],

@@ -39,7 +39,7 @@ NUMBERS = (
     value("a unit twice", "load.mass", '"5 kg kg"', 'unknown unit "kg kg"'),
     value("two quantities", "arm.b1", '"150 mm, 160 mm"', "unknown unit"),
     value("a range", "arm.b1", '"150-160 mm"', "unknown unit"),
-    value("a number and its error", "arm.b1", '"150 +/- 2 mm"', "unknown unit"),
+    value("two numbers and their errors", "arm.b1", '"150 mm +/- 2 mm +/- 1 mm"', "only one number"),
     value("digits in groups", "arm.b1", '"1 500 mm"', "not one number and one unit"),
     value("a decimal comma", "tendon.diameter", '"1,5 mm"', "the decimal sign is a point"),
     value("a comma and a point", "tendon.diameter", '"1.000,5 mm"', "the decimal sign is a point"),
