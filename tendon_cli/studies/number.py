@@ -40,8 +40,8 @@ class Number(Single):
             for pattern, distribution in ((_PLUS_MINUS, self._plus_minus), (_TO, self._between)):
                 if len(parts := pattern.split(value, maxsplit=1)) > 1:
                     first, second = (part.strip() for part in parts)
-                    unit = second.lstrip(_SIGNS).strip() if not first.lstrip(_SIGNS) else ""
-                    return distribution(f"{first} {unit}".strip(), second)
+                    unit = second.lstrip(_SIGNS).strip() if not first.strip(_SIGNS) else ""
+                    return distribution(first if unit in ("", "%") else f"{first} {unit}", second)
         if isinstance(value, (list, tuple)):
             return Values(self._list(value), is_axis=True)
         return super().read(value)

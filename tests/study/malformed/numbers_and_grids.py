@@ -213,6 +213,7 @@ GRIDS = (
     grid("a distribution that goes down", '"5 kg to 3 kg"', "goes down", '"3 kg to 5 kg"'),
     grid("a distribution without a unit", '"5 kg +/- 1"', 'std: "1" has no unit'),
     grid("a share for a deviation", '"5 kg +/- 10 %"', "may be a share"),
+    value("a share of a bare number", "sheath.friction", '"0.09 +/- 10 %"', "may be a share"),
     grid("a negative deviation", '"5 kg +/- -1 kg"', "std", "negative"),
     grid("a distribution that reaches the impossible", '"-1 kg to 3 kg"', "is negative"),
     grid("a grid without from", "{ to = 1, num = 2 }", '"from" is missing'),
