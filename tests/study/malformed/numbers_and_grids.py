@@ -207,7 +207,7 @@ def grid(label, table, *says, **more):
 
 GRIDS = (
     grid("a grid without num", '{ from = 0, to = 1, spacing = "log" }', '"num" is missing in a grid'),
-    grid("an interval that goes down", "{ from = 1, to = 0 }", "exchanged", "{ from = 0, to = 1 }"),
+    grid("an interval that goes down", '{ from = "1 kg", to = "20 g" }', "exchanged", '{ from = "20 g", to = "1 kg" }'),
     grid("an interval of one value", "{ from = 1, to = 1 }", "equal"),
     grid("an interval of a length", '{ from = 0, to = "1 m" }', 'to: "m" is a length'),
     grid("a distribution that goes down", '"5 kg to 3 kg"', "goes down", '"3 kg to 5 kg"'),
