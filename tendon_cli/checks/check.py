@@ -8,10 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.checks.compare import Change, Comparison, check_studies, compare_tables, flips, shared_rows
+from tendon_cli.checks.compare import (
+    Comparison,
+    compare_tables,
+    flips,
+    only_in_one,
+)
 from tendon_cli.checks.limits import check_designs
+from tendon_cli.checks.shared import check_studies, shared_rows
 from tendon_cli.checks.text import comparison_text, record_of, verdict_text
-from tendon_cli.cube.cube import Cube, cube_of
+from tendon_cli.cube.cube import cube_of
 from tendon_cli.engine.results import open_run, verified_record
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import recorded_study
@@ -67,15 +73,32 @@ def compare(
     check_studies(ours, theirs, apart)
     here, there = (cube_of(table) for table in tables)
     shared = shared_rows(here, there, ours, theirs)
-    changes: tuple[Change, ...] = compare_tables(here, there, shared, tolerance)
     flipped, count = flips(here, there, shared, worst)
-    states = _states(folder, baseline, [run.record for run in runs])
-    rows = 0
-    if states is not None:
-        of_states = shared_rows(*states, ours, theirs)
+    compared = [compare_tables(here, there, shared, tolerance)]
+    missing, left_out, rows = [*only_in_one(here, there)], dict(shared.left_out), 0
+    kept = ["states" in run.record["study"]["output"]["tables"] for run in runs]
+    if all(kept):
+        now, before = (cube_of(open_table(each / "states.parquet")) for each in (folder, baseline))
+        of_states = shared_rows(now, before, ours, theirs)
+        compared.append(compare_tables(now, before, of_states, tolerance))
         rows = math.prod(of_states.shape)
-        changes += compare_tables(*states, of_states, tolerance)
-    found = Comparison(math.prod(shared.shape), rows, changes, flipped, count)
+        missing += only_in_one(now, before)
+        left_out |= of_states.left_out
+    elif any(kept):
+        missing.append(f"states: a table in {'this run' if kept[0] else 'the baseline'} only")
+    excepted = {key: text for key, text in left_out.items() if any(f"{key}.".startswith(f"{each}.") for each in apart)}
+    missing += [text for key, text in left_out.items() if key not in excepted]
+    found = Comparison(
+        designs=math.prod(shared.shape),
+        states=rows,
+        columns={each.table: each.columns for each in compared},
+        missing=tuple(missing),
+        excepted=tuple(excepted.values()),
+        within=max((each.within for each in compared if each.within), key=lambda change: change.share, default=None),
+        changes=tuple(change for each in compared for change in each.changes),
+        flips=flipped,
+        flipped=count,
+    )
     names = str(folder), str(baseline)
     return Checked(found.holds, comparison_text(found, here, names), record_of(found))
 
@@ -85,9 +108,3 @@ def _designs(folder: Path, record: dict[str, Any]) -> TableFiles:
         hint = '[output] tables needs "designs"'
         raise UsageError("the run has no table of designs to check", where=str(folder), hint=hint)
     return open_table(folder / "designs.parquet")
-
-
-def _states(folder: Path, baseline: Path, records: list[dict[str, Any]]) -> tuple[Cube, Cube] | None:
-    if any("states" not in record["study"]["output"]["tables"] for record in records):
-        return None
-    return cube_of(open_table(folder / "states.parquet")), cube_of(open_table(baseline / "states.parquet"))

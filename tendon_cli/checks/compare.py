@@ -10,23 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.checks.shared import Shared
 from tendon_cli.cube.axes import Ints, RowAxis
 from tendon_cli.cube.cube import Cube
 from tendon_cli.engine.columns import JUDGEMENTS
-from tendon_cli.engine.records import differences
-from tendon_cli.errors import UsageError
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
-from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.schema import key_words
-from tendon_cli.studies.study import Study, keys
-from tendon_cli.units import shorten
 
 _ROWS_AT_ONCE = 2**18
 FLAGS = ("status", *JUDGEMENTS)
 """Columns of words and truths, which are compared exactly."""
-
-_NOT_ASKED = ("name", "title", "output", "figure")
-"""What a study says that changes no number."""
 
 Values = npt.NDArray[Any]
 
@@ -48,6 +40,19 @@ class Change:
 
 
 @dataclass(frozen=True)
+class TableComparison:
+    """What changed in the common rows and columns of two tables."""
+
+    table: str
+    columns: int
+    """How many were compared."""
+    changes: tuple[Change, ...]
+    """Those beyond the tolerance, the worst first."""
+    within: Change | None
+    """The largest difference that is not."""
+
+
+@dataclass(frozen=True)
 class Flip:
     """A design that is feasible in one of the runs only."""
 
@@ -66,10 +71,18 @@ class Flip:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What two runs have in common, and what changed."""
+    """What two runs have in common, what changed, and what could not be compared."""
 
     designs: int
     states: int
+    columns: dict[str, int]
+    """How many columns were compared, by table."""
+    missing: tuple[str, ...]
+    """What only one of the runs has: columns, rows, a table."""
+    excepted: tuple[str, ...]
+    """Rows that only one of the runs has by a key that may differ."""
+    within: Change | None
+    """The largest difference that is not beyond the tolerance; none if all else is equal."""
     changes: tuple[Change, ...]
     """Columns that differ by more than the tolerance, the worst first."""
     flips: tuple[Flip, ...]
@@ -79,89 +92,18 @@ class Comparison:
     @property
     def holds(self) -> bool:
         """Whether nothing changed."""
-        return not self.changes and not self.flipped
+        return not self.changes and not self.flipped and not self.missing
 
 
-@dataclass(frozen=True)
-class Shared:
-    """Rows that both tables have: positions on the axes of either, in the same order."""
-
-    axes: tuple[RowAxis, ...]
-    """Those that both have, slowest first."""
-    here: Mapping[str, Ints]
-    there: Mapping[str, Ints]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of common values on each axis."""
-        return tuple(len(self.here[axis.column]) for axis in self.axes)
-
-    def where(self, row: int) -> dict[str, float | str]:
-        """A common row by its axes."""
-        found: dict[str, float | str] = {}
-        for axis, at in zip(self.axes, np.unravel_index(row, self.shape), strict=True):
-            value = axis.values[self.here[axis.column][at]]
-            found[axis.column] = str(value) if axis.is_text else float(value)
-        return found
+def only_in_one(here: Cube, there: Cube) -> tuple[str, ...]:
+    """Columns that only one of two tables has."""
+    ours, theirs = _results(here), _results(there)
+    only = [(name, "this run") for name in ours if name not in theirs]
+    only += [(name, "the baseline") for name in theirs if name not in ours]
+    return tuple(f"{here.kind}.{name}: a column in {which} only" for name, which in only)
 
 
-def check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
-    """Raises UsageError where two studies differ in more than the values of axes and the keys `apart`."""
-    known = {key.rsplit(".", depth)[0] for key in key_words() for depth in range(key.count(".") + 1)}
-    if unknown := [key for key in apart if key not in known.union(Study.model_fields)]:
-        hint = nearest(unknown[0], known) or "`tendon schema` lists every key"
-        raise UsageError(f'a study has no key "{shorten(unknown[0])}"', where="--except", hint=hint)
-    varied = {*ours.axes, *theirs.axes, "motion.elbow_angle", "motion.direction", "cases", *_NOT_ASKED, *apart}
-    lines = [
-        line
-        for line in differences(theirs.document(), ours.document())
-        if not any(f"{line.partition(' ')[0]}.".startswith(f"{key}.") for key in varied)
-    ]
-    if lines:
-        hint = f"--except {lines[0].partition(' ')[0]} compares them all the same"
-        raise UsageError(f"the baseline is of another study: {'; '.join(lines[:4])}", hint=hint)
-
-
-def shared_rows(here: Cube, there: Cube, ours: Study, theirs: Study) -> Shared:
-    """What two tables have in common, by the values of their axes; raises UsageError where that is nothing."""
-    by_key = {axis.key: axis for axis in there.axes}
-    at_here, at_there, axes = {}, {}, []
-    for axis in here.axes:
-        other = by_key.pop(axis.key, None)
-        if other is None:
-            at_here[axis.column] = _single(axis, theirs)
-            continue
-        axes.append(axis)
-        at_here[axis.column], at_there[other.column] = _common(axis, other)
-    for axis in by_key.values():
-        at_there[axis.column] = _single(axis, ours)
-    return Shared(tuple(axes), at_here, at_there)
-
-
-def _common(axis: RowAxis, other: RowAxis) -> tuple[Ints, Ints]:
-    places = {_token(value): at for at, value in enumerate(other.values)}
-    pairs = [(at, places[_token(value)]) for at, value in enumerate(axis.values) if _token(value) in places]
-    if not pairs:
-        raise UsageError(f"the runs have no value of {axis.key} in common", hint="runs are compared by axis values")
-    first, second = zip(*pairs, strict=True)
-    return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
-
-
-def _single(axis: RowAxis, other: Study) -> Ints:
-    """Where an axis has the one value that the other run has of it."""
-    known = keys().get(axis.key)
-    value = other.numbers[axis.key].single if known and axis.key in other.numbers else None
-    found = [at for at, each in enumerate(axis.values) if value is not None and _token(each) == _token(value)]
-    if found or len(axis.values) == 1:
-        return np.array(found[:1] or [0], dtype=np.int64)
-    raise UsageError(f"only one of the runs has the axis {axis.key}, without the other's value of it")
-
-
-def _token(value: Any) -> str:
-    return value if isinstance(value, str) else f"{float(value):.12g}"
-
-
-def compare_tables(here: Cube, there: Cube, shared: Shared, tolerance: float) -> tuple[Change, ...]:
+def compare_tables(here: Cube, there: Cube, shared: Shared, tolerance: float) -> TableComparison:
     """Columns of both tables that differ by more than a share of their scale; flags and words exactly."""
     columns = [name for name in _results(here) if name in _results(there)]
     scale = dict.fromkeys(columns, 0.0)
@@ -171,12 +113,19 @@ def compare_tables(here: Cube, there: Cube, shared: Shared, tolerance: float) ->
                 if name not in FLAGS and np.isfinite(values).any():
                     scale[name] = max(scale[name], float(np.nanmax(np.abs(values))))
     found: dict[str, Change] = {}
+    within: Change | None = None
     for start, first, second in _together(here, there, shared, columns):
         for name in columns:
-            change = _change(here.kind, name, first[name], second[name], scale[name], tolerance, shared, start)
-            if change is not None:
-                found[name] = _worse(found.get(name), change)
-    return tuple(sorted(found.values(), key=lambda change: -change.share))
+            change = _change(here.kind, name, first[name], second[name], scale[name], 0.0, shared, start)
+            if change is None:
+                continue
+            beyond = _change(here.kind, name, first[name], second[name], scale[name], tolerance, shared, start)
+            if beyond is not None:
+                found[name] = _worse(found.get(name), beyond)
+            elif within is None or change.share > within.share:
+                within = change
+    changes = tuple(sorted(found.values(), key=lambda change: -change.share))
+    return TableComparison(here.kind, len(columns), changes, within)
 
 
 def _results(cube: Cube) -> list[str]:

@@ -79,16 +79,28 @@ def _shown(column: str, value: float) -> str:
 
 
 def comparison_text(found: Comparison, cube: Cube, names: tuple[str, str]) -> str:
-    """One line where nothing changed, else columns and designs that did, the worst first."""
-    what = f"{counted(found.designs, 'design')}, {counted(found.states, 'state')} in common"
-    if found.holds:
-        return f"{names[0]}: nothing changed since {names[1]} ({what})"
-    lines = [f"{names[0]}: changed since {names[1]} ({what})"]
+    """What was compared, then columns and designs that changed, the worst first, and what could not be compared."""
+    head = "nothing changed" if found.holds else "changed"
+    lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {_compared(found)}"]
+    if found.within is not None:
+        lines.append(f"  within the tolerance, the largest difference: {_change(found.within, cube)}")
+    lines += [f"  not compared, as it may differ: {text}" for text in found.excepted]
+    lines += [f"  not compared: {text}" for text in found.missing]
     lines += [f"  {_change(each, cube)}" for each in found.changes]
     if found.flipped:
         lines.append(f"feasible in one run only: {counted(found.flipped, 'design')}, worst first")
         lines += [f"  {_flip(each, cube)}" for each in found.flips]
     return "\n".join(lines)
+
+
+def _compared(found: Comparison) -> str:
+    """Rows and columns that both runs have."""
+    rows = {"designs": found.designs, "states": found.states}
+    texts = [
+        f"{counted(columns, 'column')} of {counted(rows[table], table[:-1])}"
+        for table, columns in found.columns.items()
+    ]
+    return " and ".join(texts) + ("" if "states" in found.columns else "; no states, which are not kept by both")
 
 
 def _change(change: Change, cube: Cube) -> str:

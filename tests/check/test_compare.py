@@ -1,11 +1,14 @@
 """A comparison finds every change, nothing else, and matches designs by the values of their axes."""
 
+import re
+
 import numpy as np
 import pytest
 
 import tendon_cli as tendon
 from tendon_cli.checks.check import compare
-from tendon_cli.checks.compare import Shared, _change
+from tendon_cli.checks.compare import _change
+from tendon_cli.checks.shared import Shared
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 
@@ -18,7 +21,9 @@ def rougher(tmp_path_factory):
 def test_a_run_is_as_it_is(plain):
     found = compare(plain, plain, tolerance=0.0)
     assert found.holds
-    assert "18 designs, 684 states in common" in found.text
+    assert "nothing changed" in found.text
+    assert re.search(r"compared: \d+ columns of 18 designs and \d+ columns of 684 states", found.text)
+    assert found.record["within"] is None
 
 
 def test_another_study_is_refused_unless_the_key_is_named(plain, rougher):
@@ -70,10 +75,37 @@ def test_feasibility_that_flipped_is_named_design_by_design(plain, tmp_path):
 
 def test_runs_of_other_axes_compare_on_what_they_share(plain, tmp_path):
     fewer = swept(tmp_path / "fewer", tendon={"pretension": ["160 N", "100 N"]}, load={"mass": "5 kg"})
-    found = compare(fewer, plain, tolerance=0.0)
-    assert found.holds
-    assert found.record["designs"] == 2
-    assert compare(plain, fewer, tolerance=0.0).record["designs"] == 2
+    for one, other in ((fewer, plain), (plain, fewer)):
+        found = compare(one, other, tolerance=0.0)
+        assert not found.holds
+        assert (found.record["designs"], found.record["changes"]) == (2, [])
+        assert {text.partition(":")[0] for text in found.record["missing"]} == {"load.mass", "tendon.pretension"}
+        excepted = compare(one, other, tolerance=0.0, apart=["tendon", "load.mass"])
+        assert excepted.holds
+        assert "load.mass: 1 value in " in excepted.text
+
+
+@pytest.mark.parametrize(
+    ("output", "missing"),
+    [
+        ({"tables": ["designs"]}, "states: a table in the baseline only"),
+        ({"states": ["status", "motor_torque"]}, "states.elbow_torque: a column in the baseline only"),
+    ],
+)
+def test_what_only_one_run_keeps_is_a_change(plain, tmp_path, output, missing):
+    found = compare(swept(tmp_path / "less", output=output), plain, tolerance=0.0)
+    assert not found.holds
+    assert missing in found.record["missing"]
+    assert f"not compared: {missing}" in found.text
+
+
+def test_a_difference_within_the_tolerance_is_told(plain, rougher):
+    wide = compare(rougher, plain, tolerance=1e9, apart=["sheath.friction"])
+    exact = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"])
+    assert exact.record["within"] is None
+    numbers = [change for change in exact.record["changes"] if change["difference"] is not None]
+    assert wide.record["within"] == max(numbers, key=lambda change: change["share"])
+    assert "within the tolerance, the largest difference: " in wide.text
 
 
 def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
