@@ -415,16 +415,12 @@ def fit_friction(
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
-    offset: bool | None = None,
-    delay: bool | None = None,
-    robust: bool = False,
 ) -> "Fit":
     """The friction coefficient from a CSV of two load cells' readings, with its uncertainty.
 
     `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad. Instead, `route` is a CSV of way-points x, y
     and z along the sheath, whose bend angle is found with its uncertainty, and `path_smoothing` their noise, such as
-    "0.5 mm". `offset` and `delay` force these effects of the rig into the fit or bar them, None fits them where the
-    readings show them. Raises UsageError for what is asked, InputError for the files.
+    "0.5 mm". Without a bend angle the answer is μφ. Raises UsageError for what is asked, InputError for the files.
 
     >>> import tendon_cli as tendon
     >>> fit = tendon.fit_friction("readings.csv", bend_angle="144 deg")
@@ -436,6 +432,5 @@ def fit_friction(
 
     return fit_file(
         path_of(path), bend_angle=bend_angle, route=None if route is None else path_of(route),
-        path_smoothing=path_smoothing, cell_1=cell_1, cell_2=cell_2, motor=motor, offset=offset, delay=delay,
-        robust=robust,
+        path_smoothing=path_smoothing, cell_1=cell_1, cell_2=cell_2, motor=motor,
     )  # fmt: skip

@@ -32,13 +32,6 @@ PathSmoothing = Annotated[
 FirstCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")]
 SecondCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")]
 MotorCell = Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")]
-FitsOffset = Annotated[
-    bool | None, typer.Option("--offset/--no-offset", help="fit the cells' zero offsets, or never; default: if found")
-]
-FitsDelay = Annotated[
-    bool | None, typer.Option("--delay/--no-delay", help="fit a delay of one cell, or never; default: if found")
-]
-IsRobust = Annotated[bool, typer.Option("--robust", help="let outliers weigh less")]
 FitFigure = Annotated[
     Path | None, typer.Option(parser=options.place, metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")
 ]
@@ -55,9 +48,6 @@ def fit_friction(
     cell_1: FirstCell = None,
     cell_2: SecondCell = None,
     motor: MotorCell = None,
-    offset: FitsOffset = None,
-    delay: FitsDelay = None,
-    robust: IsRobust = False,
     plot: FitFigure = None,
     out: Fragment = None,
     as_json: options.AsJson = False,
@@ -72,9 +62,6 @@ def fit_friction(
         cell_1=cell_1,
         cell_2=cell_2,
         motor=motor,
-        offset=offset,
-        delay=delay,
-        robust=robust,
     )
     if plot is not None:
         from tendon_cli.figures.friction import draw

@@ -30,8 +30,8 @@ class DrawnFit(Protocol):
     """The fit that is drawn, whatever made it; `uncertainty` has `interval_95`, `rows` the readings one by one."""
 
     @property
-    def friction(self) -> float:
-        """μ."""
+    def fitted(self) -> float:
+        """μ, or μφ without a bend angle."""
 
     @property
     def gain_ratio(self) -> float:
@@ -91,7 +91,8 @@ def draw(fit: DrawnFit, path: Path) -> None:
 def fit_page(fit: DrawnFit) -> Page:
     """Readings and fit, what may be wrong with the rig, and the residuals."""
     low, high = fit.uncertainty.interval_95
-    title = f"Friction coefficient μ = {fit.friction:.4f} (95 % interval {low:.4f} to {high:.4f})"
+    what = "Friction coefficient μ" if fit.bend_angle_text != "not given" else "Friction over the bend μφ"
+    title = f"{what} = {fit.fitted:.4f} (95 % interval {low:.4f} to {high:.4f})"
     note = f"{fit.source[:60]}, bend angle {fit.bend_angle_text}, gain ratio {fit.gain_ratio:.4f}"
     words, colour = _verdict(fit)
     # In letters that every format keeps as they are, so that tendon knows its own figure again.
@@ -186,7 +187,7 @@ def _draw_settled(upper: Axes, lower: Axes, fit: DrawnFit) -> None:
     # Residuals of one angle are spread a little, in the order of the file, or they would hide each other.
     place = signed + 0.015 * reach * _position_in_group(signed)
     ends = np.array([-reach, reach])
-    height = fit.friction * np.radians(ends) + np.log(fit.gain_ratio)
+    height = fit.fitted * np.radians(ends) + np.log(fit.gain_ratio)
     upper.plot(ends, height, color=_LINE, linewidth=1.2, zorder=1)
     upper.axhline(0.0, color="#cccccc", linewidth=0.8, zorder=0)
     upper.axvline(0.0, color="#cccccc", linewidth=0.8, zorder=0)

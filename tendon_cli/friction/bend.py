@@ -113,20 +113,23 @@ def _advice(parts: list[str], error: UnitError) -> str:
     return f'in degrees "{degrees}"{radians}'
 
 
-def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, float]:
-    """The bend angle of each reading, from the option or the column, and their standard uncertainty as a share of them.
+def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, float, bool]:
+    """The bend angle of each reading, their standard uncertainty as a share of them, and whether there are any.
 
-    Angles are never guessed and never taken from both; their errors are counted as if all had the same one.
+    Angles are never guessed and never taken from both the option and a column; without any, all are 1 and the
+    coefficient is μφ. Their errors are counted as if all had the same one.
     """
     own = readings.bend_angle
     if own is None:
-        if bend is None or bend.radians is None:
+        if bend is not None and bend.radians is None:
             raise UsageError(
                 f"the bend angle of the sheath is not given, and {readings.source} has no column for it",
                 where="--bend-angle",
                 hint='measure it between the cells: --bend-angle "144 deg", --route, or a column bend_angle_deg',
             )
-        return np.full(len(readings.lines), bend.radians), bend.uncertainty / bend.radians
+        if bend is None or bend.radians is None:
+            return np.ones(len(readings.lines)), 0.0, False
+        return np.full(len(readings.lines), bend.radians), bend.uncertainty / bend.radians, True
     if bend is not None and bend.radians is not None and not np.allclose(own, bend.radians, rtol=1e-6, atol=0.0):
         raise UsageError(
             f"the bend angle is given twice: {bend.text} and by a column of {readings.source} that says otherwise",
@@ -142,4 +145,4 @@ def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, flo
             )
         known = np.full(len(own), bend.uncertainty)
     bent = own > 0.0
-    return own, 0.0 if known is None else float(np.mean(known[bent] / own[bent]))
+    return own, 0.0 if known is None else float(np.mean(known[bent] / own[bent])), True

@@ -9,142 +9,184 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError
+from tendon_cli.friction.limits import levels_of
 from tendon_cli.friction.reading.readings import Floats, Integers, Readings
+from tendon_cli.friction.rows import noise_of
 from tendon_cli.units import shorten
+
+Mask = npt.NDArray[np.bool_]
 
 _PULLED = {
     "up", "upward", "upwards", "raising", "raise", "rising", "lifting", "lift", "pull", "pulling", "pulled",
     "toward motor", "towards motor", "to motor", "loading", "winding", "weight is moving in upward direction",
     "auf", "hoch", "heben", "ziehen",
 }  # fmt: skip
-_DRAGGED = {
+_RELEASED = {
     "down", "downward", "downwards", "lowering", "lower", "falling", "release", "releasing", "released", "toward load",
     "towards load", "to load", "toward elbow", "towards elbow", "unloading", "unwinding",
     "weight is moving in downward direction", "ab", "runter", "senken", "nachlassen",
 }  # fmt: skip
-_MANY = 40
-_STILL = 0.3
 _RESTING = {"rest", "at rest", "stop", "stopped", "hold", "holding", "idle", "pause", "paused", "still", "none"}
+_MANY = 40
+"""Rows from which one name for all of them says nothing: it is the name of the log."""
+_STILL = 0.3
+"""A motor's cell that changes less than this share of the other's between the directions is not the motor's."""
+_SLOW = 0.05
+"""Of the usual speed: what is slower rests. Creep after a stop is slower, a crank passes its turn within few rows."""
 
 
 @dataclass(frozen=True, eq=False)
-class Directions:
-    """The way of each reading, seen from the motor."""
+class Named:
+    """What the file itself says of each row's direction."""
 
-    way: Integers
-    """+1 where the tendon is pulled toward the motor, -1 toward the load, 0 where it is not known."""
-    motor: str
-    """"1" or "2", the cell at the motor."""
-    notes: tuple[str, ...]
-    """What was inferred and not given, to be said aloud."""
-    warnings: tuple[str, ...] = ()
-    """What speaks against it."""
+    way: Integers | None
+    """+1 for rows named like the upper ratio cell 1 / cell 2, -1 like the lower, 0 at rest; None if nothing is
+    named."""
+    meaning: Integers
+    """+1 pulled, -1 released, by the name's own meaning; 0 for a name without one."""
+    rest: Mask
+    """Rows in which the motor stands."""
 
 
-def meanings(readings: Readings) -> tuple[list[str], list[int | None]]:
-    """The tidied label of each row and what it means: +1 pulled, -1 dragged, 0 at rest, None for a bare name."""
-    labels = [_tidy(label) for label in readings.directions or ()]
+def meanings(readings: Readings) -> tuple[Integers, Mask, Mask]:
+    """Per row: what its label means (+1, -1, 0 for nothing), whether it says rest, whether it is a bare name."""
+    rows, labels = len(readings.lines), readings.directions
+    if labels is None:
+        return np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool), np.zeros(rows, dtype=bool)
+    names = [_tidy(name) for name in labels.names]
+    if "" in names:
+        row = int(np.argmax(labels.code == names.index("")))
+        raise InputError("the direction is missing", where=readings.place(row))
     # 0 beside 1 and -1 is a motor at rest; 0 and 1 alone are two names.
-    rest = _RESTING | ({"0"} if len(set(labels) - {"0"}) >= 2 else set())
-    known: dict[str, int | None] = {}
-    for row, label in enumerate(labels):
-        if not label:
-            raise InputError("the direction is missing", where=readings.place(row))
-        known[label] = 1 if label in _PULLED else -1 if label in _DRAGGED else 0 if label in rest else None
-    return labels, [known[label] for label in labels]
+    rest = _RESTING | ({"0"} if len(set(names) - {"0"}) >= 2 else set())
+    known = np.array([1 if name in _PULLED else -1 if name in _RELEASED else 0 for name in names], dtype=np.int64)
+    resting = np.array([name in rest for name in names])
+    return known[labels.code], resting[labels.code], ((known == 0) & ~resting)[labels.code]
 
 
 def _tidy(label: str) -> str:
-    text = label.casefold().strip(' *:"')
-    text = re.sub(r"^case[\s_]*(?=.)", "", text)
+    text = re.sub(r"^case[\s_]*(?=.)", "", label.casefold().strip(' *:"'))
     if re.fullmatch(r"[+-]?[012](\.0*)?", text):
         return str(int(float(text)))
     return re.sub(r"[\s_-]+", " ", text).strip()
 
 
-def named_sides(
-    readings: Readings,
-    labels: list[str],
-    meaning: list[int | None],
-    log_ratio: Floats,
-    good: npt.NDArray[np.bool_],
-) -> Integers | None:
-    """+1 for rows named like the upper ratio cell 1 / cell 2, -1 like the lower; None where nothing is named."""
-    if not labels:
-        return None
-    present = np.array(labels, dtype=object)
-    names = sorted({label for label, known, fine in zip(labels, meaning, good, strict=True) if known != 0 and fine})
-    if len(names) == 0 or (len(names) == 1 and len(labels) >= _MANY):
-        return None  # one name for a whole log says nothing about its strokes
-    if any(known is None for known in meaning) and any(known in {1, -1} for known in meaning):
-        raise InputError(
-            f"directions are named in two ways: {', '.join(shorten(name, 20) for name in names[:6])}",
-            where=readings.source,
-            hint='use "up" and "down", or two names of your own',
-        )
-    means = {name: float(np.mean(log_ratio[good & (present == name)])) for name in names}
+def resting(readings: Readings) -> Mask:
+    """Rows in which the motor stands, by a column of position, speed or direction."""
+    if readings.position is not None:
+        return np.asarray(moving(readings) == 0)
+    return meanings(readings)[1]
+
+
+def named_ways(readings: Readings, log_ratio: Floats, good: Mask) -> Named:
+    """Directions by a column of position or speed, else by a column of names; `log_ratio` is of the good rows."""
+    meaning, rest, bare = meanings(readings)
+    if readings.position is not None:
+        motion = moving(readings)
+        return Named(_like_the_ratio(readings, motion, log_ratio, good), np.zeros_like(motion), motion == 0)
+    if readings.directions is None:
+        return Named(None, meaning, rest)
+    code = readings.directions.code
+    names = np.unique(code[good])
+    if len(names) == 0 or (len(names) == 1 and len(code) >= _MANY):
+        return Named(None, meaning, rest)
+    if bare.any() and np.any(meaning != 0):
+        shown = ", ".join(shorten(name, 20) for name in readings.directions.names[:6])
+        hint = 'use "pull", "release" and "rest", or two names of your own'
+        raise InputError(f"directions are named in two ways: {shown}", where=readings.source, hint=hint)
+    means = {int(name): float(np.mean(log_ratio[code[good] == name])) for name in names}
     middle = (max(means.values()) + min(means.values())) / 2.0 if len(names) == 2 else 0.0
-    sides = {name: 1 if mean > middle else -1 for name, mean in means.items()}
-    return np.array([sides.get(label, 0) for label in labels], dtype=np.int64)
+    side = np.zeros(len(readings.directions.names), dtype=np.int64)
+    for name, mean in means.items():
+        side[name] = 1 if mean > middle else -1
+    return Named(np.where(rest, 0, side[code]), meaning, rest)
 
 
-def sides_by_sign(readings: Readings, log_ratio: Floats, rows: Integers) -> Integers:
-    """The same from the forces of a short table: the motor's cell reads more when it pulls."""
-    ordered = np.sort(log_ratio[rows])
+def moving(readings: Readings) -> Integers:
+    """+1, -1 or 0 (at rest) by a column of position or speed."""
+    position = np.zeros(0) if readings.position is None else readings.position
+    known = np.isfinite(position)
+    if not known.any() or np.ptp(position[known]) == 0.0:
+        problem = f'"{shorten(readings.position_name, 30)}" never moves'
+        raise InputError(problem, where=readings.source, hint="name the column of the motor's position: --position")
+    rows = np.arange(len(position))
+    x = np.interp(rows, rows[known], position[known])
+    speed, noise, width = x, noise_of(x), 1
+    while not readings.position_is_speed:  # wide enough for the noise and the steps of an encoder
+        speed = x[np.minimum(rows + width, len(x) - 1)] - x[np.maximum(rows - width, 0)]
+        if width >= 16 or np.quantile(np.abs(speed), 0.9) >= 10.0 * noise:
+            break
+        width *= 2
+    usual = float(np.quantile(np.abs(speed), 0.9))
+    least = max(_SLOW * usual, min(3.0 * noise, 0.5 * usual))
+    return np.where(np.abs(speed) > least, np.sign(speed), 0.0).astype(np.int64)
+
+
+def _like_the_ratio(readings: Readings, motion: Integers, log_ratio: Floats, good: Mask) -> Integers:
+    """The motion with the sign that the ratio has."""
+    middle, half = levels_of(log_ratio)
+    counted = (np.abs(log_ratio - middle) > 0.5 * half) & (motion[good] != 0)
+    agree = float(np.mean((motion[good] * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
+    if abs(agree) < 0.2 and len(np.unique(motion[good])) > 1:
+        problem = f'"{shorten(readings.position_name, 30)}" turns at other times than the force ratio does'
+        raise InputError(problem, where=readings.source, hint="is it the motor's position, and of the same clock?")
+    return motion if agree >= 0.0 else -motion
+
+
+def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
+    """Directions of a short table by the forces: the motor's cell reads more when it pulls."""
+    ordered = np.sort(log_ratio)
     steps = np.diff(ordered)
     if len(steps) > 1 and (ordered[0] > 0.0 or ordered[-1] < 0.0):
         gap = float(steps.max())
         if gap > 3.0 * (ordered[-1] - ordered[0] - gap) and gap > 0.1 * float(np.mean(np.abs(ordered))):
             raise InputError(
-                "the readings form two groups on the same side of ratio 1, so the direction cannot be told from the"
-                " forces",
+                "the readings form two groups on the same side of ratio 1, so the forces do not show the direction",
                 where=readings.source,
-                hint='add a column "direction" with "up" and "down"',
+                hint='add a column "direction" with "pull" and "release"',
             )
     return np.sign(log_ratio).astype(np.int64)
 
 
-def find_motor(
-    readings: Readings,
-    sides: Integers,
-    meaning: list[int | None],
-    used: npt.NDArray[np.bool_],
-    motor: str | None,
-) -> Directions:
-    """Settle which cell is the motor's: as told, by the headers, by named directions, or by the steadier force."""
-    told = motor or readings.motor
-    meant = np.array([known or 0 for known in meaning], dtype=np.int64) if meaning else np.zeros_like(sides)
-    agree = int(np.sum((meant * sides)[used]))
+@dataclass(frozen=True, eq=False)
+class Motor:
+    """Which cell is the motor's."""
+
+    cell: str
+    """"1" or "2"."""
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def find_motor(readings: Readings, sides: Integers, meaning: Integers, used: Mask, motor: str | None) -> Motor:
+    """As given, by the headers, by named directions, or by the steadier force; `sides` is 0 in rows not used."""
+    agree = int(np.sum((meaning * sides)[used]))
     by_name = "1" if agree > 0 else "2" if agree < 0 else None
-    if told and by_name and told != by_name:
+    given = motor or readings.motor
+    if given and by_name and given != by_name:
         raise InputError(
-            f"friction would help the motion: with cell {told} at the motor, its force is the smaller one where the"
+            f"friction would help the motion: with cell {given} at the motor, its force is the smaller one where the"
             " tendon is pulled toward it",
             where=readings.source,
             hint=f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions",
         )
-    notes, warnings = list[str](), tuple[str, ...]()
-    header = readings.names[0 if (told or by_name) == "1" else 1]
-    if not motor and told:
-        notes.append(f'cell {told} ("{shorten(header, 30)}") is taken as the motor\'s, from its header')
-    elif not told and by_name:
-        notes.append(
-            f"cell {by_name} is taken as the motor's: it reads more where the tendon is pulled toward the motor"
-        )
-    chosen = told or by_name
+    if motor or (by_name and not given):
+        return Motor(motor or by_name or "1")
     changes = _changes(readings, sides, used)
-    if readings.motor and not motor and changes[int(readings.motor) - 1] < _STILL * max(changes):
-        warnings = (
-            f'"{shorten(header, 30)}" hardly changes between the directions, the other does: are the headers swapped?',
-        )
-    if chosen is None:
-        chosen, note = _by_steadiness(*changes)
-        notes.append(note)
-    return Directions(sides if chosen == "1" else -sides, chosen, tuple(notes), warnings)
+    if given:
+        header = f'"{shorten(readings.names[0 if given == "1" else 1], 30)}"'
+        swapped = changes[int(given) - 1] < _STILL * max(changes)
+        warning = f"{header} hardly changes between the directions, the other does: are the headers swapped?"
+        return Motor(given, (), (warning,) if swapped else ())
+    for number, mine, other in (("1", *changes), ("2", *changes[::-1])):
+        if mine > 2.0 * other:  # the load's force changes less between the directions than the motor's
+            note = f"cell {number} is taken as the motor's: it changes more between the directions"
+            return Motor(number, (note,))
+    return Motor("1", ("cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise",))
 
 
-def _changes(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -> tuple[float, float]:
-    """How much each cell changes between the directions, in the log; 0 where there is one direction only."""
+def _changes(readings: Readings, sides: Integers, used: Mask) -> tuple[float, float]:
+    """How much each cell changes between the directions, in the log; 0 if there is one direction only."""
     upper, lower = used & (sides > 0), used & (sides < 0)
     if not upper.any() or not lower.any():
         return 0.0, 0.0
@@ -153,11 +195,3 @@ def _changes(readings: Readings, sides: Integers, used: npt.NDArray[np.bool_]) -
         for cell in (readings.cell_1, readings.cell_2)
     )
     return one, two
-
-
-def _by_steadiness(one: float, two: float) -> tuple[str, str]:
-    """The load's force changes less between the directions than the motor's."""
-    for number, mine, other in (("1", one, two), ("2", two, one)):
-        if mine > 2.0 * other:
-            return number, f"cell {number} is taken as the motor's: it changes more between the two directions"
-    return "1", "cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"

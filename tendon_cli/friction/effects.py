@@ -1,248 +1,197 @@
-"""What the readings say about the rig: zero offsets, delay, force dependence and drift, each as a column of the fit.
+"""What the readings may show of the rig, each effect as a column of the line through points of strokes.
 
-For rows that slip, with offsets o of the cells and δ the delay of the load's cell,
+For rows that slip, with o the zero offsets, δ the delay of the load's cell, n the power of the force and ε friction
+outside
+of the bend,
 
-    ln(F_motor/F_load) = ln g ± μφ + o_motor/F_motor - o_load/F_load + δ d ln F/dt.
+    ln((F_motor - o_motor)/(F_load - o_load)) = ±(μφ (1 + n ln(F/F̄)) + ε) + ln g + δ d ln F/dt + u + e
 
-An effect is found where its column explains more than chance does, and then it is fitted. Several effects may explain
-the same thing: then the number stands only as far as they agree on it.
+where u is common to the rows of a stroke: strokes are the independent sample.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.errors import InputError
-from tendon_cli.friction.estimate import Linear, Points, solve
-from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.reading.readings import Floats, Integers
 
-OFFSETS, DELAY, FORCE, DRIFT, GAIN_DRIFT = "offsets", "delay", "force_dependence", "drift", "gain_drift"
-_BY_CHANCE = {OFFSETS: 0.05, DELAY: 0.05, FORCE: 0.01, DRIFT: 0.01, GAIN_DRIFT: 0.01}
-"""Largest probability by which chance alone would show an effect; less for those that put the number in doubt."""
-_MATTERS = 0.003
-"""An effect that moves μ by less, as a share, is left alone."""
-_AS_GOOD = 3.0
-"""Difference of the log likelihood within which another effect explains the same."""
-_NAMES = {OFFSETS: "the zero offsets", DELAY: "the delay of a cell"}
-_PLAUSIBLE_GAIN = 0.05
-_MOST = 3
-_WORST, _WORST_OF_ONE = 0.03, 0.2
-"""A further effect is not fitted where it would leave μ known to no better than this share: it is the same as another.
+OFFSETS, DELAY, FORCE, ENTRY = "offsets", "delay", "force", "entry"
+PER_STROKE = 8
+"""Points of a stroke: enough for the force within it to show, few enough that rows beside each other are one."""
 
-One alone may: an effect that shows, although its size is hardly known, makes the interval as wide as it has to be.
-"""
-_LEAST_SPREAD = 0.015
-"""Standard deviation of the log force, below which neither offsets nor delay nor force dependence can be told."""
+_PRIOR = {OFFSETS: 0.05, DELAY: 0.05, FORCE: 0.2, ENTRY: 0.3}
+"""Standard deviation of an effect before anything is read: offsets in shares of the median force, a delay in strokes,
+n,
+and ε in shares of μφ. It is what good and bad rigs have."""
+_VARIES, _VARIES_NOISE = 0.015, 6.0
+"""Standard deviation of ln F within a way, of itself and over the noise of a point, from which the force says
+anything."""
+_STROKES = 4
+"""From which a delay, a dependence on force or friction outside is tried: with fewer, one odd stroke is one."""
+SAME_BEND = 0.02
+"""Bend angles that differ by less are one: nobody measures them better."""
 
 
 @dataclass(frozen=True, eq=False)
-class Effect:
-    """One thing that may be wrong with the rig."""
+class Points:
+    """Means over parts of strokes, on the limit."""
 
-    name: str
-    columns: tuple[Floats, ...]
+    motor: Floats
+    load: Floats
+    way: Integers
+    bend: Floats
+    stroke: Integers
+    """0, 1, ... without gaps."""
+    rate: Floats | None
+    """d ln F/dt; None if there is no order in time."""
+    place: Floats
+    """Along the file, from -1/2 to 1/2."""
+    duration: float
+    """Of a usual stroke, in the unit of the rate's time."""
+    noise: float
+    """Standard deviation of ln F of a point from noise alone."""
+
+    @property
+    def both_ways(self) -> bool:
+        """Whether gain and friction can be told apart."""
+        return len(np.unique(self.way[self.bend > 0.0])) == 2
+
+    @property
+    def log_ratio(self) -> Floats:
+        """ln(F_motor/F_load)."""
+        return np.asarray(np.log(self.motor / self.load))
+
+    @property
+    def strokes(self) -> int:
+        """How many."""
+        return int(self.stroke.max()) + 1
+
+    @property
+    def mean_force(self) -> float:
+        """ln F that the power of the force counts from."""
+        return float(np.mean(np.log(self.load)))
+
+    @property
+    def varies(self) -> bool:
+        """Whether the force within a way varies enough to show what depends on it."""
+        log_force = np.log(self.load)
+        spread = max(float(np.std(log_force[self.way == way])) for way in np.unique(self.way))
+        return spread > max(_VARIES, _VARIES_NOISE * self.noise)
+
+    @property
+    def bends(self) -> int:
+        """How many bend angles there are."""
+        return len(np.unique(bend_groups(self.bend[self.bend > 0.0])))
+
+    def columns(self, effects: tuple[str, ...], zeros: Floats) -> list[Floats]:
+        """Slopes of the log ratio in each number of the line, at these offsets."""
+        turn = self.way * self.bend
+        columns = [turn, np.ones(len(turn))] if self.both_ways else [turn]
+        for effect in effects:
+            if effect == OFFSETS:
+                columns += [1.0 / (self.motor - zeros[0]), -1.0 / (self.load - zeros[1])]
+            elif effect == DELAY and self.rate is not None:
+                columns.append(self.rate)
+            elif effect == FORCE:
+                columns.append(turn * (np.log(self.load) - self.mean_force))
+            elif effect == ENTRY:
+                columns.append(self.way.astype(np.float64))
+        return columns
+
+
+def bend_groups(bend: Floats) -> Integers:
+    """A number from 1 for each angle, the same for angles that are one."""
+    values, place = np.unique(bend, return_inverse=True)
+    steps = (
+        np.concatenate([[False], np.diff(values) > SAME_BEND * values[1:]]) if len(values) else np.zeros(0, dtype=bool)
+    )
+    return np.asarray(1 + np.cumsum(steps), dtype=np.int64)[place]
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
-    """The fit with the effects that were found, and what else was tried."""
+class Model:
+    """One set of effects, fitted."""
 
-    points: Points
-    linear: Linear
-    with_gain: bool
-    effects: tuple[Effect, ...]
-    """Those fitted, in the order of their columns after μ and gain."""
-    rivals: dict[str, float] = field(default_factory=dict)
-    """μ by effects that would explain the readings as well as one of those fitted."""
-    robust: bool = False
+    effects: tuple[str, ...]
+    values: Floats
+    """μ, ln g if there are both ways, then the effects': two offsets, delay, n μ, ε."""
+    covariance: Floats
+    evidence: float
+    residual: Floats
+    """Of the points."""
+    between: float
+    """Standard deviation of strokes about the line."""
+    within: float
+    """Of points about their stroke."""
+    free: int
+    """Strokes less what is fitted to them."""
+    zero: tuple[float, float]
+    """What μ changes by per unit of a zero error in each cell; 0 if the offsets are fitted."""
+    both_ways: bool
 
     @property
     def friction(self) -> float:
         """μ."""
-        return float(self.linear.values[0])
+        return float(self.values[0])
 
     @property
     def log_gain(self) -> float:
-        """Log of the ratio of the gains; 0 where it cannot be told."""
-        return float(self.linear.values[1]) if self.with_gain else 0.0
+        """ln g; 0 if it cannot be told."""
+        return float(self.values[1]) if self.both_ways else 0.0
 
-    def value(self, name: str, part: int = 0) -> tuple[float, float] | None:
-        """Value and standard error of a fitted effect."""
-        at = 1 + int(self.with_gain)
-        for effect in self.effects:
-            if effect.name == name:
-                return float(self.linear.values[at + part]), self.linear.error(at + part)
-            at += len(effect.columns)
-        return None
+    def value(self, effect: str, part: int = 0) -> tuple[float, float]:
+        """An effect and its standard error."""
+        before = self.effects[: self.effects.index(effect)]
+        at = 1 + self.both_ways + sum(2 if name == OFFSETS else 1 for name in before) + part
+        return float(self.values[at]), math.sqrt(max(float(self.covariance[at, at]), 0.0))
 
-    def of_effects(self, *, per_point: bool = False) -> Floats:
-        """What the fitted effects add to the log ratio of each reading, or of each point."""
-        columns = [column for effect in self.effects for column in effect.columns]
-        added = np.zeros(len(self.points.force))
-        for column, value in zip(columns, self.linear.values[1 + int(self.with_gain) :], strict=True):
-            added += column * value
-        return added if per_point else np.asarray(added[self.points.part])
-
-    def bias(self, column: Floats) -> float:
-        """What leaving a column out of the plain fit does to μ, per unit of its value."""
-        return float(np.linalg.lstsq(np.stack(base_of(self.points, self.with_gain), axis=1), column, rcond=None)[0][0])
-
-    def doubt(self, known: dict[str, Effect]) -> float:
-        """Standard error of μ for offsets or a delay that chance may hide, of those that the readings can tell at all.
-
-        The fits with and without each count by Akaike's weights, each with its own error and how far it moves μ
-        (Burnham and Anderson, Model Selection and Multimodel Inference, 2002, 4.3.2).
-        """
-        own = self.linear.error(0)
-        spread, weights = 0.0, 1.0
-        fitted = {effect.name for effect in self.effects}
-        for name in (name for name in (OFFSETS, DELAY) if name in known and name not in fitted):
-            linear = self.with_effect(known[name])
-            if not self.tells(linear):
-                continue
-            gain = linear.likelihood - self.linear.likelihood - len(known[name].columns)
-            weight = math.exp(min(gain, 50.0))
-            moved = float(linear.values[0]) - self.friction
-            spread += weight * max(linear.error(0) ** 2 - own**2 + moved**2, 0.0)
-            weights += weight
-        return math.sqrt(spread / weights)
-
-    def tells(self, linear: Linear) -> bool:
-        """Whether μ is known with an effect fitted; if so, the interval counts the effect, fitted or not."""
-        return not linear.assumed and linear.error(0) <= _WORST * abs(self.friction)
-
-    def with_effect(self, effect: Effect) -> Linear:
-        """The fit with one more effect."""
-        columns = [*base_of(self.points, self.with_gain), *(c for known in self.effects for c in known.columns)]
-        return solve(self.points, [*columns, *effect.columns], robust=self.robust)
+    def shape(
+        self, motor: Floats, load: Floats, way: Integers, bend: Floats, rate: Floats | None, mean: float
+    ) -> Floats:
+        """What the effects add to the log ratio of rows; `mean` is the ln F that n counts from."""
+        added = np.zeros(len(motor))
+        if OFFSETS in self.effects:
+            # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
+            left = [
+                np.maximum(cell - self.value(OFFSETS, part)[0], 0.05 * cell) for part, cell in ((0, motor), (1, load))
+            ]
+            added += np.log(motor / load) - np.log(left[0] / left[1])
+        if DELAY in self.effects and rate is not None:
+            added += self.value(DELAY)[0] * rate
+        if FORCE in self.effects:
+            added += self.value(FORCE)[0] * way * bend * (np.log(load) - mean)
+        if ENTRY in self.effects:
+            added += self.value(ENTRY)[0] * way
+        return added
 
 
-def base_of(points: Points, with_gain: bool) -> list[Floats]:
-    """The columns of μ and of the gain."""
-    turn = points.way * points.bend_angle
-    return [turn, np.ones(len(turn))] if with_gain else [turn]
+@dataclass(frozen=True)
+class Candidates:
+    """What may be tried, and how likely its sizes are before anything is read."""
+
+    prior: dict[str, float]
+    """Standard deviation of each effect's numbers."""
+
+    def sets(self) -> list[tuple[str, ...]]:
+        """Every set; offsets and a dependence on force bend the line alike and are not fitted together."""
+        names = list(self.prior)
+        every = (chosen for size in range(len(names) + 1) for chosen in itertools.combinations(names, size))
+        return [chosen for chosen in every if not {OFFSETS, FORCE} <= set(chosen)]
 
 
-def _exact_offsets(fitted: Fitted) -> Fitted:
-    """The same with offsets that need not be small against the forces."""
-    if not any(effect.name == OFFSETS for effect in fitted.effects):
-        return fitted
-    for _ in range(4):
-        linear, points = fitted.linear, fitted.points
-        cells = np.exp(points.log_ratio - linear.residual) * points.force, points.force
-        columns = []
-        for part, (cell, sign) in enumerate(zip(cells, (-1.0, 1.0), strict=True)):
-            offset = (fitted.value(OFFSETS, part) or (0.0, 0.0))[0]
-            offset = float(np.clip(offset, -0.5 * cell.min(), 0.5 * cell.min()))
-            columns.append(sign * (np.log1p(-offset / cell) / offset if offset else -1.0 / cell))
-        effects = tuple(Effect(e.name, tuple(columns)) if e.name == OFFSETS else e for e in fitted.effects)
-        all_columns = [*base_of(points, fitted.with_gain), *(c for effect in effects for c in effect.columns)]
-        linear = solve(points, all_columns, robust=fitted.robust)
-        fitted = replace(fitted, linear=linear, effects=effects)
-    return fitted
-
-
-def offset_columns(fitted: Fitted) -> tuple[Floats, Floats]:
-    """What 1 of offset of the motor's and of the load's cell does to the log ratio of each point."""
-    line = fitted.points.log_ratio - fitted.linear.residual
-    return np.exp(-line) / fitted.points.force, -1.0 / fitted.points.force
-
-
-def known_effects(points: Points, linear: Linear, with_gain: bool) -> dict[str, Effect]:
-    """The effects whose columns the readings have, from the plain fit."""
-    base = base_of(points, with_gain)
-    log_force = np.log(points.force)
-    away = log_force - np.mean(log_force)
-    fitted = sum(column * value for column, value in zip(base, linear.values, strict=True))
-    known = {
-        OFFSETS: (np.exp(-fitted) / points.force, -1.0 / points.force),
-        FORCE: (base[0] * away,),
-    }
-    if points.rate is not None and np.any(points.rate):
-        known[DELAY] = (points.rate,)
-    if not _varies(points, solve(points, [*base, *known[OFFSETS]]).scatter[1]):
-        known = {}
-    known[DRIFT], known[GAIN_DRIFT] = (base[0] * points.place,), (points.place.copy(),)
-    if not with_gain:
-        known = {name: known[name] for name in (DELAY, DRIFT) if name in known}
-    return {name: Effect(name, columns) for name, columns in known.items()}
-
-
-def _varies(points: Points, noise: float) -> bool:
-    """Whether the force changes within the directions, by far more than its noise, which the ratio shares."""
-    log_force = np.log(points.force)
-    left = np.concatenate([log_force[points.way == way] - np.mean(log_force[points.way == way])
-                           for way in np.unique(points.way)])  # fmt: skip
-    return bool(np.std(left) > max(_LEAST_SPREAD, 6.0 * noise))
-
-
-def fit_effects(
-    points: Points, *, with_gain: bool, robust: bool = False, forced: tuple[str, ...] = (), barred: tuple[str, ...] = ()
-) -> tuple[Fitted, dict[str, Effect]]:
-    """Fit μ with the effects that are asked for and those that the readings show; and all that could be tried."""
-    plain = solve(points, base_of(points, with_gain), robust=robust)
-    known = known_effects(points, plain, with_gain)
-    fitted = Fitted(points, plain, with_gain, (), robust=robust)
-    for name in forced:
-        if name not in known:
-            why = "the force hardly varies" if name == OFFSETS or points.rate is not None else "the file has no time"
-            raise InputError(
-                f"{_NAMES[name]} cannot be told: {why}",
-                hint=f"measure with forces that vary, or leave --{name.removesuffix('s')} out",
-            )
-        fitted = _extended(fitted, known[name])
-    for _ in range(_MOST):
-        taken = {effect.name for effect in fitted.effects}
-        tried = {
-            name: (effect, fitted.with_effect(effect))
-            for name, effect in known.items()
-            if name not in taken | set(barred)
-        }
-        shown = {name: linear for name, (effect, linear) in tried.items() if _is_shown(fitted, effect, linear)}
-        if not shown:
-            break
-        # Of those that explain the readings equally well the simplest, with the fewest columns.
-        best = max(linear.likelihood for linear in shown.values())
-        equal = [name for name, linear in shown.items() if best - linear.likelihood < _AS_GOOD]
-        chosen = min(equal, key=lambda name: (len(known[name].columns), -shown[name].likelihood))
-        rivals = {name: float(shown[name].values[0]) for name in equal if name != chosen}
-        fitted = _extended(fitted, known[chosen], rivals)
-    return _exact_offsets(fitted), known
-
-
-def _extended(fitted: Fitted, effect: Effect, rivals: dict[str, float] | None = None) -> Fitted:
-    effects, known = (*fitted.effects, effect), fitted.rivals | (rivals or {})
-    return replace(fitted, linear=fitted.with_effect(effect), effects=effects, rivals=known)
-
-
-def _is_shown(fitted: Fitted, effect: Effect, linear: Linear) -> bool:
-    """Whether an effect explains more than chance does, and enough to matter."""
-    from scipy.special import fdtrc
-
-    worst = _WORST if fitted.effects else _WORST_OF_ONE
-    if linear.assumed or linear.degrees_of_freedom < 1 or linear.error(0) > worst * abs(fitted.friction):
-        return False
-    if fitted.with_gain and abs(linear.values[1]) > abs(fitted.log_gain) + _PLAUSIBLE_GAIN:
-        return False  # the effect stands for something else
-    first = len(linear.values) - len(effect.columns)
-    values, covariance = linear.values[first:], linear.covariance[first:, first:]
-    moved = abs(sum(value * fitted.bias(column) for value, column in zip(values, effect.columns, strict=True)))
-    reach = sum(float(np.ptp(value * column)) for value, column in zip(values, effect.columns, strict=True))
-    if max(moved, 0.1 * reach / float(np.max(fitted.points.bend_angle))) < _MATTERS * abs(fitted.friction):
-        return False
-    strength = float(values @ np.linalg.pinv(covariance, hermitian=True) @ values) / len(values)
-    inside = all(_within(fitted.points, column) for column in effect.columns)
-    free = max(linear.degrees_of_freedom, linear.within if inside else 0)
-    return float(fdtrc(len(values), free, strength)) < _BY_CHANCE[effect.name]
-
-
-def _within(points: Points, column: Floats) -> bool:
-    """Whether a column changes mostly within strokes, so that the scatter of the strokes does not hide it."""
-    mean = np.bincount(points.stroke, column) / np.bincount(points.stroke)
-    ways = np.bincount(points.stroke, points.way) > 0
-    between = sum(float(np.sum((mean[ways == way] - mean[ways == way].mean()) ** 2)) for way in np.unique(ways))
-    within = float(np.sum((column - mean[points.stroke]) ** 2))
-    return within / len(column) > between / len(mean)
+def candidates_of(points: Points, friction: float, zero: float | None) -> Candidates:
+    """The effects that these points can say something about; `zero` is the stated uncertainty of the cells' zero."""
+    prior: dict[str, float] = {}
+    if points.both_ways and points.varies:
+        prior[OFFSETS] = zero or _PRIOR[OFFSETS] * float(np.median(np.minimum(points.motor, points.load)))
+        if points.strokes >= _STROKES:
+            if points.rate is not None and np.ptp(points.rate) > 0.0:
+                prior[DELAY] = _PRIOR[DELAY] * points.duration
+            prior[FORCE] = _PRIOR[FORCE] * friction
+    if points.both_ways and points.bends > 1 and points.strokes >= _STROKES:
+        prior[ENTRY] = _PRIOR[ENTRY] * friction * float(np.median(points.bend))
+    return Candidates(prior)

@@ -1,4 +1,4 @@
-"""From readings to a friction coefficient: what slips, its strokes, the effects of the rig, what to say about it."""
+"""From readings to a friction coefficient: prepare, estimate, put the uncertainty together, remark."""
 
 from __future__ import annotations
 
@@ -6,37 +6,35 @@ import math
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
-from tendon_cli.errors import UsageError
+from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction import remarks
 from tendon_cli.friction.bend import BendAngle, bend_angle_of, bend_angles, parse_bend_angle
-from tendon_cli.friction.checks import check_forces, check_result, check_strokes
-from tendon_cli.friction.directions import Directions, find_motor
-from tendon_cli.friction.effects import DELAY, OFFSETS, Fitted, fit_effects
-from tendon_cli.friction.estimate import Slipping, log_ratio_of, points_of, solve
+from tendon_cli.friction.budget import uncertainty_of
+from tendon_cli.friction.effects import Candidates, Points
+from tendon_cli.friction.estimate import Estimate, Log, estimate
+from tendon_cli.friction.models import fit_model
+from tendon_cli.friction.prepare import Prepared, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
-from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, FrictionUncertainty, Parts, SetAside
-from tendon_cli.friction.selection import Selection, drop_inside, select
-from tendon_cli.friction.uncertainty import uncertainty_of
+from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, Parts, Plain, SetAside
+from tendon_cli.friction.rows import INSIDE, PARTIAL, REASONS, resolution_of
+
+_PLAUSIBLE_GAIN = math.log(1.1)
+_MOST_STRETCHES = 20
 
 
 def fit_file(
     path: Path,
     *,
-    bend_angle: str | float | None,
+    bend_angle: str | float | None = None,
     route: Path | None = None,
     path_smoothing: str | float | None = None,
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
-    offset: bool | None = None,
-    delay: bool | None = None,
-    robust: bool = False,
 ) -> Fit:
     """μ from a CSV of two load cells' readings; raises UsageError for options and InputError for the file.
 
-    `offset` and `delay` force these effects of the rig into the fit, or bar them; None fits them where they are found.
     `route` is a file of way-points along the sheath, which stands for the bend angle, and `path_smoothing` their noise.
     """
     if motor not in {None, "1", "2"}:
@@ -50,9 +48,7 @@ def fit_file(
     if route is not None:
         bend = bend_angle_of(route, path_smoothing)
     readings = read_readings(path, cell_1=cell_1, cell_2=cell_2)
-    # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no warning beside.
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        return fit_readings(readings, bend=bend, motor=motor, offset=offset, delay=delay, robust=robust)
+    return fit_readings(readings, bend=bend, motor=motor)
 
 
 def fit_readings(
@@ -60,80 +56,104 @@ def fit_readings(
     *,
     bend: BendAngle | None,
     motor: str | None = None,
-    offset: bool | None = None,
-    delay: bool | None = None,
-    robust: bool = False,
+    zeros: tuple[float, float] = (0.0, 0.0),
+    cells: tuple[float, float] | None = None,
 ) -> Fit:
-    """μ from readings that are already in memory; `bend` is needed where they have no bend angle of their own."""
-    angles, angle_share = bend_angles(readings, bend)
-    check_forces(readings)
-    chosen = select(readings)
-    way = find_motor(readings, chosen.side, chosen.meaning, chosen.stroke >= 0, motor)
-    cells = (readings.cell_1, readings.cell_2) if way.motor == "1" else (readings.cell_2, readings.cell_1)
-    asked = {OFFSETS: offset, DELAY: delay}
-    forced = tuple(name for name, wish in asked.items() if wish)
-    barred = tuple(name for name, wish in asked.items() if wish is False)
-    for again in (True, False):
-        slipping = _slipping(readings, cells, way.way, angles, chosen)
-        with_gain = len(np.unique(slipping.way[slipping.bend_angle > 0.0])) == 2
-        check_strokes(slipping, readings, with_gain=with_gain, is_log=chosen.is_log)
-        points = points_of(slipping, robust=robust)
-        fitted, known = fit_effects(points, with_gain=with_gain, robust=robust, forced=forced, barred=barred)
-        rows = _rows(readings, cells, way.way, angles, chosen, fitted)
-        dropped = drop_inside(chosen, rows, fitted.friction) if again else chosen
-        if dropped is chosen:
-            break
-        chosen = dropped
-    check_result(fitted, slipping, readings, np.flatnonzero(chosen.stroke >= 0), is_log=chosen.is_log)
-    open_to_doubt = {name: effect for name, effect in known.items() if name not in barred}
-    uncertainty = uncertainty_of(fitted.linear, slipping, angle_share, fitted.doubt(open_to_doubt))
-    fit = _result(readings, bend, way, chosen, slipping, fitted, rows, uncertainty)
-    return remarks.judged(fit, fitted, known)
+    """μ from readings that are in memory.
 
-
-def _result(
-    readings: Readings,
-    bend: BendAngle | None,
-    way: Directions,
-    chosen: Selection,
-    slipping: Slipping,
-    fitted: Fitted,
-    rows: FittedRows,
-    uncertainty: FrictionUncertainty,
-) -> Fit:
-    """The fit without its checks, and with what is known of its directions as notes and warnings."""
+    `zeros` are the readings of the motor's and the load's cell without load, `cells` the standard uncertainty of a
+    cell's zero and, as a share, of its gain.
+    """
+    # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no warning beside.
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        angles, angle_share, given = bend_angles(readings, bend)
+        prepared = prepare(readings, angles, motor, zeros)
+        log = prepared.log
+        _check_enough(readings, log)
+        found = estimate(log, cells[0] if cells else None)
+        moves = (
+            "no stroke slips: the force ratio reaches no limit" if found is None else remarks.never_rests(log, found)
+        )
+        if found is None or moves:
+            hint = "make the strokes longer, until the force ratio rests"
+            raise InputError(moves or "", where=readings.source, hint=hint)
+        _check_result(readings, prepared, found)
+        error = uncertainty_of(found.average, found, log, readings.unit or "unit of the file", angle_share, cells)
+        directions = {name: part for name, way in (("toward_motor", 1), ("toward_load", -1))
+                      if (part := _direction(log, found, way)) is not None}  # fmt: skip
+        plain = _plain(log, found, directions)
+        codes = _codes(prepared, found)
+        seen = remarks.Remarks(
+            log, found, error, directions, plain, codes, readings.unit, readings.time_unit, any(zeros), given
+        )  # fmt: skip
+    mean = float(np.mean(found.points.bend))
     return Fit(
-        friction=fitted.friction,
-        uncertainty=uncertainty,
-        gain_ratio=math.exp(fitted.log_gain),
-        gain_estimated=fitted.with_gain,
-        by_direction=_by_direction(slipping, uncertainty.bend_angle / abs(fitted.friction)),
-        bend_angle_text=bend.text if bend else _angles_text(slipping.bend_angle),
+        friction_bend=found.average.friction * mean,
+        bend_angle=mean if given else None,
+        uncertainty=error,
+        gain_ratio=math.exp(found.average.log_gain),
+        gain_estimated=found.points.both_ways,
+        by_direction=directions,
+        plain=plain,
+        bend_angle_text=bend.text if bend else _angles_text(found.points.bend) if given else "not given",
         bend_angle_uncertainty_text=bend.uncertainty_text if bend else None,
-        bend_angles=tuple(float(angle) for angle in np.unique(slipping.bend_angle)),
-        motor=way.motor,
-        is_log=chosen.is_log,
-        robust=fitted.robust,
-        strokes=int(slipping.stroke.max()) + 1,
-        rows=rows,
-        parts=_parts(fitted),
-        set_aside=_set_aside(readings, chosen.reasons),
-        checks=(),
-        notes=(*(bend.notes if bend else ()), *way.notes),
-        warnings=(*(bend.warnings if bend else ()), *way.warnings),
+        bend_angles=tuple(float(angle) for angle in np.unique(log.bend[found.used])) if given else (),
+        motor=prepared.motor.cell,
+        is_log=not log.settled,
+        strokes=found.points.strokes,
+        rows=_rows(readings, prepared, found, angles),
+        parts=_parts(found),
+        set_aside=_set_aside(codes, readings),
+        checks=tuple(seen.checks),
+        notes=(*(bend.notes if bend else ()), *prepared.motor.notes, *seen.notes),
+        warnings=(*(bend.warnings if bend else ()), *prepared.motor.warnings, *seen.warnings),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,
     )
 
 
-def _slipping(
-    readings: Readings, cells: tuple[Floats, Floats], way: npt.NDArray[np.int64], angles: Floats, chosen: Selection
-) -> Slipping:
-    used = chosen.stroke >= 0
-    place = np.linspace(-0.5, 0.5, len(way))
-    time = readings.time[used] if readings.time is not None and chosen.is_log else None
-    return Slipping(cells[0][used], cells[1][used], way[used], angles[used], chosen.stroke[used], place[used], time)
+def _check_enough(readings: Readings, log: Log) -> None:
+    """Refuse too few rows."""
+    used, needed = len(log.way), 3 if len(np.unique(log.way)) == 2 else 2
+    if used < needed:
+        noun = "reading" if used == 1 else "readings"
+        raise InputError(
+            f"{used} {noun} used, fewer than the {needed} needed to tell how they scatter",
+            where=readings.source,
+            hint="repeat the measurement: five strokes or more in each direction are good",
+        )
+    if not np.any(log.bend > 0.0):
+        raise InputError("every bend angle is 0", where=readings.source)
+
+
+def _check_result(readings: Readings, prepared: Prepared, found: Estimate) -> None:
+    """Refuse forces that say friction helps the motion."""
+    log, average = prepared.log, found.average
+    travel = log.way * (log.log_ratio - average.log_gain)
+    if log.settled and not average.best.effects:
+        rounding = np.hypot(*(resolution_of(cell) / cell for cell in (log.motor, log.load))) / math.sqrt(3.0)
+        wrong = np.flatnonzero(travel < -rounding - 0.25 * abs(average.friction) * log.bend)
+        if len(wrong) and len(wrong) < len(travel):
+            raise InputError(
+                "friction would help the motion in this reading, against the others",
+                where=readings.place(int(prepared.rows[wrong[0]])),
+                hint="are its two forces, or its direction, swapped?",
+            )
+    if average.friction <= 0.0:
+        raise InputError(
+            f"friction would help the motion: the coefficient comes out as {average.friction:.4g}",
+            where=readings.source,
+            hint="check the directions, and which cell is at the motor (--motor)",
+        )
+    gain = abs(average.log_gain)
+    if log.settled and gain > max(average.friction * float(log.bend.max()), _PLAUSIBLE_GAIN):
+        raise InputError(
+            "friction would help the motion in one direction, unless the cells' gains differ by"
+            f" {100.0 * (math.exp(gain) - 1.0):.0f} %",
+            where=readings.source,
+            hint="check the directions; calibrate the cells against each other with the same weight",
+        )
 
 
 def _angles_text(angles: Floats) -> str:
@@ -141,55 +161,77 @@ def _angles_text(angles: Floats) -> str:
     return ", ".join(degrees) if len(degrees) <= 6 else f"{len(degrees)} angles, {degrees[0]} to {degrees[-1]}"
 
 
-def _by_direction(slipping: Slipping, angle_share: float) -> dict[str, DirectionFit]:
-    """μ of each direction with a gain of 1 and no offsets, as the paper has it."""
-    found = {}
-    for name, way in (("toward_motor", 1), ("toward_load", -1)):
-        mine = (slipping.way == way) & (slipping.bend_angle > 0.0)
-        if mine.any():
-            part = slipping.of(mine)
-            points = points_of(part)
-            linear = solve(points, [points.way * points.bend_angle])
-            uncertainty = None if linear.assumed else uncertainty_of(linear, part, angle_share)
-            found[name] = DirectionFit(float(linear.values[0]), uncertainty, int(mine.sum()))
-    return found
+def _direction(log: Log, found: Estimate, way: int) -> DirectionFit | None:
+    """μ of one direction with a gain of 1 and no offsets, as the paper has it, and its plain answer."""
+    points = found.points
+    mine = (points.way == way) & (points.bend > 0.0)
+    if not mine.any():
+        return None
+    _, stroke = np.unique(points.stroke[mine], return_inverse=True)
+    part = Points(
+        points.motor[mine], points.load[mine], points.way[mine], points.bend[mine], stroke, None, points.place[mine],
+        points.duration, points.noise,
+    )  # fmt: skip
+    model = fit_model(part, (), Candidates({}), 1.0)
+    error = math.sqrt(max(float(model.covariance[0, 0]), 0.0)) if part.strokes > 1 else None
+    beyond = (log.bend > 0.0) & ((log.log_ratio > log.middle) == (way > 0))
+    beyond &= log.way == way if not beyond.any() or log.settled else True
+    plain = float(np.median((way * log.log_ratio[beyond]) / log.bend[beyond])) if beyond.any() else math.nan
+    return DirectionFit(model.friction, error, int((log.way[found.used] == way).sum()), plain)
 
 
-def _rows(
-    readings: Readings,
-    cells: tuple[Floats, Floats],
-    way: npt.NDArray[np.int64],
-    angles: Floats,
-    chosen: Selection,
-    fitted: Fitted,
-) -> FittedRows:
+def _plain(log: Log, found: Estimate, directions: dict[str, DirectionFit]) -> Plain:
+    """The plain answer, and what moves the fit from it."""
+    plain = float(np.mean([part.plain for part in directions.values()]))
+    used = found.used & (log.bend > 0.0)
+    turn = log.way[used] * log.log_ratio[used] / log.bend[used]
+    kept = float(np.mean([np.median(turn[log.way[used] == way]) for way in np.unique(log.way[used])]))
+    friction = found.average.friction
+    return Plain(plain, (kept - plain) / friction, (friction - kept) / friction)
+
+
+def _codes(prepared: Prepared, found: Estimate) -> np.ndarray:
+    """Why each reading is set aside."""
+    codes = prepared.codes.copy()
+    log = prepared.log
+    codes[prepared.codes == 0] = INSIDE
+    codes[prepared.rows] = np.where(found.used, 0, np.where(found.reached[log.stroke], INSIDE, PARTIAL))
+    return codes
+
+
+def _rows(readings: Readings, prepared: Prepared, found: Estimate, angles: Floats) -> FittedRows:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
-    log_ratio = np.full(len(way), np.nan)
-    positive = (cells[0] > 0.0) & (cells[1] > 0.0)
-    log_ratio[positive] = np.log(cells[0][positive] / cells[1][positive])
-    line = log_ratio_of(fitted.friction, fitted.log_gain, way, angles)
-    used = chosen.stroke >= 0
-    line[used] += fitted.of_effects()
-    residual = np.where(used, log_ratio - line, np.nan)
-    force = np.sqrt(np.where(positive, cells[0] * cells[1], np.nan))
-    return FittedRows(readings.lines, log_ratio, way, angles, chosen.stroke, residual, force, readings.time)
+    log, rows, total = prepared.log, prepared.rows, len(readings.lines)
+    motor, load = prepared.cells
+    log_ratio, residual = np.full(total, np.nan), np.full(total, np.nan)
+    positive = (motor > 0.0) & (load > 0.0)
+    log_ratio[positive] = np.log(motor[positive] / load[positive])
+    way, run, stroke = np.zeros(total, dtype=np.int64), np.full(total, -1), np.full(total, -1)
+    way[rows], run[rows] = log.way, log.stroke
+    used = rows[found.used]
+    line = found.average.friction * log.way * log.bend + found.average.log_gain + found.shape
+    residual[used] = (log.log_ratio - line)[found.used]
+    _, stroke[used] = np.unique(log.stroke[found.used], return_inverse=True)
+    return FittedRows(
+        readings.lines, motor, load, log_ratio, way, angles, run, stroke, residual, _codes(prepared, found),
+        readings.time, readings.position, readings.position_is_speed,
+    )  # fmt: skip
 
 
-def _parts(fitted: Fitted) -> Parts:
-    points = fitted.points
-    effects = fitted.of_effects(per_point=True)
-    return Parts(points.way, points.force, points.rate, fitted.linear.residual + effects, effects)
+def _parts(found: Estimate) -> Parts:
+    points, best = found.points, found.average.best
+    effects = best.shape(points.motor, points.load, points.way, points.bend, points.rate, points.mean_force)
+    return Parts(points.way, points.load, points.rate, best.residual + effects, effects)
 
 
-def _set_aside(readings: Readings, reasons: tuple[str, ...]) -> tuple[SetAside, ...]:
+def _set_aside(codes: np.ndarray, readings: Readings) -> tuple[SetAside, ...]:
     """The readings not used, by reason, in the order in which the reasons first come."""
-    why = np.array(reasons, dtype=object)
+    present = [int(code) for code in np.unique(codes) if code]
     found = []
-    for reason in dict.fromkeys(reasons):
-        if not reason:
-            continue
-        mine = np.flatnonzero(why == reason)
-        stretches = np.split(mine, np.flatnonzero(np.diff(mine) > 1) + 1)
-        lines = tuple((int(readings.lines[part[0]]), int(readings.lines[part[-1]])) for part in stretches)
-        found.append(SetAside(reason, len(mine), lines))
+    for code in sorted(present, key=lambda each: int(np.argmax(codes == each))):
+        mine = np.flatnonzero(codes == code)
+        first = np.concatenate([[0], np.flatnonzero(np.diff(mine) > 1) + 1])
+        last = np.concatenate([first[1:] - 1, [len(mine) - 1]])
+        lines = [(int(readings.lines[mine[a]]), int(readings.lines[mine[b]])) for a, b in zip(first, last, strict=True)]
+        found.append(SetAside(REASONS[code], len(mine), tuple(lines[:_MOST_STRETCHES])))
     return tuple(found)

@@ -1,188 +1,271 @@
-"""What a reader of the coefficient should be told: the rig's checks, what may be wrong, and what it is sensitive to."""
+"""Checks of the rig, and what may be wrong with the number: what was seen, what it does, what helps."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_cli.friction.effects import DELAY, DRIFT, FORCE, GAIN_DRIFT, OFFSETS, Effect, Fitted, offset_columns
-from tendon_cli.friction.estimate import ASSUMED_SCATTER, Linear
+from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, Uncertainty
+from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
+from tendon_cli.friction.estimate import Estimate, Log
 from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.result import Check, Fit
+from tendon_cli.friction.reading.readings import Floats
+from tendon_cli.friction.result import Check, DirectionFit, Plain
+from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE
+from tendon_cli.units import counted
 
+_SHOWN, _OPEN = 0.5, 0.05
+"""Probability from which an effect is found, and under which it is not there."""
 _MATTERS = 0.02
-"""Sensitivity of μ, as a share, that is worth a word."""
+"""Share of μ that is worth a word."""
+_WORTH_A_NOTE = 0.005
+_BAD_ROWS, _ZERO_ROWS = 0.10, 0.15
+"""Shares of saturated rows or spikes, and of rows at or below zero: beyond, what is left is chosen by the fault."""
+_GAIN_NOTE, _GAIN_WARNING, _PLAIN_AWAY, _LATE = 0.05, 0.20, 0.25, 0.03
 _APART = 0.05
-"""Difference of the forces of the two directions, as a share, from which an offset does not act on both alike."""
-_WORDS = {
-    OFFSETS: "zero offsets of the cells",
-    DELAY: "a delay between the cells",
-    FORCE: "friction that depends on the force",
-    DRIFT: "friction that drifts along the log",
-    GAIN_DRIFT: "a gain that drifts along the log",
-}
+"""Difference of the forces of the two directions, as a share, from which a zero error does not act on both alike."""
+_DRIFTS, _DRIFT_STROKES, _BY_CHANCE = 0.02, 6, 0.003
+"""A drift is 2 % along the file and comes by chance in three of a thousand logs; fewer than six strokes show none."""
+_CLIMBS, _NEVER_RESTS = 0.02, 0.10
+"""Of the way from limit to limit, over a whole stroke: what climbs by more has not settled, or has no limit at all."""
+_FEW_ROWS, _SOME_ROWS = 0.10, 0.25
+"""Shares of rows on a limit: under a tenth do not answer for the others; under a quarter may be the turn of a crank."""
 
 
-def judged(fit: Fit, fitted: Fitted, known: dict[str, Effect]) -> Fit:
-    """The fit with its checks, notes and warnings."""
-    tried = {
-        name: fitted.linear if _has(fitted, name) else fitted.with_effect(effect) for name, effect in known.items()
-    }
-    checks = _checks(fit, fitted, known, tried)
-    notes = list(fit.notes)
-    warnings = list(fit.warnings)
-    _about_effects(fitted, checks, notes, warnings)
-    _about_offsets(fit, fitted, known, tried, notes, warnings)
-    _about_sample(fit, fitted, notes, warnings)
-    return replace(fit, checks=checks, notes=tuple(notes), warnings=tuple(warnings))
+@dataclass(eq=False)
+class Remarks:
+    """A fit as it is looked at, and what is remarked."""
 
+    log: Log
+    estimate: Estimate
+    uncertainty: Uncertainty
+    directions: dict[str, DirectionFit]
+    plain: Plain
+    codes: np.ndarray
+    unit: str | None
+    time_unit: str | None
+    zero_given: bool
+    bend_given: bool
+    checks: list[Check] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
-def _has(fitted: Fitted, name: str) -> bool:
-    return any(effect.name == name for effect in fitted.effects)
+    def __post_init__(self) -> None:
+        self.friction = self.estimate.average.friction
+        self.name = "μ" if self.bend_given else "μφ"
+        for look in (self._effects, self._drift, self._zeros, self._gains, self._rows, self._number):
+            look()
 
-
-def _checks(fit: Fit, fitted: Fitted, known: dict[str, Effect], tried: dict[str, Linear]) -> tuple[Check, ...]:
-    unit, time = fit.unit or "unit of the file", "unit of the file's time"
-    wanted = [
-        ("offset_motor", OFFSETS, 0, unit), ("offset_load", OFFSETS, 1, unit), ("delay", DELAY, 0, time),
-        ("gain", None, 0, "1"), ("force_dependence", FORCE, 0, "1"), ("drift", DRIFT, 0, "1"),
-    ]  # fmt: skip
-    if _has(fitted, GAIN_DRIFT) and not _has(fitted, DRIFT):
-        wanted[-1] = ("drift", GAIN_DRIFT, 0, "1")
-    return tuple(
-        _gain_check(fitted) if name is None else _check(label, fitted, known.get(name), tried.get(name), part, unit)
-        for label, name, part, unit in wanted
-    )
-
-
-def _gain_check(fitted: Fitted) -> Check:
-    if not fitted.with_gain:
-        return Check("gain", None, None, "1", None, None)
-    error = fitted.linear.error(1)
-    found = not fitted.linear.assumed and abs(fitted.log_gain) > 3.0 * error and abs(fitted.log_gain) > 1e-3
-    return Check("gain", math.exp(fitted.log_gain), error, "1", found, 0.0)
-
-
-def _check(label: str, fitted: Fitted, effect: Effect | None, linear: Linear | None, part: int, unit: str) -> Check:
-    """One effect: fitted, or as it would be if it were; None where it would be known too badly to say anything."""
-    own = fitted.value(effect.name, part) if effect else None
-    if effect is None or linear is None or (fitted.linear.assumed and not own):
-        return Check(label, None, None, unit, None, None)
-    at = len(linear.values) - len(effect.columns) + part
-    value, error = own or (float(linear.values[at]), linear.error(at))
-    bias = fitted.bias(effect.columns[part]) / fitted.friction
-    scale = fitted.friction if effect.name in {FORCE, DRIFT} else 1.0
-    share = (value / scale, error / scale)
-    if own:
-        return Check(label, *share, unit, effect.name not in fitted.rivals, value * bias)
-    reach = float(np.ptp(effect.columns[part])) / float(np.max(fitted.points.bend_angle)) / fitted.friction
-    blind = error <= 0.0 or 2.0 * error * max(abs(bias), 0.3 * reach) > _MATTERS
-    blind = blind or effect.name in fitted.rivals
-    if blind:
-        return Check(label, None, None, unit, None, None)
-    return Check(label, *share, unit, found=False, effect=value * bias)
-
-
-def _about_effects(fitted: Fitted, checks: tuple[Check, ...], notes: list[str], warnings: list[str]) -> None:
-    """What was fitted; where another effect explains the same and gives another μ, the number is in doubt."""
-    notes += [f"{_WORDS[effect.name]} found in the readings and fitted" for effect in fitted.effects]
-    for name, friction in fitted.rivals.items():
-        if _has(fitted, name):
-            continue
-        apart = abs(friction / fitted.friction - 1.0)
-        if apart > max(0.01, fitted.linear.error(0) / fitted.friction):
-            mine = " and ".join(_WORDS[effect.name] for effect in fitted.effects)
-            warnings.append(f"the readings may as well show {_WORDS[name]}, not {mine}: then μ = {friction:.4g}")
-        else:
-            notes.append(f"the readings may as well show {_WORDS[name]}; μ would be the same")
-    for name in (FORCE, DRIFT):
-        found = next((check for check in checks if check.name == name), None)
-        if found and found.value is not None and _has(fitted, name):
-            what = (
-                f"μ goes with the force to the power {found.value:.2g}: the number holds for the readings' mean force"
-                if name == FORCE
-                else f"friction drifts: μ changes by {100.0 * found.value:.1f} % along the log, the number is its mean"
-            )
-            warnings.append(what)
-
-
-def _about_offsets(
-    fit: Fit,
-    fitted: Fitted,
-    known: dict[str, Effect],
-    tried: dict[str, Linear],
-    notes: list[str],
-    warnings: list[str],
-) -> None:
-    """The second opinion of slopes where the force varies; else what a zero error would do."""
-    if _has(fitted, OFFSETS) or not fitted.with_gain:
-        return
-    # Without a unit, a share of the force stands for 1 N.
-    usual = 0.01 * float(np.mean(fitted.points.force))
-    newton = 1.0 / (force_factor(fit.unit) or 1.0) if fit.unit else usual
-    motor, load = (abs(fitted.bias(column)) * newton / fitted.friction for column in offset_columns(fitted))
-    if OFFSETS in known and not tried[OFFSETS].assumed:
-        slopes, error = float(tried[OFFSETS].values[0]), tried[OFFSETS].error(0)
-        if 2.0 * error < max(0.5 * motor, _MATTERS) * fitted.friction:
-            notes.append(f"from the slopes alone, free of offsets and gain: μ = {slopes:.4f} ± {error:.2g}")
-            if abs(slopes - fitted.friction) > max(3.0 * error, 0.01 * fitted.friction):
-                warnings.append(
-                    f"μ from the slopes of force against force is {slopes:.4f}: offsets, a delay or a dependence on"
-                    " force make the two differ"
+    def _effects(self) -> None:
+        """The checks of what can be fitted, and what those that put the number in doubt mean."""
+        force, time = self.unit or "unit of the file", self.time_unit or "unit of the file's time"
+        duration = self.estimate.points.duration
+        for name, effect, part, unit in (
+            ("offset_motor", OFFSETS, 0, force), ("offset_load", OFFSETS, 1, force), ("delay", DELAY, 0, time),
+            ("force_dependence", FORCE, 0, "1"), ("entry", ENTRY, 0, "1"),
+        ):  # fmt: skip
+            check = self._check(name, effect, part, unit)
+            if effect != ENTRY or check.found is not None:
+                self.checks.append(check)
+            if not check.found or check.value is None:
+                continue
+            if effect == DELAY and abs(check.value) > _LATE * duration:
+                self.warnings.append(
+                    f"delay: the {'load' if check.value > 0.0 else 'motor'}'s cell is {abs(check.value):.3g}"
+                    f" {unit} late,"
+                    f" {abs(check.value) / duration:.0%} of a stroke; {self.name} is corrected for it; log both"
+                    " cells by"
+                    " one clock and filter"
                 )
+            if effect == FORCE:
+                self.warnings.append(
+                    f"{self.name} goes with the force to the power {check.value:.2g}: the number holds at the mean"
+                    " force;"
+                    " measure at the force that you use"
+                )
+            if effect == ENTRY:
+                self.warnings.append(
+                    f"friction outside of the bend takes {check.value:.3g} ± {check.standard_error:.1g} of the log"
+                    " ratio:"
+                    f" it is not in {self.name}; look for what rubs at the ends of the sheath"
+                )
+
+    def _check(self, name: str, effect: str, part: int, unit: str) -> Check:
+        """One effect: from the likeliest model that has it; nothing if the readings cannot tell."""
+        average, delay = self.estimate.average, self.estimate.delay if effect == DELAY else 0.0
+        have = [(w, model) for w, model in zip(average.weights, average.models, strict=True) if effect in model.effects]
+        if not have:
+            return Check(name, delay or None, 0.0 if delay else None, unit, True if delay else None, None)
+        model = max(have, key=lambda each: each[0])[1]
+        value, error = model.value(effect, part)
+        scale = model.friction if effect == FORCE else 1.0
+        share = average.share(effect)
+        found = bool(delay) or share > _SHOWN
+        moves = average.models[0].friction / model.friction - 1.0
+        unsure = abs(moves) + 2.0 * math.sqrt(max(float(model.covariance[0, 0]), 0.0)) / model.friction
+        if not found and share > _OPEN and unsure > _MATTERS:
+            return Check(name, None, None, unit, None, None)
+        return Check(name, (value + delay) / scale, error / abs(scale), unit, found, moves)
+
+    def _drift(self) -> None:
+        """Whether strokes change along the file: never fitted, only tested."""
+        from scipy.special import stdtr
+
+        points, model = self.estimate.points, self.estimate.average.best
+        if points.strokes < _DRIFT_STROKES:
+            self.checks.append(Check("drift", None, None, "1", None, None))
             return
-    amount = "1 N" if fit.unit else "1 % of the force"
-    text = f"{amount} of zero error in a cell would move μ by {100.0 * max(motor, load):.1f} %"
-    if OFFSETS in known and fitted.tells(tried[OFFSETS]):
-        notes.append(f"{text}; the interval counts what these readings may hide of it")
-    elif _levels_apart(fitted) > _APART and max(motor, load) > _MATTERS:
-        warnings.append(f"the forces of the two directions lie far apart: {text}, and an offset cannot be told")
-    elif motor > 0.002:
-        notes.append(f"{text}; at these forces an offset cannot be told")
+        count = np.bincount(points.stroke)
+        columns = (model.residual, points.way * points.bend, points.place)
+        left, turn, place = (np.bincount(points.stroke, column) / count for column in columns)
+        design = np.stack(
+            [turn * place * self.friction, turn, place, np.ones(len(left))][: 4 if points.both_ways else 2], 1
+        )
+        inverse = np.linalg.pinv(design.T @ design)
+        values = inverse @ design.T @ left
+        free = max(len(left) - design.shape[1], 1)
+        error = np.sqrt(np.maximum(np.diag(inverse) * np.sum((left - design @ values) ** 2) / free, 1e-300))
+        chance = 2.0 * stdtr(free, -np.abs(values) / error)
+        drifts = (chance < _BY_CHANCE) & (np.abs(values) > _DRIFTS)
+        what = {0: self.name, 2: "the gain of the cells"}
+        for at in (at for at in what if at < len(values) and drifts[at]):
+            self.warnings.append(
+                f"drift: {what[at]} changes by {values[at]:+.1%} along the file, {self.name} is a mean; warm up"
+                " the cells,"
+                " run the tendon in, and measure again"
+            )
+        found = any(drifts[at] for at in what if at < len(values))
+        self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", found, 0.0))
+
+    def _zeros(self) -> None:
+        """What a zero error would do if the readings do not show it."""
+        average, points = self.estimate.average, self.estimate.points
+        if OFFSETS in average.candidates.prior or self.zero_given or not points.both_ways:
+            return
+        # Without a unit, 1 % of the force stands for 1 N.
+        newton = 1.0 / (force_factor(self.unit) or 1.0) if self.unit else 0.01 * float(np.mean(points.load))
+        moved = max(abs(slope) * newton / self.friction for slope in average.models[0].zero)
+        amount = "1 N" if self.unit else "1 % of the force"
+        text = f"{amount} of zero error in a cell would move {self.name} by {moved:.1%}"
+        up, down = (float(np.mean(np.log(points.load[points.way == way]))) for way in (1, -1))
+        if abs(up - down) > _APART and moved > _MATTERS:
+            self.warnings.append(
+                f"the forces of the two directions lie {abs(up - down):.0%} apart: {text}; state the cells' zeros"
+                " (--zero-motor, --zero-load)"
+            )
+        elif moved > _WORTH_A_NOTE:
+            self.notes.append(f"{text}, and a constant force does not show it")
+
+    def _gains(self) -> None:
+        """The cells against each other."""
+        average, points = self.estimate.average, self.estimate.points
+        if not points.both_ways:
+            share = 0.01 / float(points.bend.max()) / self.friction
+            self.checks.append(Check("gain", None, None, "1", None, None))
+            self.notes.append(
+                "one direction only: gain and zero errors of the cells hide in it; 1 % between the gains would change"
+                f" {self.name} by {share:.1%}"
+            )
+            return
+        gain, error = math.exp(average.log_gain), math.sqrt(max(float(average.best.covariance[1, 1]), 0.0))
+        found = points.strokes > 2 and abs(average.log_gain) > max(3.0 * error, 1e-3)
+        self.checks.append(Check("gain", gain, error, "1", found, 0.0))
+        more = max(gain, 1.0 / gain) - 1.0
+        text = f"one cell reads {more:.0%} more than the other at the same force"
+        if more > _GAIN_WARNING:
+            self.warnings.append(
+                f"{text}: one of them is not calibrated, or not of this tendon; load both with one weight"
+            )
+        elif more > _GAIN_NOTE:
+            self.notes.append(f"{text}; it cancels between the directions, but calibrate them")
+
+    def _rows(self) -> None:
+        """Rows set aside in numbers that choose among the rest, and rows that have not settled."""
+        for code, most, what, cure in (
+            (SATURATED, _BAD_ROWS, "are saturated: what slips there is not known", "use a larger range"),
+            (SPIKE, _BAD_ROWS, "are spikes: what is left between them may be wrong, too", "check the wiring"),
+            (NOT_POSITIVE, _ZERO_ROWS, "are at or below zero: the tendon is slack or a zero is off", "load it more"),
+        ):
+            share = float(np.mean(self.codes == code))
+            if share > most:
+                self.warnings.append(f"{share:.0%} of the rows {what}; {cure}")
+        climb = climbing(self.log, self.estimate)
+        if climb > _CLIMBS:
+            self.warnings.append(
+                f"the force ratio still climbs on the limit, by {climb:.0%} of its way in a stroke: {self.name}"
+                " may be too"
+                " small; make the strokes longer"
+            )
+
+    def _number(self) -> None:
+        """The number itself against the plain answer, the directions and what is plausible."""
+        friction, name, strokes = self.friction, self.name, self.estimate.points.strokes
+        coarse = self.uncertainty.of(RESOLUTION) / friction
+        if coarse > _MATTERS:
+            self.warnings.append(f"the steps of the cells leave {name} open by {coarse:.0%}; use a finer converter")
+        if strokes < FEW:
+            self.warnings.append(
+                f"{counted(strokes, 'stroke')} cannot show how strokes scatter: {FEW_SHARE:.0%} of {name} is"
+                " assumed; repeat"
+                " the measurement"
+            )
+        away = friction / self.plain.friction - 1.0 if self.plain.friction else 0.0
+        if abs(away) > _PLAIN_AWAY:
+            self.warnings.append(
+                f"{name} is {away:+.0%} from the plain answer, {self.plain.friction:.3g}; look which rows are used"
+                " (--plot)"
+            )
+        own, slack = [part.friction for part in self.directions.values()], 2.0 * self.uncertainty.standard_error
+        if len(own) == 2 and not min(own) - slack <= friction <= max(own) + slack:
+            self.warnings.append(
+                f"{name} is outside of both directions' own, {own[0]:.3g} and {own[1]:.3g}: what was fitted of the"
+                " rig makes"
+                " it; state the cells' zeros"
+            )
+        widest = float(self.estimate.points.bend.max())
+        if self.bend_given and widest > 4.0 * math.pi:
+            self.warnings.append(f"the bend angle is {widest / 2.0 / math.pi:.1f} turns; are its units right?")
+        if self.bend_given and friction > 1.0:
+            self.warnings.append("a coefficient above 1 is not plausible for a tendon; check units and bend angle")
+        if self.uncertainty.interval_95[0] <= 0.0:
+            self.warnings.append("the 95 % interval reaches 0: the readings do not show that there is friction")
 
 
-def _levels_apart(fitted: Fitted) -> float:
-    """By how much the forces at the load differ between the directions, as a share; a weight is the same both ways."""
-    log_force, way = np.log(fitted.points.force), fitted.points.way
-    there, back = log_force[way > 0], log_force[way < 0]
-    return abs(float(np.mean(there) - np.mean(back))) if len(there) and len(back) else 0.0
+def climbing(log: Log, estimate: Estimate) -> float:
+    """How far the ratio surely climbs on the limit, the motor's cell alone, over a stroke: 0 in slip, 1 in stick."""
+    from scipy.special import stdtrit
+
+    points = estimate.points
+    count = np.bincount(points.stroke)
+    full = count >= 4
+    if log.settled or np.count_nonzero(full) < 2:
+        return 0.0
+    every, kept = np.bincount(log.stroke), np.bincount(log.stroke[estimate.used], minlength=int(log.stroke[-1]) + 1)
+    stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
+    at = np.arange(len(points.stroke)) - np.searchsorted(points.stroke, points.stroke)
+    ends = [(at >= (0.75 * count)[points.stroke]), (at < (0.25 * count)[points.stroke])]
+
+    def change(column: Floats) -> Floats:
+        late, early = (np.bincount(points.stroke, column * end) / np.bincount(points.stroke, end) for end in ends)
+        return np.asarray((late - early)[full])
+
+    height = 2.0 * max(abs(estimate.average.friction) * float(np.mean(points.bend)), 1e-12)
+    climbs = change(points.way * points.log_ratio) * stretch / height
+    steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
+    alone = 1.0 - min(steps) / max(steps) if max(steps) > 0.0 else 0.0
+    error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs)) * float(stdtrit(len(climbs) - 1, 0.975))
+    return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
 
 
-def _about_sample(fit: Fit, fitted: Fitted, notes: list[str], warnings: list[str]) -> None:
-    """Too little, or too odd, to be relied on."""
-    widest = max(fit.bend_angles)
-    if not fit.gain_estimated:
-        share = 100.0 * 0.01 / widest / fit.friction
-        notes.append(
-            "one direction only: gain and offsets of the cells hide in μ; 1 % between the gains would change it by"
-            f" {share:.1f} %"
-        )
-    elif abs(math.log(fit.gain_ratio)) > 0.05:
-        notes.append(f"the gains of the cells differ by {100.0 * (fit.gain_ratio - 1.0):.1f} %: calibrate them")
-    if fitted.linear.assumed:
-        warnings.append(
-            f"{fit.strokes} {'stroke' if fit.strokes == 1 else 'strokes'}: how strokes scatter cannot be seen, so"
-            f" {100.0 * ASSUMED_SCATTER:.0f} % is assumed; repeat the measurement"
-        )
-    elif fit.uncertainty.degrees_of_freedom < 4.0:
-        notes.append(f"{fit.strokes} strokes give a wide interval: more of them narrow it quickly")
-    if any(part.friction <= 0.0 for part in fit.by_direction.values()):
-        notes.append(
-            "with equal gains, friction would help the motion in one direction: only the joint estimate counts"
-        )
-    if widest > 4.0 * math.pi:
-        warnings.append(f"a bend angle of {widest:.4g} rad is {widest / 2.0 / math.pi:.1f} turns: are its units right?")
-    if fit.friction > 1.0:
-        warnings.append("a coefficient above 1 is not plausible for a tendon in a sheath: check units and bend angle")
-    if fit.uncertainty.interval_95[0] <= 0.0:
-        warnings.append("the 95 % interval reaches 0: the readings do not show that there is friction")
-    used = int(fit.rows.used.sum())
-    if fit.is_log and used < 0.4 * len(fit.rows.used):
-        notes.append(f"only {100.0 * used / len(fit.rows.used):.0f} % of the log slips: make the strokes longer")
-    saturated = sum(part.rows for part in fit.set_aside if part.reason.startswith("saturated"))
-    if saturated > 0.1 * len(fit.rows.used):
-        warnings.append(
-            f"{saturated} rows are saturated, at the largest reading of a cell: what slips there is not known"
-        )
+def never_rests(log: Log, estimate: Estimate) -> str | None:
+    """Why there is no limit at all; None if there is one."""
+    if log.settled:
+        return None
+    share, climb = float(np.mean(estimate.used)), climbing(log, estimate)
+    if climb > _NEVER_RESTS or (climb > _CLIMBS and share < _SOME_ROWS):
+        return "no stroke slips: the force ratio still moves where each of them ends"
+    if share < _FEW_ROWS:
+        return f"only {estimate.used.sum()} of {len(log.way)} rows slip, which is too few to answer for the others"
+    return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,26 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.display import Displayed, face
+from tendon_cli.friction.budget import BEND, Uncertainty
 from tendon_cli.friction.reading.readings import Floats, Integers
-
-
-@dataclass(frozen=True)
-class FrictionUncertainty:
-    """Standard error of μ and the parts it is made of."""
-
-    scatter: float
-    """From how the strokes scatter."""
-    resolution: float
-    """The least that the resolution of the readings allows."""
-    bend_angle: float
-    """From the uncertainty of the bend angle; 0 where none is given."""
-    doubt: float
-    """From offsets or a delay that the scatter may hide."""
-    standard_error: float
-    """Of all parts together."""
-    degrees_of_freedom: float
-    """Effective number (Welch-Satterthwaite); the interval takes Student's t from it."""
-    interval_95: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -36,10 +19,12 @@ class DirectionFit:
     """μ from the readings of one direction alone, with the gain of the cells taken as 1, as the paper does it."""
 
     friction: float
-    uncertainty: FrictionUncertainty | None
-    """None where the direction has one stroke or reading only."""
+    standard_error: float | None
+    """None if the direction has one stroke only."""
     used: int
     """Readings used."""
+    plain: float
+    """The plain answer: the median of |ln ratio| over the bend angle, by rows beyond the middle."""
 
 
 @dataclass(frozen=True)
@@ -49,22 +34,34 @@ class SetAside:
     reason: str
     rows: int
     lines: tuple[tuple[int, int], ...]
-    """First and last line of the file of each stretch."""
+    """First and last line of the file of the first 20 stretches."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that may be wrong with the rig, as the readings tell it."""
+    """One thing that may be wrong with the rig, as the readings show it."""
 
     name: str
     value: float | None
-    """None where the readings cannot tell it."""
+    """None if the readings cannot tell it."""
     standard_error: float | None
     unit: str
     found: bool | None
-    """Whether the readings show it; None where they cannot tell."""
+    """Whether the readings show it; None if they cannot tell."""
     effect: float | None
-    """What it does to μ where it is left out of the fit, as a share of μ."""
+    """What it does to μ if it is left out of the fit, as a share of μ."""
+
+
+@dataclass(frozen=True)
+class Plain:
+    """The plain answer beside the fit."""
+
+    friction: float
+    """Mean of both directions' medians, which gains cancel in."""
+    set_aside: float
+    """Share of μ by which leaving rows out moves it."""
+    fitted: float
+    """Share of μ by which effects and the weights of strokes move it further."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,20 +70,27 @@ class FittedRows:
 
     line: Integers
     """Line in the file."""
+    motor: Floats
+    """Force at the motor, its stated zero taken off, in the unit of the file."""
+    load: Floats
     log_ratio: Floats
-    """ln(force at motor / force at load); NaN where there is no such reading."""
+    """ln(force at motor / force at load); NaN if there is no such reading."""
     way: Integers
-    """+1 pulled toward the motor, -1 toward the load, 0 set aside."""
+    """+1 pulled toward the motor, -1 toward the load, 0 set aside before directions were told."""
     bend_angle: Floats
     """rad."""
+    run: Integers
+    """Number of the stroke, used or not; -1 for a reading that is in none."""
     stroke: Integers
     """Number of the stroke, -1 for a reading that is set aside."""
     residual: Floats
-    """log_ratio minus the fitted line; NaN for a reading that is set aside."""
-    force: Floats
-    """Geometric mean of both cells, in the unit of the file; NaN where there is no such reading."""
+    """log_ratio less the fitted line; NaN for a reading that is set aside."""
+    codes: npt.NDArray[np.int8]
+    """Why a row is set aside (`rows.REASONS`)."""
     time: Floats | None
     """As in the file, if it has a column of numbers for it."""
+    position: Floats | None
+    position_is_speed: bool
 
     @property
     def used(self) -> npt.NDArray[np.bool_]:
@@ -102,7 +106,7 @@ class Parts:
     force: Floats
     """At the load, in the unit of the file."""
     rate: Floats | None
-    """d ln F/dt, in the file's unit of time; None where it has none."""
+    """d ln F/dt, in the file's unit of time; None if it has none."""
     misfit: Floats
     """Log ratio less ±μφ and the gain, but before offsets, delay and the like."""
     effects: Floats
@@ -113,26 +117,29 @@ class Parts:
 class Fit(Displayed):
     """A friction coefficient with its uncertainty and provenance."""
 
-    friction: float
-    """Coulomb coefficient μ between tendon and sheath."""
-    uncertainty: FrictionUncertainty
+    friction_bend: float
+    """μφ; with several bend angles at their mean."""
+    bend_angle: float | None
+    """Mean of the bend angles used, rad; None if it was not given."""
+    uncertainty: Uncertainty
+    """Of μ, or of μφ without a bend angle."""
     gain_ratio: float
-    """Gain of the motor's cell over that of the load's; 1 where it could not be estimated."""
+    """Gain of the motor's cell over that of the load's; 1 if it could not be estimated."""
     gain_estimated: bool
     by_direction: dict[str, DirectionFit]
     """"toward_motor" and "toward_load", as far as there are readings."""
+    plain: Plain
     bend_angle_text: str
-    """As given, or in degrees where it comes from a column."""
+    """As given, or in degrees if it comes from a column; "not given"."""
     bend_angle_uncertainty_text: str | None
     bend_angles: tuple[float, ...]
-    """The different bend angles of the readings used, rad."""
+    """The different bend angles of the readings used, rad; empty if none is given."""
     motor: str
     """"1" or "2", the cell at the motor."""
     is_log: bool
     """Whether slip was told from stick in a raw log; False for settled readings."""
-    robust: bool
     strokes: int
-    """Strokes used; settled readings count one each unless a column `stroke` says otherwise."""
+    """Strokes used."""
     rows: FittedRows
     parts: Parts
     set_aside: tuple[SetAside, ...]
@@ -142,7 +149,7 @@ class Fit(Displayed):
     warnings: tuple[str, ...]
     """What may make this very number wrong."""
     unit: str | None
-    """Of the forces; None where the file does not say."""
+    """Of the forces; None if the file does not say."""
     source: str
     """Name of the file."""
     sha256: str
@@ -154,11 +161,37 @@ class Fit(Displayed):
         return recorded
 
     @property
-    def standard_error(self) -> float:
-        """Of μ, all its parts together."""
-        return self.uncertainty.standard_error
+    def _scale(self) -> float:
+        """What makes μφ of the number that was fitted."""
+        return self.bend_angle or 1.0
 
     @property
-    def interval_95(self) -> tuple[float, float]:
+    def fitted(self) -> float:
+        """μ, or μφ without a bend angle."""
+        return self.friction_bend / self._scale
+
+    @property
+    def friction(self) -> float | None:
+        """Coulomb coefficient μ between tendon and sheath; None without a bend angle."""
+        return None if self.bend_angle is None else self.fitted
+
+    @property
+    def standard_error(self) -> float | None:
+        """Of μ, all its parts together."""
+        return None if self.bend_angle is None else self.uncertainty.standard_error
+
+    @property
+    def interval_95(self) -> tuple[float, float] | None:
         """In which μ lies with 95 %."""
-        return self.uncertainty.interval_95
+        return None if self.bend_angle is None else self.uncertainty.interval_95
+
+    @property
+    def friction_bend_standard_error(self) -> float:
+        """Of μφ, in which the bend angle's own uncertainty has no part."""
+        return math.sqrt(max(self.uncertainty.standard_error**2 - self.uncertainty.of(BEND) ** 2, 0.0)) * self._scale
+
+    @property
+    def friction_bend_interval_95(self) -> tuple[float, float]:
+        """In which μφ lies with 95 %."""
+        half = self.uncertainty.coverage * self.friction_bend_standard_error
+        return self.friction_bend - half, self.friction_bend + half

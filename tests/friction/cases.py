@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.friction.reading.readings import Readings
+from tendon_cli.friction.reading.readings import Labels, Readings
 
 from .rig import Floats, Logs, Rig, simulate
 
@@ -45,7 +45,7 @@ class Case:
 def readings(motor: Floats, load: Floats, **columns: Any) -> Readings:
     """Readings as they would be read from a file."""
     count = len(motor)
-    given: dict[str, Any] = {"time": ROW * np.arange(count), "timed": True, "unit": "N", **columns}
+    given: dict[str, Any] = {"time": ROW * np.arange(count), "unit": "N", **columns}
     return Readings("rig.csv", "0" * 64, np.arange(2, count + 2), motor, load, ("motor", "load"), motor="1", **given)
 
 
@@ -57,18 +57,18 @@ def log_of(rig: Rig, logs: Logs, seed: int) -> Readings:
 def with_directions(rig: Rig, logs: Logs, seed: int) -> Readings:
     """With a column of directions, which follows the motor and not the slip."""
     names = {1.0: "up", -1.0: "down", 0.0: "rest"}
-    return replace(log_of(rig, logs, seed), directions=tuple(names[way] for way in logs.toward))
+    return replace(log_of(rig, logs, seed), directions=Labels.of([names[way] for way in logs.toward]))
 
 
 def with_strokes(rig: Rig, logs: Logs, seed: int) -> Readings:
     """With a column that counts the strokes."""
     turns = np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0)
-    return replace(log_of(rig, logs, seed), strokes=tuple(str(turn) for turn in turns))
+    return replace(log_of(rig, logs, seed), strokes=Labels.of([str(turn) for turn in turns]))
 
 
 def untimed(rig: Rig, logs: Logs, seed: int) -> Readings:
     """Two columns of forces and nothing else."""
-    return replace(log_of(rig, logs, seed), time=None, timed=False)
+    return replace(log_of(rig, logs, seed), time=None)
 
 
 def part(first: int, last: int | None) -> Callable[[Rig, Logs, int], Readings]:
@@ -87,9 +87,9 @@ def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], Re
         first = rig.rows_at_rest
         every = np.arange(first, len(logs.toward)).reshape(rig.strokes, -1)
         taken = every[:, -rows:].ravel()
-        names = tuple("up" if way > 0 else "down" for way in logs.toward[taken]) if directions else None
+        names = Labels.of(["up" if way > 0 else "down" for way in logs.toward[taken]]) if directions else None
         cells = logs.motor_cell[taken, seed], logs.load_cell[taken, seed]
-        return readings(*cells, time=None, timed=False, directions=names)
+        return readings(*cells, time=None, directions=names)
 
     return make
 

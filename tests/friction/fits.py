@@ -12,17 +12,17 @@ from tendon_cli.friction.result import Fit
 from .rig import Logs, Rig
 
 
-def readings_of(logs: Logs, seed: int) -> Readings:
+def readings_of(logs: Logs, seed: int, part: slice = slice(None)) -> Readings:
     """One seed's log as it would be read from a file."""
-    rows = len(logs.toward)
+    rows = len(logs.toward[part])
     return Readings(
         source="rig.csv",
         sha256="0" * 64,
         lines=np.arange(2, rows + 2),
-        cell_1=logs.motor_cell[:, seed],
-        cell_2=logs.load_cell[:, seed],
+        cell_1=logs.motor_cell[part, seed],
+        cell_2=logs.load_cell[part, seed],
         names=("force_motor", "force_load"),
-        timed=True,
+        time=0.02 * np.arange(rows),
         motor="1",
     )
 

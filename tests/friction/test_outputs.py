@@ -21,17 +21,37 @@ TABLE = EXAMPLES / "table_a1.csv"
 LOG = EXAMPLES / "raw_log.csv"
 
 
-def test_json_has_exactly_the_promised_keys() -> None:
+def test_json_has_the_promised_keys() -> None:
     for path in (TABLE, LOG):
-        answer = as_json(fit_file(path, bend_angle="144 deg +/- 2 deg"))
-        assert list(answer) == [
+        fit = fit_file(path, bend_angle="144 deg +/- 2 deg")
+        answer = as_json(fit)
+        assert {
             "friction", "standard_error", "interval_95", "bend_angle", "gain_ratio", "by_direction", "used",
-            "set_aside", "residuals", "warnings", "notes", "checks",
-        ]  # fmt: skip
+            "set_aside", "residuals", "warnings", "notes", "checks", "friction_bend", "friction_bend_standard_error",
+            "friction_bend_interval_95", "plain", "budget", "coverage_factor", "strokes", "unit", "sha256",
+        } <= set(answer)  # fmt: skip
         assert json.loads(json.dumps(answer, allow_nan=False)) == answer
-        assert len(answer["residuals"]) == answer["used"]
         assert answer["bend_angle"] == pytest.approx(2.5132741, abs=1e-6)
         assert answer["interval_95"][0] < answer["friction"] < answer["interval_95"][1]
+        assert answer["friction_bend"] == pytest.approx(answer["friction"] * answer["bend_angle"], rel=1e-12)
+        names = [check["name"] for check in answer["checks"]]
+        assert {"offset_motor", "offset_load", "delay", "gain", "force_dependence", "drift"} <= set(names)
+        assert len(answer["residuals"]["rows"]) == min(20, answer["used"])
+        assert (
+            answer["residuals"]["max"] == abs(answer["residuals"]["rows"][0]["residual"]) >= answer["residuals"]["rms"]
+        )
+
+
+def test_the_budget_adds_up_to_the_standard_error() -> None:
+    for path in (TABLE, LOG):
+        answer = as_json(fit_file(path, bend_angle="144 deg +/- 2 deg"))
+        parts = answer["budget"]
+        assert answer["standard_error"] == pytest.approx(sum(part["contribution"] ** 2 for part in parts) ** 0.5)
+        for part in parts:
+            assert part["type"] in {"A", "B"}
+            assert part["contribution"] == pytest.approx(abs(part["sensitivity"]) * part["standard_uncertainty"])
+        low, high = answer["interval_95"]
+        assert high - low == pytest.approx(2.0 * answer["coverage_factor"] * answer["standard_error"])
 
 
 def test_every_example_is_read_and_holds_its_truth() -> None:
@@ -45,7 +65,7 @@ def test_every_example_is_read_and_holds_its_truth() -> None:
 def test_summary_is_short_and_says_what_was_set_aside() -> None:
     text = summary_lines(fit_file(LOG, bend_angle="144 deg"))
     assert len(text.splitlines()) < 20
-    for words in ("μ = ", "95 % interval", "144 deg", "sticking after a reversal", "taken as the motor's"):
+    for words in ("μ = ", "95 % interval", "144 deg", "sticking after a reversal", "plain answer", "type A"):
         assert words in text
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -27,6 +28,21 @@ _SNIFFED = 100
 
 
 @dataclass(frozen=True, eq=False)
+class Labels:
+    """A column of names: each different one once, and which one each row has."""
+
+    names: tuple[str, ...]
+    code: Integers
+
+    @classmethod
+    def of(cls, values: Sequence[str]) -> Labels:
+        """From the names row by row."""
+        names = tuple(dict.fromkeys(values))
+        index = {name: number for number, name in enumerate(names)}
+        return cls(names, np.fromiter((index[value] for value in values), dtype=np.int64, count=len(values)))
+
+
+@dataclass(frozen=True, eq=False)
 class Readings:
     """One row per reading, in the order of the file; both cells in the same unit."""
 
@@ -40,9 +56,13 @@ class Readings:
     cell_2: Floats
     names: tuple[str, str]
     """Headers of the two cells."""
-    directions: tuple[str, ...] | None = None
+    directions: Labels | None = None
     """Case or direction of each reading as the file names it."""
-    strokes: tuple[str, ...] | None = None
+    strokes: Labels | None = None
+    position: Floats | None = None
+    """Of the motor, in any unit; or its speed."""
+    position_name: str = ""
+    position_is_speed: bool = False
     bend_angle: Floats | None = None
     """rad; None where the file has no such column."""
     bend_uncertainty: Floats | None = None
@@ -53,6 +73,7 @@ class Readings:
     """As the file has it, where it has numbers; only for showing."""
     timed: bool = False
     """Whether the file has a column of time, which a logger writes."""
+    time_unit: str | None = None
     motor: str | None = None
     """"1" or "2" where the headers say which cell is the motor's."""
 
@@ -191,8 +212,8 @@ class _Table:
             cell_1=forces[:, 0],
             cell_2=forces[:, 1],
             names=(first.first.header, first.second.header),
-            directions=tuple(self.labels) or None,
-            strokes=tuple(self.strokes) or None,
+            directions=Labels.of(self.labels) if self.labels else None,
+            strokes=Labels.of(self.strokes) if self.strokes else None,
             bend_angle=angles,
             bend_uncertainty=self._radians(self.doubt, self.doubts) if angles is not None else None,
             time=times if len(times) and bool(np.all(np.isfinite(times))) else None,

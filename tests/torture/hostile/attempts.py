@@ -38,9 +38,8 @@ def try_every_fit(file):
     from tendon_cli.errors import TendonError
 
     try_friction(file)
-    for option in ({"offset": True}, {"robust": True}):
-        with contextlib.suppress(TendonError):
-            json.dumps(friction.as_json(friction.fit_file(file, bend_angle=angle_of(file), **option)))
+    with contextlib.suppress(TendonError):
+        json.dumps(friction.as_json(friction.fit_file(file, motor="2")))
 
 
 def try_parquet(file):
