@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.estimate import Estimate, Log
+from tendon_cli.friction.estimate import Estimated, Log
 from tendon_cli.friction.models import Average
 from tendon_cli.friction.rows import noise_of, resolution_of
 
@@ -18,7 +18,7 @@ _KEEPS = 0.002
 
 
 @dataclass(frozen=True)
-class Part:
+class BudgetPart:
     """One line of the budget."""
 
     name: str
@@ -35,10 +35,10 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Uncertainty:
+class FrictionUncertainty:
     """Standard error of μ and the parts it is made of."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[BudgetPart, ...]
     standard_error: float
     degrees_of_freedom: float
     """Effective number (Welch and Satterthwaite, GUM G.4)."""
@@ -58,9 +58,9 @@ SCATTER, RESOLUTION, EFFECTS, FEW_STROKES, BEND, GAIN = (
 
 
 def uncertainty_of(
-    average: Average, estimate: Estimate, log: Log, unit: str, bend_share: float,
+    average: Average, estimate: Estimated, log: Log, unit: str, bend_share: float,
     cells: tuple[float, float] | None = None,
-) -> Uncertainty:  # fmt: skip
+) -> FrictionUncertainty:  # fmt: skip
     """`bend_share` is the bend angle's uncertainty over it, `cells` the stated one of each cell's zero and of its gain.
 
     Scatter and resolution are not added: what rounding does to the strokes is in their scatter, too.
@@ -70,18 +70,18 @@ def uncertainty_of(
     scatter = max(average.scatter, _KEEPS * abs(friction) / math.sqrt(strokes))
     rounding = resolution_floor(estimate, log)
     free = float(max(average.best.free, 1))
-    parts = [Part(SCATTER, "A", scatter, "1", 1.0, scatter, free)]
+    parts = [BudgetPart(SCATTER, "A", scatter, "1", 1.0, scatter, free)]
     if rounding > scatter:
-        parts = [Part(RESOLUTION, "B", rounding, "1", 1.0, rounding, math.inf)]
+        parts = [BudgetPart(RESOLUTION, "B", rounding, "1", 1.0, rounding, math.inf)]
     if average.doubt > 0.0:
-        parts.append(Part(EFFECTS, "A", average.doubt, "1", 1.0, average.doubt, math.inf))
+        parts.append(BudgetPart(EFFECTS, "A", average.doubt, "1", 1.0, average.doubt, math.inf))
     if strokes < FEW:
         few = FEW_SHARE * abs(friction) / math.sqrt(strokes)
-        parts.append(Part(FEW_STROKES, "B", FEW_SHARE, "1", abs(friction) / math.sqrt(strokes), few, math.inf))
+        parts.append(BudgetPart(FEW_STROKES, "B", FEW_SHARE, "1", abs(friction) / math.sqrt(strokes), few, math.inf))
     if bend_share:
         angle = float(np.mean(points.bend))
         parts.append(
-            Part(BEND, "B", bend_share * angle, "rad", -friction / angle, bend_share * abs(friction), math.inf)
+            BudgetPart(BEND, "B", bend_share * angle, "rad", -friction / angle, bend_share * abs(friction), math.inf)
         )
     if cells is not None:
         parts += _cell_parts(average, points.bend, cells, unit, points.both_ways)
@@ -89,7 +89,9 @@ def uncertainty_of(
     return _together(tuple(parts), friction, total)
 
 
-def _cell_parts(average: Average, bend: np.ndarray, cells: tuple[float, float], unit: str, both: bool) -> list[Part]:
+def _cell_parts(
+    average: Average, bend: np.ndarray, cells: tuple[float, float], unit: str, both: bool
+) -> list[BudgetPart]:
     """Of the cells' stated uncertainty: a zero that is fitted has none left, gains cancel between directions."""
     zero, gain = cells
     parts = []
@@ -97,24 +99,24 @@ def _cell_parts(average: Average, bend: np.ndarray, cells: tuple[float, float], 
         slope = math.sqrt(float(average.weights @ [model.zero[place] ** 2 for model in average.models]))
         sign = math.copysign(1.0, average.best.zero[place])
         if zero:
-            parts.append(Part(name, "B", zero, unit, sign * slope, slope * zero, math.inf))
+            parts.append(BudgetPart(name, "B", zero, unit, sign * slope, slope * zero, math.inf))
     if gain and not both:
         slope = math.sqrt(2.0) / float(np.mean(bend))
-        parts.append(Part(GAIN, "B", gain, "1", slope, slope * gain, math.inf))
+        parts.append(BudgetPart(GAIN, "B", gain, "1", slope, slope * gain, math.inf))
     return parts
 
 
-def _together(parts: tuple[Part, ...], friction: float, total: float) -> Uncertainty:
+def _together(parts: tuple[BudgetPart, ...], friction: float, total: float) -> FrictionUncertainty:
     """The standard error, its degrees of freedom and the interval."""
     from scipy.special import stdtrit
 
     share = sum((part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts)
     degrees = 1.0 / share if share > 1e-9 else math.inf
     factor = float(stdtrit(min(degrees, 1e9), 0.975))
-    return Uncertainty(parts, total, degrees, factor, (friction - factor * total, friction + factor * total))
+    return FrictionUncertainty(parts, total, degrees, factor, (friction - factor * total, friction + factor * total))
 
 
-def resolution_floor(estimate: Estimate, log: Log) -> float:
+def resolution_floor(estimate: Estimated, log: Log) -> float:
     """Standard error of μ from the rounding of the readings alone.
 
     Rounding moves all readings of a way alike if they are alike; noise of half a step or more averages it out (dither):

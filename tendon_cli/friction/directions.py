@@ -149,7 +149,7 @@ def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
 
 
 @dataclass(frozen=True, eq=False)
-class Motor:
+class MotorCell:
     """Which cell is the motor's."""
 
     cell: str
@@ -158,7 +158,7 @@ class Motor:
     warnings: tuple[str, ...] = ()
 
 
-def find_motor(readings: Readings, sides: Integers, meaning: Integers, used: Mask, motor: str | None) -> Motor:
+def find_motor(readings: Readings, sides: Integers, meaning: Integers, used: Mask, motor: str | None) -> MotorCell:
     """As given, by the headers, by named directions, or by the steadier force; `sides` is 0 in rows not used."""
     agree = int(np.sum((meaning * sides)[used]))
     by_name = "1" if agree > 0 else "2" if agree < 0 else None
@@ -171,18 +171,18 @@ def find_motor(readings: Readings, sides: Integers, meaning: Integers, used: Mas
             hint=f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions",
         )
     if motor or (by_name and not given):
-        return Motor(motor or by_name or "1")
+        return MotorCell(motor or by_name or "1")
     changes = _changes(readings, sides, used)
     if given:
         header = f'"{shorten(readings.names[0 if given == "1" else 1], 30)}"'
         swapped = changes[int(given) - 1] < _STILL * max(changes)
         warning = f"{header} hardly changes between the directions, the other does: are the headers swapped?"
-        return Motor(given, (), (warning,) if swapped else ())
+        return MotorCell(given, (), (warning,) if swapped else ())
     for number, mine, other in (("1", *changes), ("2", *changes[::-1])):
         if mine > 2.0 * other:  # the load's force changes less between the directions than the motor's
             note = f"cell {number} is taken as the motor's: it changes more between the directions"
-            return Motor(number, (note,))
-    return Motor("1", ("cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise",))
+            return MotorCell(number, (note,))
+    return MotorCell("1", ("cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise",))
 
 
 def _changes(readings: Readings, sides: Integers, used: Mask) -> tuple[float, float]:

@@ -113,7 +113,7 @@ def bend_groups(bend: Floats) -> Integers:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class EffectModel:
     """One set of effects, fitted."""
 
     effects: tuple[str, ...]
@@ -170,7 +170,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Candidates:
+class EffectPriors:
     """What may be tried, and how likely its sizes are before anything is read."""
 
     prior: dict[str, float]
@@ -183,7 +183,7 @@ class Candidates:
         return [chosen for chosen in every if not {OFFSETS, FORCE} <= set(chosen)]
 
 
-def candidates_of(points: Points, friction: float, zero: float | None) -> Candidates:
+def candidates_of(points: Points, friction: float, zero: float | None) -> EffectPriors:
     """The effects that these points can say something about; `zero` is the stated uncertainty of the cells' zero."""
     prior: dict[str, float] = {}
     if points.both_ways and points.varies:
@@ -194,4 +194,4 @@ def candidates_of(points: Points, friction: float, zero: float | None) -> Candid
             prior[FORCE] = _PRIOR[FORCE] * friction
     if points.both_ways and points.bends > 1 and points.strokes >= _STROKES:
         prior[ENTRY] = _PRIOR[ENTRY] * friction * float(np.median(points.bend))
-    return Candidates(prior)
+    return EffectPriors(prior)

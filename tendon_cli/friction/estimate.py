@@ -17,7 +17,7 @@ from tendon_cli.friction.rows import noise_of, rates_of
 _ROUNDS = 6
 """Rows and effects settle in two or three rounds; what has not by six goes to and fro between two like choices."""
 _RATE_WINDOW = 16
-"""Part of a stroke over which a rate is taken: half of a point's rows on either side."""
+"""BudgetPart of a stroke over which a rate is taken: half of a point's rows on either side."""
 _LATE = 0.10
 """Of a stroke: a delay up to which a cell can be shifted and leave most of the stroke to compare."""
 
@@ -62,7 +62,7 @@ class Log:
 
 
 @dataclass(frozen=True, eq=False)
-class Estimate:
+class Estimated:
     """What the loop ends with."""
 
     average: Average
@@ -78,7 +78,7 @@ class Estimate:
     """By which the load's cell was late and was shifted before the last fit."""
 
 
-def estimate(log: Log, zero: float | None) -> Estimate | None:
+def estimate(log: Log, zero: float | None) -> Estimated | None:
     """Fit; `zero` is the stated uncertainty of the cells' zero. None if no stroke has a limit."""
     found = _settle(log, zero)
     if found is None or DELAY not in found.average.best.effects:
@@ -100,7 +100,7 @@ def _shifted(log: Log, delay: float) -> Log:
     return replace(log, load=moved) if delay > 0.0 else replace(log, motor=moved)
 
 
-def _settle(log: Log, zero: float | None) -> Estimate | None:
+def _settle(log: Log, zero: float | None) -> Estimated | None:
     """Pick rows, fit, take off what the effects do to them, and again."""
     strokes, log_ratio, rate = log.strokes(), log.log_ratio, _rate(log)
     shape, used = np.zeros(len(log_ratio)), np.zeros(len(log_ratio), dtype=bool)
@@ -118,7 +118,7 @@ def _settle(log: Log, zero: float | None) -> Estimate | None:
         turn = np.abs(points.log_ratio - np.median(points.log_ratio)) / np.maximum(points.bend, 1e-9)
         average = average_of(points, candidates_of(points, max(float(np.median(turn)), 1e-9), zero))
         shape = average.best.shape(log.motor, log.load, log.way, log.bend, rate, points.mean_force)
-        result = Estimate(average, points, part, used, reached, shape)
+        result = Estimated(average, points, part, used, reached, shape)
     return result
 
 

@@ -11,8 +11,8 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction import remarks
 from tendon_cli.friction.bend import BendAngle, bend_angle_of, bend_angles, parse_bend_angle
 from tendon_cli.friction.budget import uncertainty_of
-from tendon_cli.friction.effects import Candidates, Points
-from tendon_cli.friction.estimate import Estimate, Log, estimate
+from tendon_cli.friction.effects import EffectPriors, Points
+from tendon_cli.friction.estimate import Estimated, Log, estimate
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
@@ -127,7 +127,7 @@ def _check_enough(readings: Readings, log: Log) -> None:
         raise InputError("every bend angle is 0", where=readings.source)
 
 
-def _check_result(readings: Readings, prepared: Prepared, found: Estimate) -> None:
+def _check_result(readings: Readings, prepared: Prepared, found: Estimated) -> None:
     """Refuse forces that say friction helps the motion."""
     log, average = prepared.log, found.average
     travel = log.way * (log.log_ratio - average.log_gain)
@@ -161,7 +161,7 @@ def _angles_text(angles: Floats) -> str:
     return ", ".join(degrees) if len(degrees) <= 6 else f"{len(degrees)} angles, {degrees[0]} to {degrees[-1]}"
 
 
-def _direction(log: Log, found: Estimate, way: int) -> DirectionFit | None:
+def _direction(log: Log, found: Estimated, way: int) -> DirectionFit | None:
     """μ of one direction with a gain of 1 and no offsets, as the paper has it, and its plain answer."""
     points = found.points
     mine = (points.way == way) & (points.bend > 0.0)
@@ -172,7 +172,7 @@ def _direction(log: Log, found: Estimate, way: int) -> DirectionFit | None:
         points.motor[mine], points.load[mine], points.way[mine], points.bend[mine], stroke, None, points.place[mine],
         points.duration, points.noise,
     )  # fmt: skip
-    model = fit_model(part, (), Candidates({}), 1.0)
+    model = fit_model(part, (), EffectPriors({}), 1.0)
     error = math.sqrt(max(float(model.covariance[0, 0]), 0.0)) if part.strokes > 1 else None
     beyond = (log.bend > 0.0) & ((log.log_ratio > log.middle) == (way > 0))
     beyond &= log.way == way if not beyond.any() or log.settled else True
@@ -180,7 +180,7 @@ def _direction(log: Log, found: Estimate, way: int) -> DirectionFit | None:
     return DirectionFit(model.friction, error, int((log.way[found.used] == way).sum()), plain)
 
 
-def _plain(log: Log, found: Estimate, directions: dict[str, DirectionFit]) -> Plain:
+def _plain(log: Log, found: Estimated, directions: dict[str, DirectionFit]) -> Plain:
     """The plain answer, and what moves the fit from it."""
     plain = float(np.mean([part.plain for part in directions.values()]))
     used = found.used & (log.bend > 0.0)
@@ -190,7 +190,7 @@ def _plain(log: Log, found: Estimate, directions: dict[str, DirectionFit]) -> Pl
     return Plain(plain, (kept - plain) / friction, (friction - kept) / friction)
 
 
-def _codes(prepared: Prepared, found: Estimate) -> np.ndarray:
+def _codes(prepared: Prepared, found: Estimated) -> np.ndarray:
     """Why each reading is set aside."""
     codes = prepared.codes.copy()
     log = prepared.log
@@ -199,7 +199,7 @@ def _codes(prepared: Prepared, found: Estimate) -> np.ndarray:
     return codes
 
 
-def _rows(readings: Readings, prepared: Prepared, found: Estimate, angles: Floats) -> FittedRows:
+def _rows(readings: Readings, prepared: Prepared, found: Estimated, angles: Floats) -> FittedRows:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
     log, rows, total = prepared.log, prepared.rows, len(readings.lines)
     motor, load = prepared.cells
@@ -218,7 +218,7 @@ def _rows(readings: Readings, prepared: Prepared, found: Estimate, angles: Float
     )  # fmt: skip
 
 
-def _parts(found: Estimate) -> Parts:
+def _parts(found: Estimated) -> Parts:
     points, best = found.points, found.average.best
     effects = best.shape(points.motor, points.load, points.way, points.bend, points.rate, points.mean_force)
     return Parts(points.way, points.load, points.rate, best.residual + effects, effects)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, PER_STROKE, Candidates, Model, Points
+from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, PER_STROKE, EffectModel, EffectPriors, Points
 from tendon_cli.friction.reading.readings import Floats
 
 _GAIN = 0.1
@@ -110,7 +110,7 @@ def _best_line(products: Products, unknown: int, least: float, between: int) -> 
     return line
 
 
-def fit_model(points: Points, effects: tuple[str, ...], candidates: Candidates, kappa: float) -> Model:
+def fit_model(points: Points, effects: tuple[str, ...], candidates: EffectPriors, kappa: float) -> EffectModel:
     """One set of effects by Gauss and Newton: only the offsets are not linear, and three steps settle them."""
     both = points.both_ways
     zeros = np.zeros(2)
@@ -146,7 +146,7 @@ def fit_model(points: Points, effects: tuple[str, ...], candidates: Candidates, 
     residual = target - np.column_stack(columns) @ line.values
     covariance = line.inverse * line.variance
     free = points.strokes - at if points.strokes > at else max(len(target) - unknown, 1)
-    return Model(
+    return EffectModel(
         effects, line.values, covariance, _evidence(line, covariance, effects, candidates, both), residual,
         math.sqrt(line.ratio * line.variance), math.sqrt(line.variance), free, zero, both,
     )  # fmt: skip
@@ -161,7 +161,7 @@ def _without(products: Products, unknown: int) -> Products:
     )  # fmt: skip
 
 
-def _evidence(line: Line, covariance: Floats, effects: tuple[str, ...], candidates: Candidates, both: bool) -> float:
+def _evidence(line: Line, covariance: Floats, effects: tuple[str, ...], candidates: EffectPriors, both: bool) -> float:
     """Log of the probability of the readings under a model, but for a constant."""
     at = 1 + int(both)
     gain = float(line.values[1]) if both else 0.0
@@ -180,12 +180,12 @@ def _evidence(line: Line, covariance: Floats, effects: tuple[str, ...], candidat
 class Average:
     """The models with their weights, and μ over them."""
 
-    models: tuple[Model, ...]
+    models: tuple[EffectModel, ...]
     weights: Floats
-    candidates: Candidates
+    candidates: EffectPriors
 
     @property
-    def best(self) -> Model:
+    def best(self) -> EffectModel:
         """The likeliest."""
         return self.models[int(np.argmax(self.weights))]
 
@@ -214,7 +214,7 @@ class Average:
         return float(sum(w for w, model in zip(self.weights, self.models, strict=True) if effect in model.effects))
 
 
-def average_of(points: Points, candidates: Candidates) -> Average:
+def average_of(points: Points, candidates: EffectPriors) -> Average:
     """Every set of effects that is plausible, weighed."""
     plain = fit_model(points, (), candidates, 1.0)
     richest = max(candidates.sets(), key=len)
@@ -226,7 +226,7 @@ def average_of(points: Points, candidates: Candidates) -> Average:
     return Average(tuple(models), weights / weights.sum(), candidates)
 
 
-def _is_plausible(model: Model, plain: Model, points: Points) -> bool:
+def _is_plausible(model: EffectModel, plain: EffectModel, points: Points) -> bool:
     """Whether a model explains the readings by effects of a size that rigs have, and still knows μ."""
     error = math.sqrt(max(float(model.covariance[0, 0]), 0.0))
     if model.friction <= 0.0 or error > _UNKNOWN * model.friction:

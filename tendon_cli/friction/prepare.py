@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.directions import Motor, find_motor, named_ways, resting, sides_by_sign
+from tendon_cli.friction.directions import MotorCell, find_motor, named_ways, resting, sides_by_sign
 from tendon_cli.friction.effects import bend_groups
 from tendon_cli.friction.estimate import Log
 from tendon_cli.friction.limits import is_settled, levels_of, ways_of
@@ -43,7 +43,7 @@ class Prepared:
     """Row of the readings that each row of the log is."""
     codes: npt.NDArray[np.int8]
     """Per reading: why it is set aside, `USED` for what is in the log."""
-    motor: Motor
+    motor: MotorCell
     cells: tuple[Floats, Floats]
     """The motor's and the load's, zeros taken off, of all readings."""
     noise_hides: bool
@@ -232,7 +232,7 @@ def _check_order(readings: Readings) -> None:
         )
 
 
-def _check_follows(readings: Readings, log: Log, motor: Motor) -> None:
+def _check_follows(readings: Readings, log: Log, motor: MotorCell) -> None:
     """Refuse a load's cell that does not weigh what the motor's pulls."""
     if log.settled or len(log.way) < _MANY:
         return

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, Uncertainty
+from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, FrictionUncertainty
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
-from tendon_cli.friction.estimate import Estimate, Log
+from tendon_cli.friction.estimate import Estimated, Log
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.result import Check, DirectionFit, Plain
@@ -39,8 +39,8 @@ class Remarks:
     """A fit as it is looked at, and what is remarked."""
 
     log: Log
-    estimate: Estimate
-    uncertainty: Uncertainty
+    estimate: Estimated
+    uncertainty: FrictionUncertainty
     directions: dict[str, DirectionFit]
     plain: Plain
     codes: np.ndarray
@@ -233,7 +233,7 @@ class Remarks:
             self.warnings.append("the 95 % interval reaches 0: the readings do not show that there is friction")
 
 
-def climbing(log: Log, estimate: Estimate) -> float:
+def climbing(log: Log, estimate: Estimated) -> float:
     """How far the ratio surely climbs on the limit, the motor's cell alone, over a stroke: 0 in slip, 1 in stick."""
     from scipy.special import stdtrit
 
@@ -259,7 +259,7 @@ def climbing(log: Log, estimate: Estimate) -> float:
     return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
 
 
-def never_rests(log: Log, estimate: Estimate) -> str | None:
+def never_rests(log: Log, estimate: Estimated) -> str | None:
     """Why there is no limit at all; None if there is one."""
     if log.settled:
         return None

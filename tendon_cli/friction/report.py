@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.files import write_whole
-from tendon_cli.friction.budget import Part
+from tendon_cli.friction.budget import BudgetPart
 from tendon_cli.friction.result import Check, DirectionFit, Fit
 from tendon_cli.units import counted
 from tendon_cli.version import __version__
@@ -113,7 +113,7 @@ def _plain_text(fit: Fit, digits: int) -> str:
     )
 
 
-def _part_text(part: Part) -> str:
+def _part_text(part: BudgetPart) -> str:
     free = "" if math.isinf(part.degrees_of_freedom) else f", {part.degrees_of_freedom:.0f} degrees of freedom"
     return f"{_short(part.contribution)} {part.name} (type {part.type}{free})"
 
@@ -186,7 +186,7 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _part(part: Part) -> dict[str, Any]:
+def _part(part: BudgetPart) -> dict[str, Any]:
     return {
         "name": part.name, "type": part.type, "standard_uncertainty": part.value, "unit": part.unit,
         "sensitivity": part.sensitivity, "contribution": part.contribution,

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.display import Displayed, face
-from tendon_cli.friction.budget import BEND, Uncertainty
+from tendon_cli.friction.budget import BEND, FrictionUncertainty
 from tendon_cli.friction.reading.readings import Floats, Integers
 
 
@@ -121,7 +121,7 @@ class Fit(Displayed):
     """μφ; with several bend angles at their mean."""
     bend_angle: float | None
     """Mean of the bend angles used, rad; None if it was not given."""
-    uncertainty: Uncertainty
+    uncertainty: FrictionUncertainty
     """Of μ, or of μφ without a bend angle."""
     gain_ratio: float
     """Gain of the motor's cell over that of the load's; 1 if it could not be estimated."""
