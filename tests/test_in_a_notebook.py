@@ -157,3 +157,29 @@ def test_arms_have_sources_and_stand_in_studies():
         )
     with pytest.raises(AttributeError, match="mean_man"):
         tendon.arms.nobody  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "goals", [{}, {"minimise": ["pretension"]}, {"minimise": ["pretension"], "maximise": ["tolerance"]}]
+)
+def test_the_best_is_one_row_or_none_and_the_best_by_goal_a_table(goals):
+    asked = {"spool": {"ratio": [0.5, 0.6, 0.7]}, "spring": {"stiffness": [5000, 8000]}, "load": {"mass": [0, 10]}}
+    answer = tendon.design({**asked, "design": goals})
+    assert answer.best["pretension_from"] <= answer.best["pretension"] <= answer.best["pretension_to"]
+    assert (answer.best_by["feasible"]).all()
+    assert {"pretension"} <= set(answer.best_by.index)
+    none = tendon.design({**asked, "limits": {"max_tension": "10 N"}, "design": goals})
+    assert none.best is None
+    assert len(none.best_by) == 0
+
+
+def test_an_answer_as_a_dataset_agrees_with_its_table():
+    answer = tendon.design(
+        {"spool": {"ratio": [0.5, 0.6]}, "spring": {"stiffness": [5000, 8000, 9000]}, "load": {"mass": [0, 10]}}
+    )
+    data = answer.to_xarray()
+    for row in answer.choices[~answer.choices.refined].itertuples():
+        cell = data.sel(spool_ratio=row.spool_ratio, spring_stiffness=row.spring_stiffness)
+        assert cell["pretension_to"].item() == row.pretension_to
+    assert data["condition_load_mass"].values.tolist() == answer.conditions.load_mass.tolist()
+    assert data["pretension_from"].attrs["units"] == "N"

@@ -36,7 +36,8 @@ def as_record(answer: Findings, population: PopulationResult | None) -> dict[str
         "feasible": answer.summary.feasible,
         "serve": problem.enough,
         "goals": [asdict(goal) for goal in answer.goals],
-        "best": next(iter(best.values()), None) if single or not best else best,
+        "best": next(iter(best.values()), None),
+        "best_by": {} if single else best,
         "given_up": _given_up(answer),
         "window_for_all": _finite_ends(answer.window_for_all),
         "gains": answer.gains,
@@ -55,8 +56,7 @@ def named_rows(record: Mapping[str, Any]) -> tuple[list[int], list[dict[str, Any
 
     The latter stand in the table after all others, in the order that is given.
     """
-    best = record["best"] or {}
-    rows = [best] if "pretension_from" in best else [*best.values()]
+    rows = [*([record["best"]] if record["best"] else []), *record["best_by"].values()]
     named = {row["choice"]: row for row in (*rows, *record["front"]) if row["choice"] is not None}
     on_front = sorted(choice for choice, row in named.items() if row["on_front"])
     return on_front, [named[choice] for choice in sorted(named) if choice >= record["choices"]]

@@ -6,10 +6,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from tendon_cli.engine.results import Result, framed
+import numpy as np
+import pyarrow.compute as pc
+
+from tendon_cli.answers.front import Goal
+from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -18,9 +23,21 @@ class Answer(Result):
 
     @property
     def best(self) -> dict[str, Any] | None:
-        """The best choice as a row of `choices`, or without goals such rows by goal; None if none has a window."""
+        """The best choice as a row of `choices`: the compromise of several goals; None if no choice has a window."""
         best: dict[str, Any] | None = self.record["best"]
         return best
+
+    @property
+    def best_by(self) -> pd.DataFrame:
+        """The best choice by each goal, a row per goal; without goals by those that every study has."""
+        import pandas as pd
+
+        rows = dict(self.record["best_by"])
+        known = self.front or ([self.best] if self.best else [])
+        for goal in (Goal(**each) for each in self.record["goals"] if known):
+            scores = goal.score(np.array([row[goal.column] for row in known], dtype=np.float64))
+            rows[goal.column] = known[int(np.argmax(scores))]
+        return pd.DataFrame.from_dict(rows, orient="index")
 
     @property
     def feasible(self) -> int:
@@ -56,3 +73,21 @@ class Answer(Result):
     def conditions(self) -> pd.DataFrame:
         """A row per condition."""
         return framed(self.table("conditions"))
+
+    def to_xarray(self) -> xr.Dataset:
+        """The windows and worst values over the axes of the choices, less refined ones, and the conditions.
+
+        Needs the package xarray; raises UsageError without.
+        """
+        library = xarray_library()
+        table = self.table("choices")
+        grid = table.filter(pc.invert(table.column("refined")))
+        names = grid.column_names[: grid.column_names.index("refined")]
+        sizes = {name: len(grid.column(name).unique()) for name in names}
+        choices = variables_of(grid, sizes)
+        conditions = variables_of(self.table("conditions"), {"condition": self.record["conditions"]})
+        coordinates = {name: along_own_axes(name, choices.pop(name)) for name in names}
+        coordinates |= {f"condition_{name}": variable for name, variable in conditions.items() if name != "condition"}
+        facts = {name: self.record[name] for name in ("name", "title", "study_hash")}
+        dataset: xr.Dataset = library.Dataset(choices, coordinates, facts)
+        return dataset

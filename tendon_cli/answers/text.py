@@ -35,21 +35,13 @@ _EDGE = 1e-9
 
 def text_of(problem: Problem, record: Row) -> str:
     """The whole answer, and what it is to persons or draws."""
-    best = first_row(problem, record)
+    best = record["best"]
     lines = [*(_no_window(problem, record) if best is None else _answer(problem, record, best))]
     if record["population"] is not None:
         lines += [
             line for text, indent in population_lines(problem, record) for line in say.filled(text, indent) or [""]
         ]
     return "\n".join([*lines, *_paragraphs("Note: ", record["notes"])])
-
-
-def first_row(problem: Problem, record: Row) -> Row | None:
-    """The choice that an answer names first; None if none has a window."""
-    best = record["best"]
-    if best is not None and not record["goals"]:
-        best = best[goals_or_usual(problem)[0].column]
-    return dict(best) if best is not None else None
 
 
 def _paragraphs(start: str, texts: Iterable[str]) -> list[str]:
@@ -186,7 +178,7 @@ def _move(each: Row) -> str:
 def _alternatives(problem: Problem, record: Row) -> Iterator[str]:
     """The best by each goal, or the front, as a small table."""
     goals, front = goals_or_usual(problem), record["front"]
-    by_goal = {goals[0].column: record["best"]} if record["goals"] else record["best"]
+    by_goal = {goals[0].column: record["best"]} if record["goals"] else record["best_by"]
     rows = [(_superlative(goal), by_goal[goal.column]) for goal in goals if goal.column in by_goal]
     if front:
         yield f"\nThe front ({say.counted(len(front), 'choice')}; no other is better in every goal)"

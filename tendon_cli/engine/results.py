@@ -128,17 +128,22 @@ def share(part: int, whole: int, noun: str) -> str:
     return f"{part:,} of {whole:,} {noun}{percent}"
 
 
+def xarray_library() -> Any:
+    """The package xarray; raises UsageError if it is not installed."""
+    try:
+        import xarray as xr  # an optional extra
+    except ImportError:
+        hint = install_hint("xarray")
+        raise UsageError("to_xarray needs the package xarray, which is not installed", hint=hint) from None
+    return xr
+
+
 def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> xr.Dataset:
     """Both tables of a run, as far as it has them, from its record and what gives a table by its name.
 
     Nulls are NaN, or None in text. Raises UsageError without xarray.
     """
-    try:
-        import xarray as xr  # an optional extra
-    except ImportError:
-        raise UsageError(
-            "to_xarray needs the package xarray, which is not installed", hint=install_hint("xarray")
-        ) from None
+    library = xarray_library()
     plan = Plan(recorded_study(record))
     axes = {axis.column: len(axis) for axis in plan.axes}
     motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
@@ -149,16 +154,17 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
     for table, sizes in (("designs", axes), ("states", axes | motion)):
         if table not in plan.study.output.tables:
             continue
-        for name, variable in _variables(table_of(table), sizes).items():
+        for name, variable in variables_of(table_of(table), sizes).items():
             if name in keys:
-                coordinates[name] = _along_own_axes(name, variable)
+                coordinates[name] = along_own_axes(name, variable)
             else:
                 variables.setdefault(name, variable)
     facts = {name: record[name] for name in ("name", "title", "study_hash")}
-    return xr.Dataset(variables, coordinates, facts)
+    dataset: xr.Dataset = library.Dataset(variables, coordinates, facts)
+    return dataset
 
 
-def _variables(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
+def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
     """Every column in the shape of the product; the first names stand for the axes, whose rows come in that order."""
     shape, dimensions = tuple(sizes.values()), tuple(sizes)
     if table.num_rows != math.prod(shape):
@@ -174,7 +180,7 @@ def _variables(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
     return found
 
 
-def _along_own_axes(name: str, variable: Variable) -> Variable:
+def along_own_axes(name: str, variable: Variable) -> Variable:
     """A coordinate along the axes that it varies with: that of an axis along itself, a constant along none."""
     dimensions, values, attributes = variable
     kept = []

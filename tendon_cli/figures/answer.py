@@ -60,7 +60,7 @@ def named_first(record: dict[str, Any]) -> dict[str, Any]:
     best = record["best"]
     if best is None:
         return dict(record["conflicts"][0]["nearest"]) if record["conflicts"] else {}
-    return dict(best if "pretension_from" in best else next(iter(best.values())))
+    return dict(best)
 
 
 # --- The window along each choice ------------------------------------------------------------------------------------

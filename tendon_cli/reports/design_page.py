@@ -130,8 +130,7 @@ def _table(
 
 def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:
     """Where the map opens: at the best choice, or the nearest that the page keeps."""
-    best = record.get("best") or {}
-    row = next((each for each in (best, *best.values()) if isinstance(each, dict) and "choice" in each), None)
+    row = record.get("best")
     if row is None:
         return None
     at = [int(position(each.axis, row[each.axis.column])[0]) for each in axes]

@@ -178,7 +178,7 @@ def test_a_best_at_the_edge_of_its_range_is_said_to_be_there():
 
 def test_a_row_named_best_stands_in_the_table():
     answer = tendon.design(tendon.study({**PAPER, **SPRINGS, **SPOOLS}))
-    for row in answer.best.values():
+    for row in answer.record["best_by"].values():
         found = answer.choices.iloc[row["choice"]]
         assert found.spring_stiffness == row["spring_stiffness"]
         assert found.refined == row["refined"]
