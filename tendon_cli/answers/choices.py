@@ -14,19 +14,21 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli.answers.answer import Summary, findings, summarise
-from tendon_cli.answers.candidates import of_columns, of_rows, part_of
+from tendon_cli.answers.candidates import Columns, numbers_of, of_rows, part_of
 from tendon_cli.answers.front import goals_of
-from tendon_cli.answers.population import PopulationResult, population
+from tendon_cli.answers.persons import one_by_one, person_columns, person_rows
+from tendon_cli.answers.population import GroupWindows, population, windows_of
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import question
 from tendon_cli.answers.record import as_record, named_rows
 from tendon_cli.answers.result import Answer
-from tendon_cli.answers.tables import choice_columns, choice_rows, condition_columns, condition_rows
+from tendon_cli.answers.tables import as_value, choice_columns, choice_rows, condition_columns, condition_rows
 from tendon_cli.answers.text import text_of
 from tendon_cli.engine.run import Draw, Progress, carried_out
 from tendon_cli.engine.task import LastFile, Note, RowSink, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import writer_of
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import arrays_of
 from tendon_cli.tables.schema import Column
@@ -61,7 +63,11 @@ def design(
 
     def drawn(study: Study, folder: Path, place: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
         files, faults, _ = draw(study, folder, place, record) if draw is not None else ([], [], None)
-        return files + asked[-1].draw_population(place, record), faults, None
+        if asked[-1].persons is not None:
+            from tendon_cli.answers.population_figures import draw_population  # only who draws pays for its import
+
+            files = files + draw_population(asked[-1].problem, record, folder, place)
+        return files, faults, None
 
     return carried_out(
         task, Answer, out, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
@@ -75,6 +81,8 @@ class Choices(Task):
 
     problem: Problem
     stop: threading.Event = field(init=False)
+    solved: dict[tuple[Any, ...], GroupWindows] = field(init=False, default_factory=dict, repr=False)
+    """The windows of persons or draws by the choice that they are of."""
 
     verb = "design"
 
@@ -97,7 +105,13 @@ class Choices(Task):
     @cached_property
     def tables(self) -> dict[str, int]:
         """Choices in parts, whose length follows from the question alone; conditions in one."""
-        return {"choices": -(-len(self.problem.choices) // self.length), "conditions": 1}
+        parts = {"choices": -(-len(self.problem.choices) // self.length), "conditions": 1}
+        return parts if self.persons is None else {**parts, f"{self.persons.key}s": 0}
+
+    @cached_property
+    def persons(self) -> Axis | None:
+        """The axis of persons or draws, each of whom has a row of a table that is written last."""
+        return one_by_one(self.problem)
 
     @property
     def length(self) -> int:
@@ -120,11 +134,16 @@ class Choices(Task):
 
     def columns(self, table: str) -> tuple[Column, ...]:
         """Columns of a table."""
-        return choice_columns(self.problem) if table == "choices" else condition_columns(self.problem)
+        if table == "choices":
+            return choice_columns(self.problem)
+        axis = self.persons if table != "conditions" else None
+        return condition_columns(self.problem) if axis is None else person_columns(self.problem, axis)
 
     def rows(self, table: str, index: int) -> int:
         """Rows of a part of a table."""
-        return len(self.part(index)) if table == "choices" else len(self.problem.conditions)
+        if table == "choices":
+            return len(self.part(index))
+        return len(self.persons if table != "conditions" and self.persons else self.problem.conditions)
 
     def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
         """Solve the choices of a part; raises Stopped."""
@@ -174,8 +193,8 @@ class Choices(Task):
             of_rows(self.problem, rows),
         )
         found = findings(self.problem, summary)
-        whom = population(self.problem, found.most_universal)
-        self.__dict__["population"] = whom
+        chosen = found.most_universal
+        whom = population(self.problem, chosen, self._windows_of(chosen.columns)) if self.persons is not None else None
         record = as_record(found, whom)
         return record | {"text": text_of(self.problem, record)}
 
@@ -194,26 +213,28 @@ class Choices(Task):
             values["on_front"] = np.isin(np.arange(part.start, part.stop), on_front)
             if index == final and refined:
                 for column in columns:
-                    added = np.array([_as_value(column, row[column.name]) for row in refined], dtype=column.dtype)
+                    added = np.array([as_value(column, row[column.name]) for row in refined], dtype=column.dtype)
                     values[column.name] = np.concatenate([values[column.name], added])
             count = len(values["on_front"])
             yield name, self.layout("choices", index, count), writer_of(values, (count,))
 
-    def draw_population(self, out: Path, record: dict[str, Any]) -> list[str]:
-        """Draw what the choice named first is to persons or draws, one by one; returns the files."""
-        if record["population"] is None:
-            return []
-        from tendon_cli.answers.population_figures import draw_population  # only who draws pays for its import
+        if self.persons is not None:
+            yield self._persons_file(self.persons, record["population"])
 
-        whom: PopulationResult | None = self.__dict__.get("population")
-        if whom is None:
-            columns = [column for column in self.columns("choices") if column.is_axis]
-            values = record["population"]["values"]
-            chosen = {column.name: np.array([_as_value(column, values[column.name])]) for column in columns}
-            row = record["population"]["choice"]
-            row = row if row is not None and row < record["choices"] else -1
-            whom = population(self.problem, replace(of_columns(self.problem, chosen, 1), row=np.array([row])))
-        return draw_population(whom, record, out) if whom is not None else []
+    def _persons_file(self, axis: Axis, of_record: Mapping[str, Any]) -> LastFile:
+        """The table of persons under the choice that the record names first."""
+        axes = (column for column in self.columns("choices") if column.is_axis)
+        chosen = {each.name: np.array([as_value(each, of_record["values"][each.name])]) for each in axes}
+        pretension = np.nan if of_record["pretension"] is None else of_record["pretension"]
+        rows = person_rows(self.problem, axis, self._windows_of(chosen), chosen, pretension)
+        return f"{axis.key}s.parquet", self.layout(f"{axis.key}s", 0), writer_of(rows, (len(axis),))
+
+    def _windows_of(self, columns: Columns) -> GroupWindows:
+        """The windows of all persons or draws for one choice, solved once."""
+        key = tuple((name, values[0].item()) for name, values in columns.items())
+        if key not in self.solved:
+            self.solved[key] = windows_of(self.problem, numbers_of(self.problem, columns))
+        return self.solved[key]
 
 
 def _note(summary: Summary) -> Note:
@@ -224,10 +245,3 @@ def _note(summary: Summary) -> Note:
         "conflicts": [[list(pair), count] for pair, count in summary.conflicts.items()],
         "rows": summary.relevant.row.tolist(),
     }
-
-
-def _as_value(column: Column, value: Any) -> Any:
-    """A value of a record as its column holds it."""
-    if column.kind == "text":
-        return column.choices.index(value or "")
-    return np.nan if value is None else value

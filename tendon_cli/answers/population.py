@@ -124,14 +124,11 @@ class PopulationResult:
         return self.problem.counted
 
 
-def population(problem: Problem, chosen: Candidates) -> PopulationResult | None:
-    """What a choice is to persons or draws; None if a question has neither."""
-    if problem.conditions.groups is None:
-        return None
+def population(problem: Problem, chosen: Candidates, windows: GroupWindows) -> PopulationResult:
+    """What a choice is to persons or draws, whose windows these are."""
     study = problem.study
     people = study.people.population if study.people is not None and PERSON_AXIS in study.axes else None
     numbers = numbers_of(problem, chosen.columns)
-    windows = windows_of(problem, numbers)
     pretension = float(chosen.solutions.pretension[0])
     return PopulationResult(
         problem, chosen, people, windows, pretension,
@@ -200,11 +197,21 @@ def _differences(people: People, members: Rows) -> Iterator[Difference]:
         yield Difference(DIMENSIONS[at], float(theirs[at]), float(mean[at]), float(apart[at]))
 
 
+def _of_persons(low: Array, high: Array, draws: int, enough: float) -> tuple[Array, Array]:
+    """The windows of persons, (choices, persons), from those of pairs with draws: of enough of a person's draws."""
+    if draws == 1:
+        return low, high
+    each = (low.reshape(-1, draws), high.reshape(-1, draws))
+    covered = coverage.share_served(*each, np.ones(draws), enough=enough)
+    return covered.low.reshape(len(low), -1), covered.high.reshape(len(low), -1)
+
+
 def _sizes(problem: Problem, chosen: Candidates) -> Iterator[AxisSizes]:
     """For each axis of the choices the best few suits along it, all else as in the one chosen."""
-    persons = min(len(problem.weighting), _MOST_PERSONS)
+    draws = len(problem.weighting) // problem.counts[PERSON_AXIS]
+    persons = min(problem.counts[PERSON_AXIS], _MOST_PERSONS)
     each = len(problem.conditions) // len(problem.weighting)
-    some = problem.under(np.arange(persons * each))
+    some = problem.under(np.arange(persons * each * draws))
     for factor in problem.choices.axes:
         along = np.unique(np.linspace(0, len(factor) - 1, min(len(factor), _MOST_ALONG)).round().astype(np.int64))
         if len(along) < 2:
@@ -212,7 +219,8 @@ def _sizes(problem: Problem, chosen: Candidates) -> Iterator[AxisSizes]:
         columns = {name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()}
         columns[factor.column] = along if factor.names else factor.values[along]
         windows = some.ends(numbers_of(problem, columns), len(along))
-        ends = grouped(windows.low, windows.high, problem.groups[: persons * each])
-        best = best_sizes(*ends, problem.weighting[:persons], MOST_SIZES, problem.heed)
+        of_groups = grouped(windows.low, windows.high, problem.groups[: persons * each * draws])
+        ends = _of_persons(*of_groups, draws, problem.enough)
+        best = best_sizes(*ends, problem.weighting[: persons * draws : draws], MOST_SIZES, problem.heed)
         values = tuple(factor.names[at] if factor.names else float(factor.values[at]) for at in along.tolist())
         yield AxisSizes(factor.column, values, best, persons, thinned=len(along) < len(factor))

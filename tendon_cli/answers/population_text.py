@@ -8,7 +8,7 @@ from tendon_cli import say
 from tendon_cli.answers.coverage import ROUNDING
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.uncertainty import BODY
-from tendon_cli.answers.words import Row, condition_words, parameter, row_words
+from tendon_cli.answers.words import Row, condition_words, everyone, parameter, row_words
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
 
@@ -22,34 +22,51 @@ _HOW_MANY = ("one suit", "two suits", "three suits")
 def population_lines(problem: Problem, record: Row) -> Iterator[tuple[str, str]]:
     """Paragraphs with the indent of each."""
     population = record["population"]
-    noun = population["kind"][:-1]
     what = row_words(problem.choices, population["values"])
     yield "", ""
-    yield "For whom" if noun == "person" else "How sure", ""
-    yield f"{what}: {_served(population, noun)}" if what else _served(population, noun), "  "
+    yield "For whom" if "person" in population["counts"] else "How sure", ""
+    yield f"{what}: {_served(population)}" if what else _served(population), "  "
     for reason in population["not_served"]:
         yield _not_served(problem, population, reason), "  "
-    if population["count"] > 1:
+    if population["counts"].get("person", 0) > 1:
         yield from _sizes(problem, population)
     yield from _sobol(population)
 
 
-def _served(population: Row, noun: str) -> str:
+def _served(population: Row) -> str:
     """The share that the pretension serves, with what the sample says of everyone."""
-    count, served, most = population["count"], population["served"], population["largest_share"]
+    served, most = population["served"], population["largest_share"]
+    whom = everyone(population["counts"], population["count"], population["kind"])
     if not most > 0.0:
-        return f"no pretension serves this {noun}" if count == 1 else f"no pretension serves any of {count:,} {noun}s"
-    share = say.sampled_share(served, count, noun, population["effective_count"])
-    words = f"{say.number(population['pretension'])} N {'works for' if count == 1 else 'serves'} {share}"
+        return f"no pretension serves {'' if population['count'] == 1 else 'any of '}{whom}"
+    verb = "works for" if population["count"] == 1 else "serves"
+    words = f"{say.number(population['pretension'])} N {verb} {population_share(population)}"
     if most - served < ROUNDING:
         return words
     return f"{words}; {say.number(population['largest_share_at'])} N would serve {say.percent(most)}"
 
 
+def population_share(population: Row) -> str:
+    """The share that the pretension serves, of whom, and what that says of everyone.
+
+    "all 1,000 persons (at least 99.6 %)", "96.9 % of this person's 256 draws (94 to 98.5 %)", "90 % of 192 pairs of
+    3 persons and 64 draws". Pairs of several persons are no sample of independent ones, so that they have no interval.
+    """
+    count, served, noun = population["count"], population["served"], population["kind"][:-1]
+    persons, draws = (population["counts"].get(key, 0) for key in ("person", "draw"))
+    whom = everyone(population["counts"], count, population["kind"])
+    if persons > 1 and draws > 1:
+        return f"all {whom}" if served >= 1.0 else f"{say.percent(served)} of {whom}"
+    if persons == 1 and draws > 1:
+        share = say.sampled_share(served, count, "draw")
+        return share.replace(f"{count:,} draws", f"{'of ' if share.startswith('all') else ''}{whom}")
+    return say.sampled_share(served, count, noun, population["effective_count"])
+
+
 def _not_served(problem: Problem, population: Row, reason: Row) -> str:
     share = f"{say.percent(reason['share'])} " if population["count"] > 1 else ""
     words = f"{share}{_NEEDS[reason['needs']]}: {why_not(problem, reason)}"
-    if population["kind"] != "persons" or population["count"] == 1:
+    if population["counts"].get("person", 1) == 1:
         return words
     bodies = [
         f"{say.column(name)} {say.quantity(name, each['theirs'])} against {say.quantity(name, each['of_all'])}"
@@ -72,7 +89,8 @@ def why_not(problem: Problem, reason: Row) -> str:
 def _sizes(problem: Problem, population: Row) -> Iterator[tuple[str, str]]:
     for column, sizes in population["sizes"].items():
         factor = next(factor for factor in problem.choices.axes if factor.column == column)
-        few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < population["count"] else ""
+        of_all = population["counts"]["person"]
+        few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < of_all else ""
         thin = "" if sizes[0]["all_values"] else f", among {sizes[0]['values_tried']} of its values"
         yield "", ""
         yield f"Sizes of {factor.key}{few}{thin}", ""
@@ -81,6 +99,9 @@ def _sizes(problem: Problem, population: Row) -> Iterator[tuple[str, str]]:
                 yield "further sizes serve nobody else", "  "
                 break
             share = say.sampled_share(each["served"], each["persons"], "person")
+            share += (
+                f" with at least {say.percent(problem.enough)} of their draws" if problem.counted == "pairs" else ""
+            )
             suits = ", ".join(f"{_value(factor, suit['value'])} at {say.number(suit['pretension'])} N"
                               for suit in each["suits"])  # fmt: skip
             yield f"{_HOW_MANY[count]:<11} {share}: {suits or 'none'}", "  "

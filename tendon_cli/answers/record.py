@@ -22,6 +22,7 @@ from tendon_cli.answers.sizes import Sizes
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.answers.uncertainty import Indices
 
+_MOST_OF_CURVE = 1000
 _NEEDS = {MORE: "more", LESS: "less", NEITHER: "another suit"}
 
 
@@ -136,15 +137,25 @@ def _population(answer: Findings, population: PopulationResult) -> dict[str, Any
         "kind": population.kind,
         "count": len(population.windows.low),
         "effective_count": coverage.effective_count(weighting),
+        "counts": population.problem.counts,
+        "window": [row["pretension_from"], row["pretension_to"]],
         "pretension": finite(population.pretension),
         "served": population.share,
         "interval_95": _interval(population.share, weighting),
         "largest_share": population.best_share,
         "largest_share_at": finite(population.curve.best) if population.best_share > 0.0 else None,
+        "curve": _thinned_curve(population.curve),
         "not_served": [_reason(population, reason) for reason in population.reasons],
         "sizes": {each.column: [_size(each, best) for best in each.best] for each in population.sizes},
         "sobol": [_sobol(each) for each in population.indices],
     }
+
+
+def _thinned_curve(curve: coverage.Curve) -> dict[str, list[float]]:
+    """The share served over pretension, at most so many points of it."""
+    count = len(curve.pretension)
+    kept = np.unique(np.linspace(0, count - 1, min(count, _MOST_OF_CURVE)).round().astype(np.int64))
+    return {name: values[kept].tolist() for name, values in vars(curve).items()}
 
 
 def _interval(share: float, weighting: np.ndarray[Any, Any]) -> list[float]:

@@ -70,6 +70,11 @@ class Answer(Result):
         return framed(self.table("choices"))
 
     @cached_property
+    def persons(self) -> pd.DataFrame:
+        """A row per person under the choice named first; raises InputError if the question has no people."""
+        return framed(self.table("persons"))
+
+    @cached_property
     def conditions(self) -> pd.DataFrame:
         """A row per condition."""
         return framed(self.table("conditions"))

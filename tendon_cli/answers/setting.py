@@ -24,7 +24,8 @@ COLUMNS = (
 
 ANGLE = 0.0
 """Elbow angle at which the pretension is set, rad."""
-_POSTURE = {"load.mass": 0.0, "arm.upper_arm_angle": 0.0}
+POSTURE = {"load.mass": 0.0, "arm.upper_arm_angle": 0.0}
+"""What the numbers of a study are while it is set: the empty hand, the upper arm hanging, SI."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,7 @@ def settings(problem: Problem, numbers: Numbers, pretension: Array) -> Settings:
     """
     others = (axis for axis in problem.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS))
     under = {key: values[:1] for axis in others for key, values in axis.numbers.items()}
-    under |= {key: np.array([value]) for key, value in _POSTURE.items()}
+    under |= {key: np.array([value]) for key, value in POSTURE.items()}
     return settings_of(problem.points({**numbers, PRETENSION: pretension}, under).design(), len(pretension))
 
 

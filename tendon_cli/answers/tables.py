@@ -104,3 +104,10 @@ def _of_axis(axis: Axis) -> Column:
     if axis.names:
         return Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
     return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
+
+
+def as_value(column: Column, value: Any) -> Any:
+    """A value of a record as its column holds it."""
+    if column.kind == "text":
+        return column.choices.index(value or "")
+    return np.nan if value is None else value

@@ -18,6 +18,7 @@ from tendon_cli.answers.words import (
     conflict_lines,
     drift_words,
     end_words,
+    everyone,
     fix_lines,
     high_of,
     in_choices,
@@ -92,14 +93,16 @@ def _span(low: float, high: float) -> str:
 
 def _all_of(problem: Problem) -> str:
     """What a pretension must suit."""
-    count, noun = len(problem.weighting), problem.counted
-    if count > 1:
-        return f"all {_everyone(problem)}"
-    return "the design" if noun == "conditions" else f"this {noun[:-1]}"
+    whom = _everyone(problem)
+    if problem.counted == "conditions" and len(problem.weighting) == 1:
+        return "the design"
+    if whom.startswith("this"):
+        return f"all of {whom}" if len(problem.weighting) > 1 else whom
+    return f"all {whom}"
 
 
 def _everyone(problem: Problem) -> str:
-    return f"{len(problem.weighting):,} {problem.counted}"
+    return everyone(problem.counts, len(problem.weighting), problem.counted)
 
 
 def _why_first(problem: Problem, record: Row) -> str:

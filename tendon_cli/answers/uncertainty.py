@@ -120,7 +120,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[Indices]:
         return []
     people = study.people.population if study.people is not None else None
     whose = next((factor for factor in problem.conditions.axes if factor.key == PERSON_AXIS), None)
-    inputs = (*study.uncertain, *((BODY,) if whose is not None else ()))
+    inputs = (*study.uncertain, *((BODY,) if whose is not None and len(whose) > 1 else ()))
     others = [each for each in problem.conditions.axes if each.key not in (PERSON_AXIS, DRAW_AXIS)]
     each_point = problem.states_per_design * max(1, int(np.prod([len(factor) for factor in others])))
     count = _power_of_two(_STATES / (each_point * (len(inputs) + 2)))

@@ -44,6 +44,16 @@ def condition_words(conditions: Space, condition: int, *, but_first: bool = Fals
     return ", ".join(words)
 
 
+def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
+    """What a share is of: "1,000 persons", "this person's 256 draws", "192 pairs of 3 persons and 64 draws"."""
+    persons, draws = (counts.get(key, 0) for key in ("person", "draw"))
+    if persons == 1 and draws > 1:
+        return f"this person's {say.counted(draws, 'draw')}"
+    if persons > 1 and draws > 1 and kind == "pairs":
+        return f"{count:,} pairs of {say.counted(persons, 'person')} and {say.counted(draws, 'draw')}"
+    return f"this {kind[:-1]}" if count == 1 else say.counted(count, kind[:-1])
+
+
 def high_of(row: Row) -> float:
     """The upper end of a row's window, N; infinite if there is none."""
     return np.inf if row["pretension_to"] is None else float(row["pretension_to"])

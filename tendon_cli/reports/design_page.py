@@ -60,7 +60,8 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     maps, left_out = quantities({name: values[: len(grid)] for name, values in columns.items()}, labels)
     maps.insert(min(1, len(maps)), _conflicts(cube, {name: values[: len(grid)] for name, values in read.items()}))
     states, arms = _states(cube, axes, read["pretension"][: len(grid)])
-    people = people_record(table, record.get("population"))
+    persons = folder / "persons.parquet"
+    people = people_record(record, open_table(persons).read() if persons.exists() else None)
     design = _answers(read, columns, labels, len(grid))
     data = page_data(
         "design", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,

@@ -36,6 +36,8 @@ class Population:
     """The survey's mean man, on whom the study's anchors stand as written."""
     notes: tuple[str, ...] = ()
     """What was supposed of them."""
+    sexes: tuple[str, ...] = ()
+    """"male" or "female" for each, if that is known."""
 
     def __len__(self) -> int:
         return len(self.names)
@@ -47,7 +49,8 @@ class Population:
 
     def only(self, chosen: slice) -> Population:
         """Some of them."""
-        return replace(self, names=self.names[chosen], values=self.values[chosen], weighting=self.weighting[chosen])
+        return replace(self, names=self.names[chosen], values=self.values[chosen], weighting=self.weighting[chosen],
+                       sexes=self.sexes[chosen])  # fmt: skip
 
 
 def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = None) -> Population:
@@ -61,13 +64,16 @@ def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = 
         counts["male"] = count - counts["female"]
     else:
         counts = {sex: count}
-    values, names = [np.empty((0, len(DIMENSIONS)))], []
+    values, names, sexes = [np.empty((0, len(DIMENSIONS)))], [], []
     for number, (kind, word) in enumerate(zip(SEXES, ("man", "woman"), strict=True)):
         persons = counts.get(kind, 0)
         values.append(_bodies(survey.of(kind), persons, np.random.default_rng([seed, number])))
         names += [f"{word} {at + 1}" for at in range(persons)]
+        sexes += [kind] * persons
     note = "bodies are drawn as normal and correlated; real ones have longer tails, of weight above all"
-    return Population(tuple(names), np.concatenate(values), np.ones(count), survey.male.mean_body, (note,))
+    return Population(
+        tuple(names), np.concatenate(values), np.ones(count), survey.male.mean_body, (note,), tuple(sexes)
+    )
 
 
 def named(survey: Survey, name: str) -> Population:

@@ -1,0 +1,81 @@
+"""The table of persons: a row each under the choice named first, against solving each person alone."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.answers.persons import members, one_by_one, person_columns
+from tendon_cli.answers.question import question
+from tendon_cli.tables.read import arrays_of
+
+COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}, "load": {"mass": [0.0, 10.0]}}
+SUIT = {**COARSE, "spring": {"stiffness": [5e3, 8e3]}, "spool": {"ratio": 0.6}}
+RUBBING = {"sheath": {"friction": {"mean": 0.08, "std": 0.04}}, "uncertainty": {"draws": 32}}
+FEW = {**SUIT, "people": {"count": 4}, **RUBBING, "limits": {"max_tension": "520 N"}}
+
+
+@pytest.fixture(scope="module")
+def answer():
+    return tendon.design(tendon.study({**SUIT, "people": {"count": 40, "seed": 3}}))
+
+
+def test_a_person_in_the_table_is_the_person_alone(answer):
+    best = answer.best["served"]
+    for row in answer.persons.sample(4, random_state=1).itertuples():
+        given = {**SUIT, "spring": {"stiffness": best["spring_stiffness"]}, "people": {"count": 40, "seed": 3}}
+        swept = tendon.sweep(tendon.study({**given, "tendon": {"pretension": best["pretension"]}})).designs
+        mine = swept[swept["person"] == row.person]
+        assert mine["pretension_from"].max() == pytest.approx(row.pretension_from, rel=1e-12)
+        assert mine["pretension_to"].min() == pytest.approx(row.pretension_to, rel=1e-12)
+        assert mine["feasible"].all() == (row.served == 1.0)
+
+
+def test_shares_of_the_record_are_those_of_the_table(answer):
+    population, persons = answer.record["population"], answer.persons
+    assert len(persons) == population["count"] == 40
+    assert persons["served"].mean() == pytest.approx(population["served"], abs=1e-12)
+    assert set(persons["sex"]) == {"male", "female"}
+    problem = question(tendon.study({**SUIT, "people": {"count": 40, "seed": 3}}))
+    rows = arrays_of(person_columns(problem, one_by_one(problem)), answer.table("persons"))
+    out = [members(rows, reason, population["pretension"]) for reason in population["not_served"]]
+    assert [len(each) for each in out] == [reason["count"] for reason in population["not_served"]]
+    assert len(np.unique(np.concatenate([np.empty(0), *out]))) == (persons["served"] < 1.0).sum()
+
+
+def test_the_tensions_to_set_are_of_each_body(answer):
+    best, persons = answer.best["served"], answer.persons
+    assert persons["set_flexor_tension"].nunique() == 40
+    asked = {**SUIT, "spring": {"stiffness": best["spring_stiffness"]}, "people": {"count": 40, "seed": 3}}
+    asked |= {"load": {"mass": 0.0}, "motion": {"direction": "extension", "elbow_angle": 0.0}}
+    states = tendon.sweep(tendon.study({**asked, "tendon": {"pretension": best["pretension"]}})).states
+    for end, place in (("", "distal"), ("_motor", "proximal")):
+        expected = states[f"extensor_tension_{place}"].to_numpy()
+        np.testing.assert_allclose(persons[f"set_extensor_tension{end}"], expected, rtol=1e-12)
+
+
+def test_few_persons_are_served_by_the_share_of_their_draws():
+    answer = tendon.design(tendon.study(FEW))
+    population, persons = answer.record["population"], answer.persons
+    assert (population["kind"], population["count"], len(persons)) == ("pairs", 4 * 32, 4)
+    assert persons["served"].mean() == pytest.approx(population["served"], abs=1e-12)
+    assert ((persons["served"] * 32) % 1.0 < 1e-9).all()
+    assert "128 pairs of 4 persons and 32 draws" in " ".join(answer.text.split())
+
+
+def test_one_person_meets_every_draw_and_the_sentence_says_so():
+    text = " ".join(tendon.design(tendon.study({**FEW, "people": {"count": 1}})).text.split())
+    assert "this person's 32 draws" in text
+    assert "1 person" not in text
+
+
+def test_one_person_without_draws_is_this_person():
+    text = " ".join(tendon.design(tendon.study({**SUIT, "people": {"count": 1}})).text.split())
+    assert "N works for this person" in text
+    assert "%" not in text.split("For whom")[1].split("Sizes")[0].split("Note")[0]
+
+
+def test_draws_have_a_table_of_their_own():
+    answer = tendon.design(tendon.study({**SUIT, **RUBBING}))
+    draws = answer.table("draws")
+    assert draws.num_rows == 32
+    assert "weight" not in draws.schema.names
