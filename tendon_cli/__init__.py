@@ -142,10 +142,7 @@ def sweep(
     from tendon_cli.studies.checks import without_intervals
 
     asked, folder = without_intervals(_study(study)), _folder(out, "sweep", figures=figures)
-    if figures and asked.figure:
-        from tendon_cli.figures.draw import check_figures_of
-
-        check_figures_of(asked)
+    _check_figures(asked, figures=figures)
     return run(
         asked, folder, jobs=_jobs(jobs), resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
         draw=_draw_run if figures else None, progress=progress, stop=stop,
@@ -369,6 +366,14 @@ def states(design: "AnyStudy", angle: "ArrayLike", flexion: "ArrayLike" = True) 
     return states_at(_study(design), angle, flexion)
 
 
+def _check_figures(study: "Study", *, figures: bool) -> None:
+    """Raise StudyError for a declared figure that is known beforehand to have nothing to draw."""
+    if figures and study.figure:
+        from tendon_cli.figures.draw import check_figures_of
+
+        check_figures_of(study)
+
+
 def estimate(study: "AnyStudy", jobs: int | None = None, figures: bool = False) -> "Estimate":
     """What a sweep would cost, rows exactly, the rest from one part computed in memory; raises SizeError.
 
@@ -381,7 +386,9 @@ def estimate(study: "AnyStudy", jobs: int | None = None, figures: bool = False) 
     from tendon_cli.engine.threads import available_cores
     from tendon_cli.studies.checks import without_intervals
 
-    return estimated(Plan(without_intervals(_study(study))), _jobs(jobs) or available_cores(), figures=figures)
+    asked = without_intervals(_study(study))
+    _check_figures(asked, figures=figures)
+    return estimated(Plan(asked), _jobs(jobs) or available_cores(), figures=figures)
 
 
 def state(

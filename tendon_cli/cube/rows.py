@@ -17,11 +17,13 @@ from tendon_cli.cube.columns import Columns, Values, as_numpy
 from tendon_cli.cube.source import Source, table_in
 from tendon_cli.errors import UsageError
 from tendon_cli.files import whole_file
+from tendon_cli.quantities import Quantity
 from tendon_cli.studies.derived import DERIVED
+from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import array_of
-from tendon_cli.units import shorten
+from tendon_cli.units import factor_of, shorten
 
 _FORMULA = r"^([=+\-@\t\r])"
 """How text begins that a spreadsheet would run."""
@@ -96,10 +98,58 @@ class TableRows:
             return pa.schema([_field(name, self.table.schema) for name in self.names]).empty_table(), 0
         return kept.select(self.names), total
 
-    def headers(self) -> list[str]:
-        """The columns' names with their units, such as "pretension (N)"."""
-        units = [self.unit(name) for name in self.names]
-        return [name if unit == "1" else f"{name} ({unit})" for name, unit in zip(self.names, units, strict=True)]
+
+@dataclass(frozen=True)
+class CsvForm:
+    """How numbers stand in a CSV; raises UsageError for what is not known."""
+
+    locale: str = "en"
+    """Of the decimal sign, and with it of what separates columns."""
+    units: str = "si"
+    """si, or study: the units in which studies are written and people read, such as mm and deg."""
+
+    def __post_init__(self) -> None:
+        for value, known, option in ((self.locale, _LOCALES, "--locale"), (self.units, _UNITS, "--units")):
+            if value not in known:
+                hint = nearest(value, known) or ", ".join(known)
+                raise UsageError(f'"{shorten(value)}" is not known', where=option, hint=hint)
+
+    @property
+    def separator(self) -> str:
+        """Between columns."""
+        return ";" if self._has_comma else ","
+
+    @property
+    def _has_comma(self) -> bool:
+        return self.locale not in _WITH_POINT
+
+    def header(self, name: str, quantity: Quantity | None) -> str:
+        """A column's name with its unit, such as "pretension (N)"."""
+        unit = "1" if quantity is None else quantity.shown_in if self.units == "study" else quantity.unit
+        return name if unit == "1" else f"{name} ({unit})"
+
+    def column(self, column: pa.ChunkedArray, quantity: Quantity | None) -> pa.ChunkedArray:
+        """A column as it is written; text that a spreadsheet would run has a ' before it."""
+        if pa.types.is_dictionary(column.type):
+            column = column.cast(pa.string())
+        if pa.types.is_string(column.type):
+            return pc.replace_substring_regex(column, pattern=_FORMULA, replacement=r"'\1")
+        if not pa.types.is_floating(column.type):
+            return column
+        if self.units == "study" and quantity is not None and factor_of(quantity.shown_in) != 1.0:
+            column = pc.divide(column, factor_of(quantity.shown_in))
+        is_endless = pc.any(pc.is_inf(column)).as_py()
+        if not (self._has_comma or is_endless):
+            return column
+        texts = column.cast(pa.string())
+        if is_endless and quantity is not None and quantity.name == "spring_stiffness":
+            texts = pc.replace_substring(texts, "inf", "rigid")
+        return pc.replace_substring(texts, ".", ",") if self._has_comma else texts
+
+
+_WITH_POINT = ("en", "zh", "ja", "ko")
+_LOCALES = (*_WITH_POINT, "de", "fr", "es", "it", "nl", "pl", "pt", "ru", "sv", "da", "fi", "cs", "tr")
+_UNITS = ("si", "study")
 
 
 def _field(name: str, schema: pa.Schema) -> pa.Field:
@@ -119,16 +169,22 @@ def rows_in(
     return TableRows(table_in(path, table, asked), tuple(where), tuple(columns))
 
 
-def write_csv(rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None = None) -> int:
-    """Rows as CSV in SI, units in the header; text that a spreadsheet would run has a ' before it. Returns how many."""
+def write_csv(
+    rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None = None, form: CsvForm | None = None
+) -> int:
+    """Rows as CSV, by default in SI, units in the header; returns how many."""
     from pyarrow import csv
 
-    file.write((",".join(f'"{header}"' for header in rows.headers()) + "\n").encode())
+    form = form or CsvForm()
+    held = [rows.of.held[name] for name in rows.names]
+    heads = [f'"{form.header(name, quantity)}"' for name, quantity in zip(rows.names, held, strict=True)]
+    file.write((form.separator.join(heads) + "\n").encode())
     writer, count = None, 0
     for stretch in stretches or rows.batches():
-        table = pa.table([_guarded(column) for column in stretch.columns], names=stretch.column_names)
+        columns = [form.column(column, quantity) for column, quantity in zip(stretch.columns, held, strict=True)]
+        table = pa.table(columns, names=stretch.column_names)
         if writer is None:
-            options = csv.WriteOptions(include_header=False, quoting_style="needed")
+            options = csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator)
             writer = csv.CSVWriter(pa.PythonFile(file, mode="w"), table.schema, write_options=options)
         writer.write_table(table)
         count += table.num_rows
@@ -137,12 +193,12 @@ def write_csv(rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None =
     return count
 
 
-def export(rows: TableRows, path: Path) -> int:
+def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
     """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
     if path.suffix.lower() != ".csv":
         raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")
     with whole_file(path) as temporary, temporary.open("xb") as file:
-        count = write_csv(rows, _Unclosed(file))
+        count = write_csv(rows, _Unclosed(file), form=form)
         file.flush()
         os.fsync(file.fileno())
     return count
@@ -158,11 +214,3 @@ class _Unclosed:
 
     def close(self) -> None:
         """Whoever opened it closes it."""
-
-
-def _guarded(column: pa.ChunkedArray) -> pa.ChunkedArray:
-    if pa.types.is_dictionary(column.type):
-        column = column.cast(pa.string())
-    if not pa.types.is_string(column.type):
-        return column
-    return pc.replace_substring_regex(column, pattern=_FORMULA, replacement=r"'\1")

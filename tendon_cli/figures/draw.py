@@ -81,16 +81,19 @@ def check_figures_of(study: Study) -> None:
         key = f"figure.{at}"
         if spec.table == "designs" and spec.table not in study.output.tables:
             hint = '[output] tables needs "designs"'
-            found.append(Fault(f"{key}.quantity", f"{spec.quantity[0]} is of designs, which is not written", hint))
+            problem = f'figure "{spec.name}": {spec.quantity[0]} is of designs, which is not written'
+            found.append(Fault(f"{key}.quantity", problem, hint))
             continue
         try:
             cube = cube_to_come(study, spec.table)
             _planned(cube, spec)
             null = [name for name in spec.quantity if cube.is_null(name)]
             if len(null) == len(spec.quantity):
-                found.append(Fault(f"{key}.quantity", f"{', '.join(null)}: null in every row of this study"))
+                problem = f'figure "{spec.name}": {", ".join(null)}: null in every row of this study'
+                found.append(Fault(f"{key}.quantity", problem))
         except UsageError as error:
-            found.append(Fault(f"{key}{(error.where or '').replace('--', '.')}", error.message, error.hint))
+            problem = f'figure "{spec.name}": {error.message}'
+            found.append(Fault(f"{key}{(error.where or '').replace('--', '.')}", problem, error.hint))
     if found:
         raise StudyError(found)
 

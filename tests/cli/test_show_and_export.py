@@ -60,6 +60,22 @@ def test_an_export_says_every_value_as_the_table_does(tendon, run, table):
     assert '"pretension (N)"' in Path("all.csv").read_text("utf-8").splitlines()[0]
 
 
+def test_an_export_has_the_numbers_of_a_language_and_the_units_of_studies(tendon, run):
+    assert tendon("export", run, "si.csv").exit == 0
+    assert tendon("export", run, "de.csv", "--locale", "de", "--units", "study").exit == 0
+    first, second = pd.read_csv("si.csv"), pd.read_csv("de.csv", sep=";", decimal=",")
+    assert "bend_angle (deg)" in second
+    for name, factor in (("pretension (N)", 1.0), ("max_tension (N)", 1.0), ("spring_stiffness (N/m)", 1e3)):
+        other = name.replace("N/m", "kN/m")
+        assert second[other].to_numpy() * factor == pytest.approx(first[name].to_numpy(), rel=1e-12)
+    for option in ("--locale", "--units"):
+        assert tendon("export", run, "x.csv", option, "nowhere").exit == 2
+
+
+def test_columns_named_twice_are_refused(tendon, run):
+    assert "twice" in tendon("show", run, "--columns", "design,design").err
+
+
 def test_nothing_in_an_export_is_run_by_a_spreadsheet(tendon, run):
     assert tendon("export", run, "all.csv").exit == 0
     _, rows = read_csv(Path("all.csv").read_text("utf-8"))

@@ -55,12 +55,16 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data, panel, colours, ticks=max(2, min(6, int(each / 9.0))))
         axes.set_title(wrapped(panel.title, int(each / 1.9)), y=1.0)  # where it is by itself, found sooner
+    # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
+    is_full = columns > 2 and rows * columns == len(panels)
+    if is_full:
+        grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=0.5 if columns % 2 else 1.07)
     for at, axes in enumerate(grid.flat):
         axes.set_visible(at < len(panels))
         is_lowest = at + columns >= len(panels)
         axes.tick_params(labelbottom=is_lowest)
-        if is_lowest:
-            axes.set_xlabel(broken(data.x.label, int(each / 1.5)))
+        if is_lowest and not is_full:
+            axes.set_xlabel(broken(data.x.label, int(each / 1.9)))
         if at % columns == 0:
             axes.set_ylabel(broken(data.y.label, int(0.7 * tall / rows / 1.5)))
     bar = _colour_bar(page.figure, data.margin, colours)
