@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import stat
 from collections.abc import Iterator
 from pathlib import Path
@@ -89,13 +90,13 @@ def _check_regular(status: os.stat_result, path: Path) -> None:
 
 
 @contextlib.contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, *, of_a_run: bool = False) -> Iterator[Path]:
     """The name under which to write a file that appears whole or not at all; whatever stops it, nothing is left.
 
     What stood there before stays until then; if several write at once, the last one wins. Raises OutputError.
     """
     with output_errors(path):
-        temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")  # nobody else's
+        temporary = temporary_of(path, of_a_run=of_a_run)
         try:
             yield temporary
             temporary.replace(path)
@@ -105,9 +106,9 @@ def whole_file(path: Path) -> Iterator[Path]:
         sync_folder(path.parent)
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_whole(path: Path, content: bytes, *, of_a_run: bool = False) -> None:
     """Write a small file as `whole_file` does."""
-    with whole_file(path) as temporary:
+    with whole_file(path, of_a_run=of_a_run) as temporary:
         _write(temporary, content)
 
 
@@ -127,26 +128,12 @@ def check_ours(path: Path, mark: str, option: str) -> None:
         )
 
 
-def write_locked(path: Path, content: bytes) -> None:
-    """Write a small file whole or not at all in a folder that its writer has locked: a name left by a kill is known."""
-    temporary = temporary_of(path)
-    with output_errors(path):
-        temporary.unlink(missing_ok=True)
-        try:
-            _write(temporary, content)
-            temporary.replace(path)
-        except BaseException:
-            temporary.unlink(missing_ok=True)
-            raise
-        sync_folder(path.parent)
-
-
 def write_new(path: Path, content: bytes) -> bool:
     """Write a small file whole or not at all, and over nothing; whether its name was free. Raises OutputError."""
     if os.path.lexists(path):
         return False
     with output_errors(path):
-        temporary = path.with_name(f".tendon-{os.urandom(6).hex()}.tmp")
+        temporary = temporary_of(path)
         try:
             _write(temporary, content)
             was_free = _name(temporary, path)
@@ -184,9 +171,13 @@ def _name(temporary: Path, path: Path) -> bool:
     return True
 
 
-def temporary_of(path: Path) -> Path:
-    """The name that a file of a locked folder bears until it is whole."""
-    return path.with_name(f".{path.name}.tmp")
+OF_A_RUN = re.compile(r"\.tendon-run-[0-9a-f]{12}\.tmp", re.ASCII)
+"""Temporary names in a run folder: whoever holds its lock removes those that a kill left."""
+
+
+def temporary_of(path: Path, *, of_a_run: bool = False) -> Path:
+    """A name in the same folder, and so the same file system, that nobody else has."""
+    return path.with_name(f".tendon-{'run-' if of_a_run else ''}{os.urandom(6).hex()}.tmp")
 
 
 def sync_folder(folder: Path) -> None:

@@ -14,19 +14,18 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.engine.journal import JOURNAL, Journal
-from tendon_cli.engine.records import RECORDS, TABLES, read_record, stands, write_record
+from tendon_cli.engine.records import read_record, stands, write_record
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
-from tendon_cli.files import output_errors
-from tendon_cli.tables.read import study_hash_of
+from tendon_cli.files import OF_A_RUN, output_errors
+from tendon_cli.tables.read import RECORDS, study_hash_of
 from tendon_cli.version import RESULTS_VERSION
 
 LOCK = ".lock"
-FIGURES = ".tendon-figures"
-"""Where figures lie until all are drawn."""
-OURS = (*RECORDS.values(), JOURNAL, LOCK, FIGURES, *(f".{name}.tmp" for name in (*RECORDS.values(), JOURNAL)))
+OURS = (*RECORDS.values(), JOURNAL, LOCK)
 _PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
-TEMPORARY = re.compile(rf"\.(part-\d{{5,}}|{'|'.join(TABLES)})\.parquet(\.[0-9a-f]+\.own)?(\.tmp)?", re.ASCII)
+_FIGURES = re.compile(r"\.tendon-figures-[0-9a-f]{12}", re.ASCII)
+"""Where figures lie until all are drawn."""
 
 
 @dataclass(frozen=True)
@@ -160,14 +159,24 @@ class RunFolder:
                 path.rmdir()
         else:
             self._delete(name)
-        for item in self.path.glob(f".{name}*"):
-            if TEMPORARY.fullmatch(item.name):
-                self._delete(item.name)
 
     def _delete(self, name: str) -> None:
         (self.path / name).unlink(missing_ok=True)
 
-    def place_figures(self, names: list[str], before: list[str], journal: Journal | None) -> list[str]:
+    @contextlib.contextmanager
+    def figures(self) -> Iterator[Path]:
+        """A folder for figures until all are drawn; those that a kill left go. Raises OSError."""
+        for left in self.path.iterdir():
+            if _FIGURES.fullmatch(left.name) and not left.is_symlink():
+                shutil.rmtree(left, ignore_errors=True)
+        place = self.path / f".tendon-figures-{os.urandom(6).hex()}"
+        try:
+            place.mkdir()
+            yield place
+        finally:
+            shutil.rmtree(place, ignore_errors=True)
+
+    def place_figures(self, place: Path, names: list[str], before: list[str], journal: Journal | None) -> list[str]:
         """Put drawn figures in place of those `before`; returns what is wrong with those that are left out."""
         faults = []
         for name in list(names):
@@ -181,7 +190,7 @@ class RunFolder:
                 if name not in names:
                     self._delete(name)
             for name in names:
-                (self.path / FIGURES / name).replace(self.path / name)
+                (place / name).replace(self.path / name)
         return faults
 
     def finish(self, record: dict[str, Any]) -> None:
@@ -206,9 +215,14 @@ class RunFolder:
             self._delete(JOURNAL)
 
 
+def is_ours(name: str) -> bool:
+    """Whether a run gives such names to files in its folder besides tables and figures."""
+    return name in OURS or bool(OF_A_RUN.fullmatch(name) or _FIGURES.fullmatch(name))
+
+
 def is_part(name: str) -> bool:
     """Whether a run gives such names to files in a folder of parts."""
-    return bool(_PART.fullmatch(name) or TEMPORARY.fullmatch(name))
+    return bool(_PART.fullmatch(name) or OF_A_RUN.fullmatch(name))
 
 
 def free_bytes(folder: Path) -> int:

@@ -17,7 +17,7 @@ from typing import Any
 from tendon_cli.engine.records import FIGURE_FILE, MOST_BYTES, TABLES, is_count
 from tendon_cli.engine.task import PartResult
 from tendon_cli.errors import FolderError
-from tendon_cli.files import output_errors, read_file, write_locked
+from tendon_cli.files import output_errors, read_file, write_whole
 from tendon_cli.tables.write import WrittenFile
 
 JOURNAL = "journal.jsonl"
@@ -63,7 +63,7 @@ class Journal:
         self.header = header
         entries = [header, *map(_entry, self.parts.values())]
         entries += [{"figures": list(self.figures)}] if self.figures else []
-        write_locked(self.path, b"".join(map(_line, entries)))
+        write_whole(self.path, b"".join(map(_line, entries)), of_a_run=True)
 
     def add(self, result: PartResult) -> None:
         """Record a finished part, on the disk before this returns; raises OutputError."""

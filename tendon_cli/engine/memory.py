@@ -51,7 +51,10 @@ class _MemoryFile(TableFile):
     def __exit__(self, *_: object) -> None:
         self._groups.abandon()
 
-    def finish(self) -> WrittenFile:
+    def flush(self) -> None:
+        """There is no disk."""
+
+    def place(self) -> WrittenFile:
         """Keep the file under its name."""
         written = self.close()
         self._kept[self._name] = self._bytes.getvalue()

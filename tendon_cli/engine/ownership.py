@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.engine.folder import OURS, TEMPORARY, RunFolder, is_part
+from tendon_cli.engine.folder import RunFolder, is_ours, is_part
 from tendon_cli.engine.journal import JOURNAL, Journal
 from tendon_cli.engine.records import TABLES, difference, read_record
 from tendon_cli.errors import FolderError, UsageError
+from tendon_cli.files import OF_A_RUN
 from tendon_cli.tables.read import study_hash_of
 
 _ELSEWHERE = "choose another folder with --out"
@@ -47,7 +48,7 @@ def _check_same(folder: RunFolder, standing: dict[str, Any]) -> None:
 
 def _check_not_foreign(folder: RunFolder, journal: Journal) -> None:
     """Raises FolderError unless the folder is empty, or holds what can only be the beginning of this very run."""
-    foreign = sorted(item.name for item in folder.path.iterdir() if item.name not in OURS)
+    foreign = sorted(item.name for item in folder.path.iterdir() if not is_ours(item.name))
     if journal.path.exists():
         if not (journal.parts or journal.is_beginning_of(folder.header())):
             foreign = [JOURNAL]
@@ -64,8 +65,8 @@ def _is_of_this_study(folder: RunFolder, name: str) -> bool:
     """Whether a file, or a folder of parts, is a table that this study gives, or was about to become one."""
     path = folder.path / name
     if path.is_symlink() or name not in {f"{table}.parquet" for table in TABLES}:
-        return not path.is_symlink() and TEMPORARY.fullmatch(name) is not None
-    files = [path] if path.is_file() else [file for file in path.iterdir() if not TEMPORARY.fullmatch(file.name)]
+        return False
+    files = [path] if path.is_file() else [file for file in path.iterdir() if not OF_A_RUN.fullmatch(file.name)]
     return all(study_hash_of(file) == folder.task.study.hash for file in files)
 
 

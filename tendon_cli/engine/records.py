@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.errors import FolderError
-from tendon_cli.files import read_file, write_locked
+from tendon_cli.files import read_file, write_whole
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.digest import file_sha256
+from tendon_cli.tables.read import RECORDS
 from tendon_cli.version import RESULTS_VERSION
 
-RECORDS = {"sweep": "run.json", "design": "design.json"}
-"""The name of its record by the command that a run is of."""
 TABLES = ("designs", "states", "choices", "conditions", "persons")
 _TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
@@ -54,7 +53,11 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 def write_record(folder: Path, record: dict[str, Any]) -> None:
     """Put a record in place, whole, with its checksum; raises OutputError."""
     record["checksum"] = checksum(record)
-    write_locked(folder / RECORDS[record["verb"]], (json.dumps(record, indent=2, ensure_ascii=False) + "\n").encode())
+    write_whole(
+        folder / RECORDS[record["verb"]],
+        (json.dumps(record, indent=2, ensure_ascii=False) + "\n").encode(),
+        of_a_run=True,
+    )
 
 
 def checksum(record: dict[str, Any]) -> str:

@@ -17,10 +17,11 @@ from tendon_cli.display import Displayed
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.records import RECORDS, lost, read_record
+from tendon_cli.engine.records import lost, read_record
 from tendon_cli.engine.states import StatesOf
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.studies.load import recorded_study
+from tendon_cli.tables.read import RECORDS
 
 if TYPE_CHECKING:
     import pandas as pd

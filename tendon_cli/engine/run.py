@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
+from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
 from tendon_cli.engine.cluster import cluster_at
-from tendon_cli.engine.folder import FIGURES, RunFolder
+from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.memory import InMemory
 from tendon_cli.engine.ownership import check_folder
@@ -98,6 +98,7 @@ def worked_out(
     record, maker = read_record(folder.path), PartMaker(task, folder.path)
     if record is not None:
         return _repaired(folder, record, maker, runner if resume else None)
+    maker.tidy()
     journal = _begun(folder, replaces=replaces)
     resumed = len(journal.parts)
 
@@ -202,6 +203,7 @@ def _repaired(
             entries[name].update(asdict(file))
 
     folder.prepare()
+    maker.tidy()
     missing = [index for index in range(folder.task.parts) if not anew.isdisjoint(folder.task.files(index).values())]
     make_parts(maker, runner, missing, take)
     for name, file in _written_last(maker, record, None, anew).items():
@@ -221,20 +223,16 @@ def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, 
     before = list(dict.fromkeys([*record.get("figures", ()), *journal.figures]))
     started, faults, note = time.monotonic(), list[str](), None
     names = list(record.get("figures", ()))
-    place = folder.path / FIGURES
-    shutil.rmtree(place, ignore_errors=True)
     try:
-        if draw is not None:
-            place.mkdir()
-            names, faults, note = draw(folder.task.study, folder.path, place, record)
-        if up_to_date:
-            write_record(folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))})
-        if draw is not None or not record.get("figures"):
-            faults += folder.place_figures(names, before, None if up_to_date else journal)
+        with folder.figures() if draw is not None else nullcontext(folder.path) as place:
+            if draw is not None:
+                names, faults, note = draw(folder.task.study, folder.path, place, record)
+            if up_to_date:
+                write_record(folder.path, {**record, "figures": list(dict.fromkeys([*before, *names]))})
+            if draw is not None or not record.get("figures"):
+                faults += folder.place_figures(place, names, before, None if up_to_date else journal)
     except (OSError, OutputError) as error:
         names, faults = [], [*faults, f"the figures cannot be drawn: {error}"]
-    finally:
-        shutil.rmtree(place, ignore_errors=True)
     record["figures"], record["warnings"] = names, [*folder.task.warnings(record), *faults]
     record["figure_seconds"] = round(time.monotonic() - started, 3) if draw is not None else 0.0
     return note

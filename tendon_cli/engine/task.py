@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import threading
 from abc import ABC, abstractmethod
@@ -15,6 +16,7 @@ from typing import Any, ClassVar, Protocol, Self
 import pyarrow as pa
 
 from tendon_cli.errors import Stopped
+from tendon_cli.files import OF_A_RUN
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
@@ -170,10 +172,13 @@ class WrittenPart:
     stack: ExitStack
     """Leaves nothing behind of a file that is not put in place."""
 
-    def finish(self) -> PartResult:
-        """Put the files in place; raises OutputError."""
+    def finish(self, check: Callable[[], None] = lambda: None) -> PartResult:
+        """Put the files in place, where `check` still lets them be; raises OutputError."""
         with self.stack:
-            return PartResult(self.index, self.note, {name: file.finish() for name, file in self.files.items()})
+            for file in self.files.values():
+                file.flush()
+            check()
+            return PartResult(self.index, self.note, {name: file.place() for name, file in self.files.items()})
 
     def discard(self) -> None:
         """Leave nothing behind."""
@@ -207,6 +212,15 @@ class PartMaker:
     def open(self, layout: TableLayout, name: str) -> TableFile:
         """A file of the run folder, ready to be filled; raises OutputError."""
         return TableFile(self.folder / name, layout)
+
+    def tidy(self) -> None:
+        """Remove what was begun by whoever was killed; only for who holds the folder."""
+        tables = [self.folder / f"{table}.parquet" for table, parts in self.task.tables.items() if parts > 1]
+        for home in (self.folder, *tables):
+            for left in home.iterdir() if home.is_dir() and not home.is_symlink() else ():
+                if OF_A_RUN.fullmatch(left.name):
+                    with contextlib.suppress(OSError):
+                        left.unlink()
 
     def read(self, name: str) -> pa.Table:
         """The rows of a file that stands in the run folder; raises InputError."""

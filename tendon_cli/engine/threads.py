@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from itertools import takewhile
+from pathlib import Path
 from types import FrameType
 from typing import TypeVar
 
@@ -18,6 +19,9 @@ from tendon_cli.errors import MemoryShortError, OutputError, Stopped, TendonErro
 Runner = Callable[[PartMaker, Iterator[int]], Results]
 """Makes parts, and gives them in whatever order they are finished."""
 Made = TypeVar("Made")
+
+_ADDRESSES_PER_JOB = 200 * 10**6
+"""Two stacks, an arena of the C library (64 MB), and the arrays of a part."""
 
 
 def available_cores() -> int:
@@ -39,8 +43,10 @@ def make_parts(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Cal
                 failures.append(failure)
                 if isinstance(failure.error, OutputError):
                     maker.task.stop.set()  # the next part would not fit either
-        except BaseException:  # such as KeyboardInterrupt: the parts that are being made end at once
+        except BaseException as error:  # such as KeyboardInterrupt: the parts that are being made end at once
             maker.task.stop.set()
+            if is_memory_short(error):
+                raise _memory_short(maker, "threads") from error
             raise
     _raise_for(failures, maker)
 
@@ -65,10 +71,7 @@ def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
     if faults:
         first = faults[0]
         if is_memory_short(first.error):
-            where, hint = str(maker.folder), "fewer --jobs need less; --resume goes on"
-            raise MemoryShortError(
-                f"there is not enough memory for {place(maker, first.index)}", where=where, hint=hint
-            ) from first.error
+            raise _memory_short(maker, place(maker, first.index)) from first.error
         raise WorkersLostError(
             f"{len(faults)} of {maker.task.parts} parts failed, the others are kept; first "
             f"{place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
@@ -79,14 +82,34 @@ def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
         raise failures[0].error
 
 
+def _memory_short(maker: PartMaker, what: str) -> MemoryShortError:
+    hint = "fewer --jobs need less; --resume goes on"
+    return MemoryShortError(f"there is not enough memory for {what}", where=str(maker.folder), hint=hint)
+
+
 def place(maker: PartMaker, index: int) -> str:
     """A part, and what it is of."""
     return f"part {index} ({maker.task.place(index)})"
 
 
 def in_threads(jobs: int) -> Runner:
-    """Makes parts, at most `jobs` at once; a single one in the calling thread."""
+    """Makes parts, at most `jobs` at once, or as many as addresses allow; a single one in the calling thread."""
+    jobs = _affordable(jobs)
     return _one_by_one if jobs == 1 else partial(_at_once, jobs)
+
+
+def _affordable(jobs: int) -> int:
+    """At most as many jobs as there are addresses for: a thread without them aborts the process, uncaught."""
+    try:
+        import resource  # not on every system
+
+        limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if limit == resource.RLIM_INFINITY:
+            return jobs
+        used = int(Path("/proc/self/statm").read_text("ascii").split()[0]) * resource.getpagesize()
+    except (ImportError, OSError, ValueError):
+        return jobs
+    return max(1, min(jobs, (limit - used) // _ADDRESSES_PER_JOB))
 
 
 def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:

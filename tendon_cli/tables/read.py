@@ -15,8 +15,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
+from tendon_cli.files import read_file
 from tendon_cli.tables.digest import is_intact
 from tendon_cli.tables.schema import Column
+
+RECORDS = {"sweep": "run.json", "design": "design.json"}
+"""By the command that a run is of, the name of its record in the run's folder."""
+_LONGEST_RECORD = 2**30
 
 
 @dataclass(frozen=True)
@@ -87,7 +92,25 @@ def open_table(path: Path) -> TableFiles:
         raise InputError(
             "does not say what table it is", where=str(path), hint="`tendon sweep` writes it anew"
         ) from None
+    _check_place(path, table)
     return table
+
+
+def _check_place(path: Path, table: TableFiles) -> None:
+    """A table that stands in a run's folder is one of that run; raises InputError."""
+    for name in RECORDS.values():
+        try:
+            record = json.loads(read_file(path.parent / name, _LONGEST_RECORD))
+            here = (record["study_hash"], record["results_version"])
+            sizes = {str(entry["path"]): entry["size"] for entry in record["files"]}
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            continue  # no record, or none as tendon writes it: whoever needs the run complains of that
+        standing = {str(file.relative_to(path.parent)): file.stat().st_size for file in table.files}
+        listed = {file: size for file, size in sizes.items() if file.partition("/")[0] == path.name}
+        of_another = (table.facts["study_hash"], table.facts.get("results_version")) != here
+        if of_another or (listed and listed != standing):
+            hint = "it was copied here, or left by another run; name it where it belongs, or move it elsewhere"
+            raise InputError(f"is not of the run in its folder, which {name} tells of", where=str(path), hint=hint)
 
 
 def study_hash_of(file: Path) -> str | None:

@@ -121,11 +121,10 @@ class TableFile:
 
     def __init__(self, path: Path, layout: TableLayout) -> None:
         self.path = path
-        self.temporary = temporary_of(path)
+        self.temporary = temporary_of(path, of_a_run=True)
         self._in_place = False
         self._written: WrittenFile | None = None
         with output_errors(path):
-            self.temporary.unlink(missing_ok=True)
             # Exclusive, so that nothing that stands in the way is followed or written through.
             self._file: BinaryIO = self.temporary.open("xb")
             try:
@@ -163,15 +162,24 @@ class TableFile:
 
     def finish(self) -> WrittenFile:
         """Flush what was written to the disk, check, and put the file in place under its name."""
+        self.flush()
+        return self.place()
+
+    def flush(self) -> None:
+        """Flush what was written to the disk, and check that it is there."""
         written = self.close()
         with output_errors(self.path):
             os.fsync(self._file.fileno())
             self._file.close()
             self._check(written)
+
+    def place(self) -> WrittenFile:
+        """Put the flushed file in place under its name."""
+        with output_errors(self.path):
             self.temporary.replace(self.path)
             self._in_place = True
             sync_folder(self.path.parent)
-        return written
+        return self.close()
 
     def _check(self, written: WrittenFile) -> None:
         """What stands on the disk has the length that was written, and the very footer."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tendon_cli.engine.cluster.link import ask_everywhere, check_address, close, connect, library, lost, unfit
-from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, ready, tidy
+from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, ready
 from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
 from tendon_cli.engine.threads import place
 from tendon_cli.errors import OutputError, Stopped, WorkersLostError
@@ -62,7 +62,6 @@ class Cluster:
             return
         waiting = itertools.chain([first], missing)
         flight = _Flight(self.client, maker, self.jobs)
-        tidy(maker)
         try:
             self.loop.run(flight.prepare())
             while flight.fill(waiting):
@@ -72,7 +71,7 @@ class Cluster:
                     return
         finally:
             self.loop.run(flight.recall())
-            tidy(maker)
+            maker.tidy()
 
 
 class OnWorkerError(Exception):

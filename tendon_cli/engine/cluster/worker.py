@@ -19,13 +19,11 @@ from pathlib import Path
 from typing import Literal
 
 from tendon_cli.engine.journal import JOURNAL
-from tendon_cli.engine.records import RECORDS
-from tendon_cli.engine.task import PartMaker, PartResult, Task, file_name
+from tendon_cli.engine.task import PartMaker, PartResult, Task
 from tendon_cli.errors import OutputError, Stopped, TendonError
-from tendon_cli.files import output_errors, sync_folder
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.schema import TableLayout, versions
-from tendon_cli.tables.write import TableFile
+from tendon_cli.tables.read import RECORDS
+from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
 
 _MOST_RUNS = 4
@@ -33,7 +31,7 @@ _HEAD = 2**14
 _PATIENCE = 5.0
 """Seconds after which a network file system should show what was written elsewhere."""
 
-_MAKERS: dict[str, _OwnMaker] = {}
+_MAKERS: dict[str, _RemoteMaker] = {}
 _LOCK = threading.Lock()
 
 
@@ -140,49 +138,22 @@ def halt(run: str) -> None:
         maker.task.stop.set()
 
 
-def tidy(maker: PartMaker) -> None:
-    """Remove what workers that died had begun to write."""
-    for table, parts in maker.task.tables.items():
-        home = (maker.folder / file_name(table, 0, parts)).parent
-        for pattern in (".*.parquet.*.own", ".*.parquet.*.own.tmp"):
-            for left in home.glob(pattern):
-                with contextlib.suppress(OSError):
-                    left.unlink()
-
-
 @dataclass(frozen=True)
-class _OwnMaker(PartMaker):
-    """Makes parts under names that no other process uses, and renames them when they are whole."""
+class _RemoteMaker(PartMaker):
+    """Makes parts for a run elsewhere, and puts them in place only as long as that goes on."""
 
     assignment: Assignment = field(kw_only=True)
-    token: str = field(default_factory=lambda: uuid.uuid4().hex, kw_only=True)
 
     def make(self, index: int) -> PartResult:
-        names = self.task.files(index).values()
-        try:
-            result = super().make(index)
-            if not self.assignment.stands_in_folder():
-                raise Unfit("the run folder is gone, or holds another run by now")
-            for name in names:
-                with output_errors(self.folder / name):
-                    self._own(name).replace(self.folder / name)
-            for folder in {(self.folder / name).parent for name in names}:
-                sync_folder(folder)
-        finally:
-            for name in names:
-                with contextlib.suppress(OSError):
-                    self._own(name).unlink(missing_ok=True)
-        return result
+        """Work a part out and put its files in place; raises OutputError, Stopped, or Unfit."""
+        return self.compute(index).finish(self._check)
 
-    def open(self, layout: TableLayout, name: str) -> TableFile:
-        return super().open(layout, str(self._own(name).relative_to(self.folder)))
-
-    def _own(self, name: str) -> Path:
-        path = self.folder / name
-        return path.with_name(f".{path.name}.{self.token}.own")
+    def _check(self) -> None:
+        if not self.assignment.stands_in_folder():
+            raise Unfit("the run folder is gone, or holds another run by now")
 
 
-def _maker(assignment: Assignment) -> _OwnMaker:
+def _maker(assignment: Assignment) -> _RemoteMaker:
     """The maker of a run, built once in this process; raises Unfit."""
     with _LOCK:
         if assignment.run not in _MAKERS:
@@ -193,7 +164,7 @@ def _maker(assignment: Assignment) -> _OwnMaker:
         return _MAKERS[assignment.run]
 
 
-def _new_maker(assignment: Assignment) -> _OwnMaker:
+def _new_maker(assignment: Assignment) -> _RemoteMaker:
     deadline = time.monotonic() + _PATIENCE
     while not assignment.stands_in_folder():
         if time.monotonic() > deadline:
@@ -205,4 +176,4 @@ def _new_maker(assignment: Assignment) -> _OwnMaker:
         raise Unfit(f"this worker cannot read the study: {error.message}") from None
     if (task.study.hash, task.parts) != (assignment.study_hash, assignment.parts):
         raise Unfit("this worker understands the study otherwise, its tendon is another")
-    return _OwnMaker(task, Path(assignment.folder), assignment=assignment)
+    return _RemoteMaker(task, Path(assignment.folder), assignment=assignment)
