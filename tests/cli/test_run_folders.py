@@ -285,16 +285,24 @@ def test_overwrite_starts_an_unfinished_run_anew(stopped, new_sweep, workplace, 
     assert hashes_in(Path("run")) == whole(new_sweep, workplace)
 
 
-def test_what_a_killed_run_left_half_written_is_no_obstacle(stopped, new_sweep, workplace, hashes_in):
-    for name in ("states.parquet/.part-00007.parquet.tmp", ".journal.jsonl.tmp", ".run.json.tmp"):
-        Path("run", name).write_bytes(b"half")
+def test_what_a_killed_run_left_half_written_goes_and_nothing_of_a_stranger(stopped, new_sweep, workplace, hashes_in):
+    left = [
+        Path("run", name) for name in ("states.parquet/.tendon-run-0123456789ab.tmp", ".tendon-run-ba9876543210.tmp")
+    ]
+    his = [
+        Path("run", name) for name in ("states.parquet/.part-00007.parquet.tmp", ".journal.jsonl.tmp", ".run.json.tmp")
+    ]
+    for file in (*left, *his):
+        file.write_bytes(b"half")
     assert stopped("--resume").exit == 0
     assert hashes_in(Path("run")) == whole(new_sweep, workplace)
+    assert not any(file.exists() for file in left)
+    assert all(file.read_bytes() == b"half" for file in his)
 
 
 def test_a_run_killed_as_it_began_can_be_resumed(run):
     Path("run").mkdir()
-    Path("run/.journal.jsonl.tmp").write_bytes(b"")
+    Path("run/.tendon-run-0123456789ab.tmp").write_bytes(b"")
     assert run("--resume").exit == 0
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine.cluster import worker as task
-from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, tidy, unlike
+from tendon_cli.engine.cluster.worker import Assignment, Refusal, halt, make_part, unlike
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
@@ -123,8 +123,9 @@ def test_other_versions_or_another_plan_are_refused(assignment, monkeypatch):
 
 def test_what_dead_workers_left_is_removed_and_nothing_else(maker):
     states = Path("run/states.parquet")
-    keep = [states / "part-00000.parquet", states / ".part-00001.parquet.tmp", states / ".mine"]
-    for file in (*keep, states / ".part-00001.parquet.0af.own", states / "..part-00001.parquet.0af.own.tmp"):
+    keep = [states / "part-00000.parquet", states / ".part-00001.parquet.tmp", states / ".tendon-0123456789ab.tmp"]
+    for file in (*keep, states / ".tendon-run-0123456789ab.tmp", Path("run/.tendon-run-ba9876543210.tmp")):
         file.touch()
-    tidy(maker)
+    maker.tidy()
     assert set(states.iterdir()) == set(keep)
+    assert not list(Path("run").glob(".tendon*"))

@@ -379,12 +379,16 @@ def test_a_record_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatc
     assert file.read_text(encoding="utf-8") == "{}"
 
 
-def test_a_link_in_the_place_of_the_temporary_file_is_not_written_through(tmp_path, one_table):
+def test_what_stands_in_the_place_of_the_temporary_file_is_not_written_through(tmp_path, one_table, monkeypatch):
     precious = tmp_path / "precious"
     precious.write_text("mine", encoding="utf-8")
-    (tmp_path / ".states.parquet.tmp").symlink_to(precious)
-    one_table(tmp_path / "states.parquet")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "urandom", bytes)  # so that the name can be foreseen
+        (tmp_path / f".tendon-run-{bytes(6).hex()}.tmp").symlink_to(precious)
+        with pytest.raises(OutputError):
+            one_table(tmp_path / "states.parquet")
     assert precious.read_text(encoding="utf-8") == "mine"
+    one_table(tmp_path / "states.parquet")
     assert open_table(tmp_path / "states.parquet").rows > 0
 
 

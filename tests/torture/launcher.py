@@ -2,11 +2,13 @@
 
     python launcher.py SETTINGS WORDS...
 
-SETTINGS is a JSON object: `states` is the length of a part; `hold` is a point at which the run makes the file `held`
-and waits to be killed; `fail` is what cannot be written; `go` is a file to wait for before anything begins; `offline`
-lets nothing touch the network; `flock` is the error with which no file can be locked.
+SETTINGS is a JSON object: `states` and `choices` are the lengths of parts; `hold` is a point at which the run makes the
+file `held` and waits to be killed, after `skip` times that it passes; `fail` is what cannot be written; `go` is a file
+to wait for before anything begins; `offline` lets nothing touch the network; `flock` is the error with which no file
+can be locked.
 """
 
+import itertools
 import json
 import sys
 import time
@@ -14,11 +16,14 @@ from pathlib import Path
 
 POINTS = {
     "rows": ("tendon_cli.engine.sweep", "state_rows"),
-    "figures": ("tendon_cli.figures.draw", "pages_of"),
+    "figures": ("tendon_cli.engine.folder.RunFolder", "place_figures"),
     "record": ("tendon_cli.engine.folder.RunFolder", "finish"),
     "journal": ("tendon_cli.engine.journal.Journal", "add"),
     "delete": ("tendon_cli.engine.folder.RunFolder", "_delete"),
     "rename": ("pathlib.Path", "replace"),
+    "solve": ("tendon_cli.answers.choices", "part_of"),
+    "compare": ("tendon_cli.answers.choices", "findings"),
+    "last": ("tendon_cli.engine.journal.Journal", "announce_last"),
 }
 
 
@@ -33,12 +38,14 @@ def owner_of(name):
         return getattr(importlib.import_module(module), inner)
 
 
-def hold(point, marker, seconds):
-    """Let a function wait, once it is called, as a slow disk or a large part would."""
+def hold(point, marker, seconds, skip):
+    """Let a function wait, once it is called so many times, as a slow disk or a large part would."""
     owner, name = owner_of(POINTS[point][0]), POINTS[point][1]
-    before = getattr(owner, name)
+    before, calls = getattr(owner, name), itertools.count()
 
     def slow(*arguments, **options):
+        if next(calls) < skip:
+            return before(*arguments, **options)
         Path(marker).touch()
         until = time.monotonic() + seconds
         while time.monotonic() < until:
@@ -123,10 +130,14 @@ def main():
 
     if "states" in settings:
         plan.STATES_PER_FILE = plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["states"]
+    if "choices" in settings:
+        from tendon_cli.answers import choices
+
+        choices.CHOICES_PER_PART = settings["choices"]
     if settings.get("fail") == "journal":
         full_journal()
     if "hold" in settings:
-        hold(settings["hold"], settings["held"], settings.get("seconds", 60.0))
+        hold(settings["hold"], settings["held"], settings.get("seconds", 60.0), settings.get("skip", 0))
     if "go" in settings:
         import tendon_cli.engine.sweep  # noqa: F401 - imported before the race, so that it is one
 

@@ -3,6 +3,7 @@
 import json
 import random
 import time
+from dataclasses import dataclass
 
 import pytest
 
@@ -10,6 +11,7 @@ from .tools import (
     PARTS,
     SLOW,
     SMALL,
+    STUDY,
     SWEEP,
     group_members,
     journalled,
@@ -18,6 +20,7 @@ from .tools import (
     running,
     some,
     start,
+    study_in,
     temporary_files,
     wait_for,
 )
@@ -25,25 +28,83 @@ from .tools import (
 JOBS = 2
 IN_FLIGHT = 2 * JOBS
 """Parts that may be out at once: each thread has one, and one more is handed to it beforehand."""
+QUESTION = """
+name = "torture"
+[spring]
+stiffness = { from = "3 kN/m", to = "8 kN/m", num = 6 }
+[spool]
+ratio = [0.5, 0.55, 0.6, 0.65, 0.7]
+[load]
+mass = ["0 kg", "5 kg"]
+[motion]
+elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
+[design]
+maximise = ["tolerance"]
+"""
+"""30 choices; the best lies between two of them, so that a part is written once more."""
 
 
-def kill_somewhen(process, run, chance):
+@dataclass(frozen=True)
+class Verb:
+    """A command of the engine, whose runs are killed."""
+
+    study: str
+    words: tuple[str, ...]
+    settings: dict
+    slow: dict
+    tables: tuple[str, ...]
+    parts: int
+    record: str
+
+    def place(self, folder):
+        return study_in(folder / "place", self.study)
+
+
+CHOICES = {"choices": 1}
+VERBS = {
+    "sweep": Verb(STUDY, SWEEP, SMALL, SLOW, ("designs", "states"), PARTS, "run.json"),
+    "design": Verb(
+        QUESTION, ("design", *SWEEP[1:]), CHOICES, CHOICES | {"hold": "solve", "held": "held", "seconds": 0.03},
+        ("choices",), 30, "design.json",
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def undisturbed(tmp_path_factory, hashes_in):
+    """SHA-256 of every table of a run that nobody disturbed, by its command."""
+    known = {}
+
+    def of(name):
+        if name not in known:
+            verb = VERBS[name]
+            place = verb.place(tmp_path_factory.mktemp(name))
+            code, out, said = launched(place, verb.settings, *verb.words)
+            assert code == 0, out + said
+            known[name] = hashes_in(place / "run")
+        return known[name]
+
+    return of
+
+
+def kill_somewhen(process, run, parts, chance):
     """Kill a run at a random moment: at any time after its start, or at a random number of finished parts."""
     if chance.random() < 0.2:
         time.sleep(chance.uniform(0.0, 1.2))
     else:
-        parts = chance.randrange(PARTS)
-        wait_for(lambda: journalled(run) >= parts or process.poll() is not None)
+        wanted = chance.randrange(parts)
+        wait_for(lambda: journalled(run) >= wanted or process.poll() is not None)
         time.sleep(chance.uniform(0.0, 0.012))
     kill_group(process)
 
 
-def standing_parts(run):
+def standing_parts(run, tables):
     """Parts whose files are all in place, recorded or not."""
-    tables = [
-        {file.name for file in (run / f"{table}.parquet").glob("part-*.parquet")} for table in ("designs", "states")
-    ]
-    return len(set.intersection(*tables))
+    return len(
+        set.intersection(
+            *({file.name for file in (run / f"{table}.parquet").glob("part-*.parquet")} for table in tables)
+        )
+    )
 
 
 def modified(run):
@@ -54,12 +115,12 @@ def modified(run):
     }
 
 
-def assert_resumes_to(expected, place, hashes_in, tendon):
+def assert_resumes_to(verb, expected, place, hashes_in, tendon):
     """Resume once: the same bytes, nothing redone but what was in flight. Resume twice: nothing at all is done."""
     run = place / "run"
-    was_finished, recorded, standing = (run / "run.json").exists(), journalled(run), standing_parts(run)
-    code, out, said = launched(place, SMALL, *SWEEP, "--resume", "--json")
-    assert code == 0, said
+    was_finished, recorded, standing = (run / verb.record).exists(), journalled(run), standing_parts(run, verb.tables)
+    code, out, said = launched(place, verb.settings, *verb.words, "--resume", "--json")
+    assert code == 0, out + said
     record = json.loads(out)
     if not was_finished:
         assert record["resumed_parts"] == recorded
@@ -68,52 +129,87 @@ def assert_resumes_to(expected, place, hashes_in, tendon):
     assert not temporary_files(run)
     assert was_finished or not (run / "journal.jsonl").exists()
     before = modified(run)
-    again = tendon("sweep", place / "study.toml", "--out", run, "--no-figures", "--resume")
+    again = tendon(verb.words[0], place / "study.toml", "--out", run, "--no-figures", "--resume")
     assert (again.exit, "up to date" in again.out) == (0, True)
     assert modified(run) == before
 
 
-@pytest.mark.parametrize("seed", some(range(4), range(4, 54)))
-def test_a_run_killed_at_a_random_moment_resumes_to_the_same_bytes(place, uninterrupted, hashes_in, tendon, seed):
-    with running(place, SLOW, *SWEEP) as process:
-        kill_somewhen(process, place / "run", random.Random(seed))  # noqa: S311 - a repeatable sample
+@pytest.mark.parametrize("seed", some(range(2), range(2, 54)))
+@pytest.mark.parametrize("name", VERBS)
+def test_a_run_killed_at_a_random_moment_resumes_to_the_same_bytes(
+    tmp_path, undisturbed, hashes_in, tendon, name, seed
+):
+    verb, expected = VERBS[name], undisturbed(name)
+    place = verb.place(tmp_path)
+    with running(place, verb.slow, *verb.words) as process:
+        kill_somewhen(process, place / "run", verb.parts, random.Random(seed))  # noqa: S311 - a repeatable sample
     assert group_members(process.pid) == []
-    assert_resumes_to(uninterrupted, place, hashes_in, tendon)
+    assert_resumes_to(verb, expected, place, hashes_in, tendon)
 
 
 @pytest.mark.parametrize("seed", some([0], range(1, 8)))
-def test_a_run_killed_again_and_again_still_comes_to_its_end(place, uninterrupted, hashes_in, tendon, seed):
+@pytest.mark.parametrize("name", VERBS)
+def test_a_run_killed_again_and_again_still_comes_to_its_end(tmp_path, undisturbed, hashes_in, tendon, name, seed):
+    verb, expected = VERBS[name], undisturbed(name)
+    place = verb.place(tmp_path)
     chance, run = random.Random(seed), place / "run"  # noqa: S311 - a repeatable sample
     done = 0
     for _ in range(4):
-        with running(place, SLOW, *SWEEP, "--resume") as process:
-            wanted = min(PARTS - 1, done + chance.randrange(1, 15))
+        with running(place, verb.slow, *verb.words, "--resume") as process:
+            wanted = min(verb.parts - 1, done + chance.randrange(1, verb.parts // 4))
             wait_for(lambda wanted=wanted, process=process: journalled(run) >= wanted or process.poll() is not None)
             kill_group(process)
         assert journalled(run) >= done, "a part that had been recorded was lost"
         done = journalled(run)
-    assert_resumes_to(uninterrupted, place, hashes_in, tendon)
+    assert_resumes_to(verb, expected, place, hashes_in, tendon)
 
 
-@pytest.mark.parametrize("point", some(["record"], ["rows", "journal", "rename", "figures"]))
-def test_a_run_killed_at_a_certain_point_resumes_to_the_same_bytes(place, uninterrupted, hashes_in, tendon, point):
-    words = [word for word in SWEEP if word != "--no-figures"] if point == "figures" else SWEEP
-    with running(place, SMALL | {"hold": point, "held": "held"}, *words) as process:
+POINTS = {"sweep": ["record", "rows", "journal", "rename", "figures"],
+          "design": ["last", "record", "solve", "compare", "journal", "rename", "figures"]}  # fmt: skip
+
+
+CERTAIN = [(name, point) for name in VERBS for point in POINTS[name][1:]]
+
+
+@pytest.mark.parametrize("at", some([("sweep", "record"), ("design", "last")], CERTAIN), ids="-".join)
+def test_a_run_killed_at_a_certain_point_resumes_to_the_same_bytes(tmp_path, undisturbed, hashes_in, tendon, at):
+    name, point = at
+    verb, expected = VERBS[name], undisturbed(name)
+    place = verb.place(tmp_path)
+    words = [word for word in verb.words if word != "--no-figures"] if point == "figures" else verb.words
+    with running(place, verb.settings | {"hold": point, "held": "held"}, *words) as process:
         wait_for((place / "held").exists)
         kill_group(process)
-    assert not (place / "run/run.json").exists()
-    assert_resumes_to(uninterrupted, place, hashes_in, tendon)
+    assert not (place / "run" / verb.record).exists()
+    assert_resumes_to(verb, expected, place, hashes_in, tendon)
 
 
-def test_a_run_killed_while_it_replaces_another_can_be_started_again(place, uninterrupted, hashes_in):
-    assert launched(place, SMALL, *SWEEP)[0] == 0
-    with running(place, SMALL | {"hold": "delete", "held": "held"}, *SWEEP, "--overwrite") as process:
+@pytest.mark.parametrize("seed", some([0], range(1, 11)))
+def test_an_answer_killed_between_the_last_files_and_their_names_resumes(
+    tmp_path, undisturbed, hashes_in, tendon, seed
+):
+    """The last renames of an answer: of a part that is written once more, and of the record."""
+    verb, expected = VERBS["design"], undisturbed("design")
+    place = verb.place(tmp_path)
+    settings = verb.settings | {"hold": "rename", "held": "held", "seconds": 60.0, "skip": 31 + seed % 4}
+    with running(place, settings, *verb.words) as process:
+        wait_for(lambda: (place / "held").exists() or process.poll() is not None)
+        kill_group(process)
+    assert_resumes_to(verb, expected, place, hashes_in, tendon)
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_a_run_killed_while_it_replaces_another_can_be_started_again(tmp_path, undisturbed, hashes_in, name):
+    verb, expected = VERBS[name], undisturbed(name)
+    place = verb.place(tmp_path)
+    assert launched(place, verb.settings, *verb.words)[0] == 0
+    with running(place, verb.settings | {"hold": "delete", "held": "held"}, *verb.words, "--overwrite") as process:
         wait_for((place / "held").exists)
         kill_group(process)
     for words in (("--overwrite",), ("--resume",)):
-        code, out, said = launched(place, SMALL, *SWEEP, *words, "--json")
+        code, out, said = launched(place, verb.settings, *verb.words, *words, "--json")
         assert code == 0, out + said
-    assert hashes_in(place / "run") == uninterrupted
+    assert hashes_in(place / "run") == expected
 
 
 # --- Two runs on one folder ------------------------------------------------------------------------------------------
@@ -156,4 +252,4 @@ def test_the_second_run_leaves_at_once_and_a_killed_holder_leaves_no_lock(place,
             assert (code, json.loads(out)["error"]["exit"]) == (7, 7)
         assert modified(place / "run") == before
         kill_group(holder)
-    assert_resumes_to(uninterrupted, place, hashes_in, tendon)
+    assert_resumes_to(VERBS["sweep"], uninterrupted, place, hashes_in, tendon)

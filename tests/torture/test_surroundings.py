@@ -16,9 +16,9 @@ ONE_PART = {}
 MANY_PARTS = {"states": STATES}
 SWEEP = ("sweep", "study.toml", "--out", "run", "--jobs", "2", "--json")
 NAMES = [
-    "run.json", "journal.jsonl", ".lock", ".run.json.tmp", ".journal.jsonl.tmp", "designs.parquet", "states.parquet",
-    ".designs.parquet.tmp", ".states.parquet.tmp", "slack_map.png", ".slack_map.png.tmp",
-    "states.parquet/part-00003.parquet", "states.parquet/.part-00003.parquet.tmp", "designs.parquet/part-00000.parquet",
+    "run.json", "design.json", "journal.jsonl", ".lock", "designs.parquet", "states.parquet", "slack_map.png",
+    ".tendon-run-0123456789ab.tmp", ".tendon-figures-0123456789ab", "states.parquet/part-00003.parquet",
+    "states.parquet/.tendon-run-0123456789ab.tmp", "designs.parquet/part-00000.parquet",
 ]  # fmt: skip
 
 
