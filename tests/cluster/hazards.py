@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pyarrow as pa
 
+from tendon_cli.answers import candidates
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers import promising
 from tendon_cli.answers.choices import Choices
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.cluster import worker as task
@@ -54,7 +54,7 @@ def dangerous_choices(self, tables, index):
     if asked("kill_choices_once") == str(index):
         (HAZARDS / "kill_choices_once").unlink()
         os.kill(os.getpid(), signal.SIGKILL)
-    promising.STATES_FOR_ALL = 0 if asked("sparing") else 2**30
+    candidates.STATES_FOR_ALL = 0 if asked("sparing") else 2**30
     return solve(self, tables, index)
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tendon_cli.answers import candidates
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers import promising
 from tendon_cli.engine.cluster import flight
 from tendon_cli.tables.read import open_table
 
@@ -76,16 +76,16 @@ def test_the_answer_is_that_of_this_machine_to_the_byte(same, cluster):
 @pytest.mark.parametrize("name", STUDIES)
 def test_so_it_is_with_people_and_draws(same, cluster, name):
     record = same(STUDIES[name], cluster).json
-    assert record["population"]["kind"] == ("draws" if name == "draws" else "persons")
+    assert record["population"]["kind"] == {"draws": "draws", "persons times draws": "pairs"}.get(name, "persons")
     assert record["population"]["count"] >= 10
 
 
 def test_so_it_is_where_only_promising_choices_have_their_worst(same, cluster, monkeypatch):
-    monkeypatch.setattr(promising, "STATES_FOR_ALL", 0)
+    monkeypatch.setattr(candidates, "STATES_FOR_ALL", 0)
     cluster.set(sparing=1)
     record = same(PERSONS, cluster).json
-    assert any("worked out of the choices" in note for note in record["notes"])
-    assert open_table(Path("there/choices.parquet")).read()["worst_status"].to_pylist().count("left out") > 200
+    assert any("worked out for those that may matter" in " ".join(note.split()) for note in record["notes"])
+    assert open_table(Path("there/choices.parquet")).read()["max_tension"].null_count > 200
 
 
 def test_the_choices_of_a_worker_that_is_killed_are_solved_by_another(same, start_cluster):

@@ -422,3 +422,36 @@ def test_a_title_may_speak_of_digests(new_sweep, tmp_path):
     text = f'title = "tendon.digest sha256:{"5" * 64}"\n'
     swept = new_sweep(text, tmp_path)
     assert swept.table("designs").facts["study"]["study"]["title"] == f"tendon.digest sha256:{'5' * 64}"
+
+
+# --- In a run's folder -----------------------------------------------------------------------------------------------
+
+
+TWO_BY_TWO = """
+[load]
+mass = ["0 kg", "5 kg"]
+[spring]
+stiffness = ["3 kN/m", "5 kN/m"]
+[spool]
+ratio = [0.6, 0.7]
+"""
+
+
+@pytest.mark.parametrize(
+    ("verb", "table", "kept"),
+    [("sweep", "states", ["designs", "states"]), ("sweep", "states", ["designs"]), ("design", "choices", ["designs"])],
+    ids=["in the place of its own", "beside its own", "of an answer"],
+)
+def test_a_table_of_another_run_is_refused_by_all_that_open_it(tendon, workplace, verb, table, kept):
+    (workplace / "study.toml").write_text(TWO_BY_TWO, encoding="utf-8")
+    for name, words in (("mine", (f"output.tables={json.dumps(kept)}",)), ("other", ("tendon.length=3 m",))):
+        settings = [word for setting in words for word in ("--set", setting)]
+        assert tendon(verb, "study.toml", "--out", name, "--no-figures", *settings).exit in (0, 4)
+    shutil.copy(workplace / f"other/{table}.parquet", workplace / "mine")
+    asked = [("show", "mine", "--table", table), ("show", f"mine/{table}.parquet"),
+             ("export", f"mine/{table}.parquet", "out.csv"), ("plot", f"mine/{table}.parquet")]  # fmt: skip
+    if table in kept or verb == "design":
+        asked += [("report", "mine"), ("check", "mine")]  # which open none that the run has not
+    for words in asked:
+        ran = tendon(*words)
+        assert (ran.exit, f"{table}.parquet" in ran.err) == (3, True), (words, ran.err)
