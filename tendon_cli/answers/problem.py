@@ -100,8 +100,15 @@ class Problem:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many persons and draws there are, by the keys of their axes; a share is of the pairs if of both."""
-        return {axis.key: len(axis) for axis in self.conditions.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)}
+        """How many persons and draws there are, by the keys of their axes; a share is of the pairs if of both.
+
+        Bodies drawn of a person are draws.
+        """
+        counts = {axis.key: len(axis) for axis in self.conditions.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)}
+        bodies = self.study.people.population.completions if self.study.people is not None else 1
+        if PERSON_AXIS in counts and bodies > 1:
+            return {PERSON_AXIS: counts[PERSON_AXIS] // bodies, DRAW_AXIS: counts.get(DRAW_AXIS, 1) * bodies}
+        return counts
 
     @property
     def counted(self) -> str:
@@ -110,8 +117,8 @@ class Problem:
         return "pairs" if len(kinds) == 2 else f"{kinds[0]}s" if kinds else "conditions"
 
     def person_of(self, groups: Rows) -> Rows:
-        """The number of the person that each of some groups belongs to, for a question of people."""
-        return groups // self.counts.get(DRAW_AXIS, 1)
+        """The row of the population that each of some groups belongs to, for a question of people."""
+        return groups // next((len(axis) for axis in self.conditions.axes if axis.key == DRAW_AXIS), 1)
 
     def saying(self, numbers: Numbers) -> Problem:
         """The same question where its conditions say something else, or more, of the study's numbers."""

@@ -79,7 +79,7 @@ def state_page(
     Uncertain numbers are nominal, or those of a `draw`, counted from 1. With a speed in the study the motor's part is
     added, with `reversal` what happens where the motion turns back; both are drawn into `plot`.
     """
-    names = study.people.population.names if study.people is not None else ()
+    names = study.people.nominal.names if study.people is not None else ()
     nominal, of_draw = _nominal(study) if draw is None else _drawn(study, draw)
     worn = worn_by(nominal, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else nominal)

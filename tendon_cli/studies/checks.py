@@ -73,7 +73,18 @@ def without_intervals(study: Study) -> Study:
 
 def impossibilities(study: Study) -> list[Fault]:
     """Combinations of numbers, those of its files included, that cannot be."""
-    return [*_friction_faults(study), *_anchor_faults(study)]
+    return [*_friction_faults(study), *_anchor_faults(study), *_faults_of_by(study)]
+
+
+def _faults_of_by(study: Study) -> Iterator[Fault]:
+    """Shares by a column that the people do not have."""
+    if study.design.by is None:
+        return
+    if study.people is None:
+        yield Fault("design.by", "gives shares of people, and this study has none", 'add [people] source = "ansur2"')
+    elif not study.people.population.sexes:
+        hint = 'a column "sex" with male or female, or people.sex if all are alike'
+        yield Fault("design.by", "gives shares by sex, which the file of people does not say", hint)
 
 
 def _two_sources(study: Study, at_fault: set[str]) -> Iterator[Fault]:

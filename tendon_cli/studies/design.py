@@ -83,6 +83,7 @@ class Goals(Part):
     serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
     minimise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
     maximise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
+    by: Literal["sex"] | None = Field(default=None, description="shares by a column of the people, too")
     pretension: Literal["middle", "least"] = Field(
         default="middle", description="where in its window of pretension a choice is set"
     )

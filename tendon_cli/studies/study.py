@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, PrivateAttr, StringConstraints
+from pydantic import AfterValidator, Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
-from tendon_cli.studies.cases import DESIGN_PARTS, case_tables, printable
+from tendon_cli.studies.cases import DESIGN_PARTS, RunName, Title, case_tables
 from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
-from tendon_cli.studies.fields import Later, Single, fault
+from tendon_cli.studies.fields import Later, Single
 from tendon_cli.studies.figure_checks import check_figures
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.number import Number
@@ -37,16 +37,6 @@ from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.remarks import remarks
 from tendon_cli.studies.uncertain import Uncertain
 from tendon_cli.studies.values import Values
-
-
-def _not_dots(name: str) -> str:
-    if set(name) == {"."}:
-        raise fault(f'"{name}" cannot name a run folder, expected a name such as fig07')
-    return name
-
-
-RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
-Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
 _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
 """Tables of what a designer does not decide, and the number of these that one does."""

@@ -7,9 +7,8 @@ import pytest
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS
-from tendon_cli.studies.people.population import draw
-from tendon_cli.studies.people.reading import read_population
-from tendon_cli.studies.people.survey import ansur2
+from tendon_cli.studies.people.population import draw, read_population
+from tendon_cli.studies.people.survey import SEXES, ansur2
 
 SURVEY = ansur2()
 HEADERS = [f"{name} ({'kg' if name == 'weight' else 'mm'})" for name in DIMENSIONS]
@@ -77,6 +76,47 @@ def test_people_of_unknown_sex_are_completed_as_men_and_women_mixed():
     assert as_woman < between < as_man
     mostly_men = read("stature (cm)\n169", sex="both", women=0.05).body.weight[0]
     assert between < mostly_men
+
+
+def test_completions_scatter_as_bodies_do_of_whom_the_same_is_known():
+    statistics, known = SURVEY.female, [DIMENSIONS.index(name) for name in ("weight", "stature")]
+    people = read("name,weight (kg),stature (cm)\nAda,55,160\nBea,80,172", sex="female", completions=4096, seed=3)
+    assert (people.persons, people.completions, len(people)) == (("Ada", "Bea"), 4096, 8192)
+    assert people.names[4095:4097] == ("Ada, body 4096", "Bea, body 1")
+    assert set(people.sexes) == {"female"}
+    expected = read("weight (kg),stature (cm)\n55,160\n80,172", sex="female").values
+    rest = [at for at in range(len(DIMENSIONS)) if at not in known]
+    sigma = np.linalg.inv(np.linalg.inv(statistics.covariance)[np.ix_(rest, rest)])  # Schur complement, another way
+    for bodies, middle in zip(people.values.reshape(2, 4096, -1), expected, strict=True):
+        assert np.all(bodies[:, known] == middle[known])
+        assert np.all(np.abs(bodies.mean(axis=0) - middle)[rest] < 4.5 * np.sqrt(np.diag(sigma) / 4096))
+        np.testing.assert_allclose(np.cov(bodies[:, rest].T), sigma, atol=0.1 * np.max(sigma), rtol=0.1)
+        assert np.all(bodies >= statistics.mean - 3.0 * np.sqrt(np.diag(statistics.covariance)) - 1e-15)
+
+
+def test_completions_are_the_same_for_a_seed_and_do_nothing_to_what_is_measured():
+    text = "name,weight (kg),weighting\nAda,40,3\nBea,120,1"
+    few, same, other = (read(text, completions=8, seed=seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(few.values, same.values)
+    assert np.any(few.values != other.values)
+    np.testing.assert_allclose(few.weighting, np.repeat([3 / 8, 1 / 8], 8))
+    np.testing.assert_array_equal(read(text + "\nCy,80,1", completions=8).values[:16], few.values)
+    whole = draw(SURVEY, "male", 5, seed=2)
+    np.testing.assert_allclose(read(written(whole), completions=3).values, np.repeat(whole.values, 3, axis=0))
+    for sex in SEXES:
+        assert np.all(draw(SURVEY, sex, 20_000, seed=1).values >= SURVEY.of(sex).least)
+
+
+@pytest.mark.parametrize(
+    ("header", "meant"),
+    [("Gewicht (kg)", '"weight (kg)"'), ("Größe (cm)", '"stature (cm)"'), ("Koerpergroesse [m]", '"stature (m)"'),
+     ("Unterarmumfang_mm", '"forearm_circumference (mm)"'), ("Geschlecht", '"sex"')],
+)  # fmt: skip
+def test_german_headers_are_refused_with_what_they_would_be(header, meant):
+    with pytest.raises(InputError, match=re.escape(header)) as error:
+        read(f"name,stature (cm),{header}\nAda,168,62")
+    assert f"write {meant}" in error.value.hint
+    assert "wrist_circumference" in error.value.hint
 
 
 def test_weighting_counts_as_given():

@@ -5,6 +5,7 @@ import pytest
 
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
+from tendon_cli.errors import StudyError
 from tendon_cli.model import limits, window
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.axes import linked_axes
@@ -125,3 +126,19 @@ def test_only_ratios_of_weightings_count(tmp_path):
         served.append(float(found.served[0]))
     assert 0.0 < served[0] < 1.0
     np.testing.assert_allclose(served, served[0], rtol=1e-12)
+
+
+def test_bodies_drawn_of_a_person_are_pairs_of_the_person_and_a_draw(tmp_path):
+    (tmp_path / "people.csv").write_text("name,sex,weight (kg),weighting\nAda,f,62,1\nBo,m,84,3\n")
+    people = {"people": {"file": "people.csv", "completions": 32, "seed": 5}}
+    problem, found = solved(LOADS, {**people, "design": {"by": "sex"}}, suit(5e3, 0.6), folder=tmp_path)
+    assert (problem.counted, problem.counts) == ("pairs", {"person": 2, "draw": 32})
+    ends = problem.windows(problem.choices.numbers(np.arange(1)), 1)
+    low, high = ends.low.reshape(64, 4).max(axis=1), ends.high.reshape(64, 4).min(axis=1)
+    serves = [((low <= at) & (at <= high)).reshape(2, 32).mean(axis=1) @ [0.25, 0.75] for at in np.sort(low)]
+    assert found.served[0] == pytest.approx(max(serves), abs=1e-12)
+    assert study_from(problem.study.document()).hash == problem.study.hash
+    with pytest.raises(StudyError, match=r"design\.by: gives shares of people"):
+        study_from({"design": {"by": "sex"}})
+    with pytest.raises(StudyError, match=r"people\.completions: .*names no file"):
+        study_from({"people": {"completions": 8}})

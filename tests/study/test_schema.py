@@ -135,7 +135,7 @@ def test_it_takes_what_a_study_file_may_say(content):
         {"load": {"mass": -1}},
         {"load": {"mass": []}},
         {"load": {"mass": [[1]]}},
-        {"load": {"mass": {"from": 0, "to": 1}}},
+        {"load": {"mass": {"from": 0, "to": 1, "spacing": "log"}}},
         {"load": {"mass": {"from": 0, "to": 1, "num": 0}}},
         {"load": {"mass": {"from": 0, "to": 1, "num": 2.5}}},
         {"load": {"mass": {"from": 0, "to": 1, "num": 10**7 + 1}}},

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tendon_cli.studies.people.survey import Survey
 
 MAX_COUNT = 10**6
+MOST_COMPLETIONS = 4096
 MAX_BYTES = 500_000_000
 """Of a file of people."""
 
@@ -29,6 +30,16 @@ MAX_BYTES = 500_000_000
 def _count(value: int) -> int:
     if not 1 <= value <= MAX_COUNT:
         raise fault(f"{described(value)} is out of range, expected 1 to {MAX_COUNT:,}")
+    return value
+
+
+def _whole_or_none(value: object) -> object:
+    return value if value is None else whole(value)
+
+
+def _completions(value: int | None) -> int | None:
+    if value is not None and not 1 <= value <= MOST_COMPLETIONS:
+        raise fault(f"{described(value)} is out of range, expected 1 to {MOST_COMPLETIONS:,}")
     return value
 
 
@@ -70,6 +81,13 @@ class People(Part):
         WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MAX_COUNT}),
     ] = Field(default=1000, description="how many are drawn")
     seed: Seed = Field(default=1, description="the same seed draws the same persons")
+    completions: Annotated[
+        int | None,
+        BeforeValidator(_whole_or_none),
+        AfterValidator(_completions),
+    ] = Field(
+        default=None, description="with a file: how many draws of what was not measured of a person, given what was"
+    )
 
     @cached_property
     def population(self) -> "Population":
@@ -94,15 +112,24 @@ class People(Part):
 
     def read(self, where: str) -> "Population":
         """The persons; `where` is what an error calls the place that they come from."""
-        from tendon_cli.studies.people.population import draw
-        from tendon_cli.studies.people.reading import read_population
+        from tendon_cli.studies.people.population import draw, read_population
 
         women = self.women.single if self.women is not None else None
         if self.content is not None:
-            return read_population(unpacked(self.content), where, self.survey, self.sex, women)
+            content = unpacked(self.content)
+            return read_population(content, where, self.survey, self.sex, women, self.completions, self.seed)
         if self.file is not None:
             raise ValueError("the file of people is read with the study")
         return draw(self.survey, self.sex, self.count, self.seed, women)
+
+    @property
+    def nominal(self) -> "Population":
+        """The persons, each once: what was not measured as expected."""
+        return (
+            self.population
+            if self.completions is None
+            else self.model_copy(update={"completions": None}).read("people")
+        )
 
     def with_content(self, content: bytes) -> "People":
         """The same with what its file holds in place of its name."""
@@ -117,8 +144,11 @@ class People(Part):
         given = self.model_fields_set
         if self.file is not None:
             for key in ("source", "count", "seed", "content"):
-                if key in given:
+                if key in given and not (key == "seed" and self.completions):
                     yield Fault(f"people.{key}", "stands beside file, which says who they are", "leave one of them out")
+        elif self.completions is not None and self.content is None:
+            problem = "draws what a file does not say of its persons, and this study names no file"
+            yield Fault("people.completions", problem, 'file = "people.csv"')
         if self.statistics is not None:
             for key in ("source", "statistics_content"):
                 if key in given:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import difflib
 import re
+import unicodedata
 from dataclasses import dataclass
 
 from tendon_cli.errors import InputError
@@ -13,6 +14,23 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.units import UNITS, known_units, shorten
 
 _OTHERS = ("name", "sex", "weighting")
+_GERMAN = {
+    "gewicht": "weight",
+    "korpergewicht": "weight",
+    "masse": "weight",
+    "korpermasse": "weight",
+    "grosse": "stature",
+    "korpergrosse": "stature",
+    "korperhohe": "stature",
+    "oberarmlange": "acromion_radiale_length",
+    "unterarmlange": "radiale_stylion_length",
+    "oberarmumfang": "biceps_circumference",
+    "unterarmumfang": "forearm_circumference",
+    "handgelenkumfang": "wrist_circumference",
+    "geschlecht": "sex",
+    "gewichtung": "weighting",
+}
+"""What a German header would be here, without its dots: it is refused, since what it says would be guessed anew."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +75,8 @@ def cells_of(line: str, separator: str, where: str) -> list[str]:
 
 def _header(at: int, text: str, where: str) -> Header | None:
     """What one header says; None for a column that is nothing of ours."""
-    plain = re.sub(r"[^a-z0-9]+", "_", text.casefold()).strip("_")
+    letters = unicodedata.normalize("NFKD", text.casefold())
+    plain = re.sub(r"[^a-z0-9]+", "_", "".join(each for each in letters if not unicodedata.combining(each))).strip("_")
     if plain in _OTHERS:
         return Header(at, text, plain)
     name, _, symbol = plain.rpartition("_")
@@ -73,6 +92,11 @@ def _header(at: int, text: str, where: str) -> Header | None:
             hint = f"units of {wanted}: {', '.join(known_units(wanted))}"
             raise InputError(f'the header "{shorten(text)}" has a unit of {unit.dimension}', where=where, hint=hint)
         return Header(at, text, name, float(unit.factor))
+    word = re.sub("(?<=[aou])e", "", plain.partition("_")[0])  # ae, oe, ue stand for a letter with dots
+    if german := _GERMAN.get(plain.partition("_")[0], _GERMAN.get(word)):
+        in_unit = f" ({symbol if symbol in UNITS else QUANTITIES[german].shown_in})" if german in DIMENSIONS else ""
+        hint = f'write "{german}{in_unit}"; known are: {", ".join((*DIMENSIONS, *_OTHERS))}'
+        raise InputError(f'the header "{shorten(text)}" is not in English', where=where, hint=hint)
     near = difflib.get_close_matches(name or plain, (*DIMENSIONS, *_OTHERS), n=1, cutoff=0.8)
     if near:
         problem = f'the header "{shorten(text)}" is not known'

@@ -89,7 +89,7 @@ def with_numbers(study: Study, numbers: Mapping[str, float]) -> Study:
 def _found(study: Study, name: str) -> Population:
     if name in NAMED:
         return named(study.people.survey if study.people is not None else ansur2(), name)
-    people = study.people.population if study.people is not None else None
+    people = study.people.nominal if study.people is not None else None
     names = people.names if people is not None else ()
     if people is not None and name in names:
         return people.only(slice(names.index(name), names.index(name) + 1))

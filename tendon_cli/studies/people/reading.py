@@ -14,12 +14,8 @@ from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.people.headers import Header, cells_of, read_headers
-from tendon_cli.studies.people.population import Population
-from tendon_cli.studies.people.survey import PLAUSIBLE, SEXES, Survey
+from tendon_cli.studies.people.survey import PLAUSIBLE
 from tendon_cli.units import UNITS, known_units, shorten
-
-Sexes = str | npt.NDArray[np.str_]
-"""The sex of each person, or the one that the study gives them all."""
 
 _SEX_WORDS = {"m": "male", "male": "male", "man": "male", "f": "female", "female": "female", "woman": "female"}
 _MISSING = ("", "na", "n/a", "nan", "null", "-")
@@ -39,19 +35,6 @@ class Listed:
     weighting: Array
     ignored: list[str]
     """A note on columns that are not read."""
-
-
-def read_population(content: bytes, where: str, survey: Survey, sex: str, women: float | None = None) -> Population:
-    """Persons of a CSV file, what it does not say of their bodies as a survey leads to expect of people of that sex.
-
-    Raises InputError.
-    """
-    rows = read_listed(content, where)
-    sexes = sex if rows.sexes is None else rows.sexes
-    one = [f"{where} has 1 person: a share of it is all or nothing"] if len(rows.names) == 1 else []
-    notes = [*one, *_notes(rows.values, sexes, women), *rows.ignored]
-    completed = _completed(rows.values, sexes, survey, women)
-    return Population(rows.names, completed, rows.weighting, survey.male.mean_body, tuple(notes))
 
 
 def read_listed(content: bytes, where: str) -> Listed:
@@ -224,26 +207,3 @@ def _sexes(cells: Any, where: str) -> npt.NDArray[np.str_]:
         problem = f'sex is "{shorten(cells[at].as_py())}", expected male or female'
         raise InputError(problem, where=_line(where, at))
     return np.array(words)
-
-
-def _completed(values: Array, sexes: Sexes, survey: Survey, women: float | None) -> Array:
-    if isinstance(sexes, str):
-        return (survey.both(women) if sexes == "both" else survey.of(sexes)).completed(values)
-    completed = values.copy()
-    for sex in SEXES:
-        completed[sexes == sex] = survey.of(sex).completed(values[sexes == sex])
-    return completed
-
-
-def _notes(values: Array, sexes: Sexes, women: float | None) -> list[str]:
-    """What is not from the file but expected of such bodies."""
-    missing = np.isnan(values)
-    lacking = [f"{name} of {count}" for name, count in zip(DIMENSIONS, missing.sum(axis=0), strict=True) if count]
-    if not lacking:
-        return []
-    kind = "their sex"
-    if isinstance(sexes, str):
-        kind = {"both": "men and women mixed", "male": "men", "female": "women"}[sexes]
-        kind += f", {women:.0%} women," if sexes == "both" and women is not None else ""
-    expected = f"as expected of {kind} in the survey with the dimensions given, without the scatter of real bodies"
-    return [f"not in the file, so {expected}: {', '.join(lacking)}"]

@@ -27,6 +27,9 @@ PLAUSIBLE = dict(
     )
 )
 """Least and largest value of each dimension that someone has, in SI: wide, so that what is outside is a slip."""
+LEAST = 3.0
+"""Standard deviations below the mean under which no body is drawn: the survey tells of no smallest, and a normal
+distribution has lighter bodies than anyone measured."""
 _MOST_SCATTER = 1.0 / 3.0
 """Deviation over mean, beyond which bodies drawn as normal would be below 0."""
 
@@ -43,6 +46,8 @@ class Statistics:
     """Shape (8,)."""
     covariance: Array
     """Shape (8, 8)."""
+    least: Array
+    """No body is drawn with less, shape (8,)."""
 
     @cached_property
     def factor(self) -> Array:
@@ -54,8 +59,11 @@ class Statistics:
         """The body that is average in every dimension."""
         return Body(*self.mean)
 
-    def completed(self, values: Array) -> Array:
-        """Bodies of shape (n, 8) with what is missing (NaN) as expected of those given: linear regression on these."""
+    def completed(self, values: Array, normal: Array | None = None) -> Array:
+        """Bodies of shape (n, 8) with what is missing (NaN) as expected of those given: linear regression on these.
+
+        With `normal` numbers, (n, 8), they scatter around that as real bodies do, but none below the least.
+        """
         complete = values.copy()
         missing = np.isnan(values)
         patterns, pattern_of = np.unique(missing, axis=0, return_inverse=True)
@@ -64,8 +72,14 @@ class Statistics:
             given = ~lacks
             if not lacks.any():
                 continue
-            solved = np.linalg.solve(self.covariance[np.ix_(given, given)], self.covariance[np.ix_(given, lacks)])
-            complete[np.ix_(rows, lacks)] = self.mean[lacks] + (values[np.ix_(rows, given)] - self.mean[given]) @ solved
+            across = self.covariance[np.ix_(given, lacks)]
+            solved = np.linalg.solve(self.covariance[np.ix_(given, given)], across)
+            bodies = self.mean[lacks] + (values[np.ix_(rows, given)] - self.mean[given]) @ solved
+            if normal is not None:
+                rest = self.covariance[np.ix_(lacks, lacks)] - across.T @ solved
+                bodies = scattered(bodies, cholesky(0.5 * (rest + rest.T)), normal[np.ix_(rows, lacks)])
+                bodies = np.maximum(bodies, self.least[lacks])
+            complete[np.ix_(rows, lacks)] = bodies
         return complete
 
 
@@ -94,6 +108,7 @@ class Survey:
             self.male.persons + self.female.persons,
             self.male.mean + share * apart,
             covariance + share * (1.0 - share) * np.outer(apart, apart),
+            np.minimum(self.male.least, self.female.least),
         )
 
 
@@ -141,7 +156,7 @@ def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statisti
         raise InputError("the correlation is not symmetric with ones on its diagonal", where=where)
     mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
     scale = deviation * _SI
-    found = Statistics(persons, mean * _SI, correlation * np.outer(scale, scale))
+    found = Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
     try:
         cholesky(correlation)
     except ValueError as error:
@@ -165,6 +180,15 @@ def _check_dimension(name: str, plausible: tuple[float, float], mean: float, dev
             where=where,
             hint="bodies drawn so would be below 0",
         )
+
+
+def scattered(middle: Array, factor: Array, normal: Array) -> Array:
+    """Bodies around some middle ones, (n, m), by normal numbers, (n, m), and L with L Lᵀ = their covariance."""
+    bodies = middle.copy()
+    for row, factors in enumerate(factor):  # added up in this order everywhere, unlike a matrix product
+        for column in range(row + 1):
+            bodies[:, row] += factors[column] * normal[:, column]
+    return bodies
 
 
 def cholesky(matrix: Array) -> Array:
