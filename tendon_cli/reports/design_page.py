@@ -7,13 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 
+from tendon_cli import say
+from tendon_cli.answers.population_text import population_share
 from tendon_cli.answers.question import question
 from tendon_cli.cube.axes import evenly, thinned
 from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, position
-from tendon_cli.cube.columns import Values
+from tendon_cli.cube.columns import Values, as_numpy
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
     PageAxis,
@@ -26,7 +30,6 @@ from tendon_cli.reports.data import (
     thinning_text,
     truths_record,
 )
-from tendon_cli.reports.people import people_record
 from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
 from tendon_cli.reports.sweep_page import ending
 from tendon_cli.studies.load import recorded_study
@@ -184,3 +187,25 @@ def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: 
         *(html.section(name, heading, inner) for name, (_, heading, inner) in there.items()),
         *ending(record, record["study"]),
     ]
+
+
+MOST_PERSONS = 5000
+_USUAL = ("biceps_circumference", "weight")
+
+
+def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str, Any] | None:
+    """What the page draws of the persons of an answer, from their table; None if it was not asked of people."""
+    population = record["population"]
+    if population is None or persons is None or population["pretension"] is None:
+        return None
+    kept = evenly(persons.num_rows, MOST_PERSONS)
+    named = [dimension for reason in population["not_served"] for dimension in reason["bodies"]]
+    first, second = list(dict.fromkeys((*named, *_USUAL)))[:2]
+    axes = {}
+    for name, dimension in (("x", first), ("y", second)):
+        shown = Shown.of(dimension, QUANTITIES[dimension])
+        axes[name] = number_record(shown, as_numpy(persons.column(dimension))[kept])
+    enough = 1.0 if population["kind"] == "persons" else record["serve"]
+    served = as_numpy(persons.column("served"))[kept] >= enough - 1e-9
+    title = f"{say.number(population['pretension'])} N serves {population_share(population)}"
+    return {**axes, "served": {"array": packed_classes(served)}, "title": title}

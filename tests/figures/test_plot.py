@@ -13,8 +13,8 @@ import pytest
 from matplotlib.text import Text
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.figures.curves.plan import STATE_PAIRS
 from tendon_cli.figures.draw import pages_of, plot
+from tendon_cli.figures.plan import STATE_PAIRS
 from tendon_cli.figures.style import render
 from tendon_cli.studies.figures import FigureSpec, figure_spec
 from tendon_cli.tables.read import TableFiles, open_table

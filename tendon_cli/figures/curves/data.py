@@ -13,10 +13,9 @@ from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.captions import caption, value_texts
-from tendon_cli.figures.curves.plan import CurvePlan
 from tendon_cli.figures.maps.data import MARGIN, margin_shown, meaning_of_margin
-from tendon_cli.figures.scales import Scale, scale_of
+from tendon_cli.figures.plan import CurvePlan
+from tendon_cli.figures.scales import Scale, caption, scale_of, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.figures import FigureSpec

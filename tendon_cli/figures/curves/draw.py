@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.figures.curves.data import CurveData, Curves, Floats
 from tendon_cli.figures.engine import Axes, Line2D
-from tendon_cli.figures.frame import Frame, Page, grid_shape
-from tendon_cli.figures.panels import Panels
+from tendon_cli.figures.frame import Frame, Page, Panels, grid_shape
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import (
     COLUMN_WIDTH,

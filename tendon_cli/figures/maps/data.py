@@ -12,9 +12,8 @@ from tendon_cli.cube.axes import RowAxis
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.captions import caption, value_texts
-from tendon_cli.figures.maps.plan import MapPlan
-from tendon_cli.figures.scales import Scale, scale_of
+from tendon_cli.figures.plan import MapPlan
+from tendon_cli.figures.scales import Scale, caption, scale_of, value_texts
 from tendon_cli.studies.figures import FigureSpec
 
 Floats = npt.NDArray[np.float64]

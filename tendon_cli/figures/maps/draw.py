@@ -10,10 +10,9 @@ import numpy as np
 
 from tendon_cli.cube.labels import Shown
 from tendon_cli.figures.engine import Axes, Figure, Line2D, Patch, TickedStroke, TwoSlopeNorm, mpl, withStroke
-from tendon_cli.figures.frame import Frame, Page, grid_shape
+from tendon_cli.figures.frame import Frame, Page, Panels, grid_shape
 from tendon_cli.figures.maps.data import STIFFNESS, Floats, MapData, Panel
-from tendon_cli.figures.maps.plan import PANELS_PER_PAGE
-from tendon_cli.figures.panels import Panels
+from tendon_cli.figures.plan import PANELS_PER_PAGE
 from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import DIVERGING, INK, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
 
