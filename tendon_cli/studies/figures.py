@@ -164,7 +164,7 @@ class FigureSpec(Part):
         default=(), description="what is drawn: one or more results of the states, or of the designs; a panel each"
     )
     overlay: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="draw the quantities in one panel, told apart by colour"
+        default=False, description="draw the quantities in one panel, one colour each"
     )
     x: _Column | None = Field(
         default=None, description="column along x; default the elbow angle, or of designs the first axis"
