@@ -101,18 +101,25 @@ def pairs(solutions: Solutions) -> list[Pair]:
     """What leaves each choice without a window; empty for one that has one."""
     none: Pair = ()
     named = []
-    impossible = np.isnan(solutions.pretension_from)
-    for feasible, alone, low, high in zip(
-        solutions.feasible, impossible, solutions.from_by, solutions.to_by, strict=True
+    # A given pretension may miss a window at one of its ends.
+    below = solutions.has_window & (solutions.pretension < solutions.pretension_from)
+    above = solutions.has_window & (solutions.pretension > solutions.pretension_to)
+    alone = np.isnan(solutions.pretension_from) | below
+    for feasible, at_low, at_high, low, high in zip(
+        solutions.feasible, alone, above, solutions.from_by, solutions.to_by, strict=True
     ):
-        names = [LIMIT_NAMES[code] for code in ((low,) if alone else (low, high)) if code != NOTHING]
+        codes = (low,) if at_low else (high,) if at_high else (low, high)
+        names = [LIMIT_NAMES[code] for code in codes if code != NOTHING]
         named.append(none if feasible else tuple(dict.fromkeys(names)))
     return named
 
 
 def counted(solutions: Solutions) -> Counter[Pair]:
     """How many choices each pair leaves without a window."""
-    codes = np.column_stack([solutions.from_by, solutions.to_by, np.isnan(solutions.pretension_from)])
+    low, at = solutions.pretension_from, solutions.pretension
+    codes = np.column_stack(
+        [solutions.from_by, solutions.to_by, np.isnan(low), solutions.has_window & (at < low), solutions.has_window]
+    )
     infeasible = np.flatnonzero(~solutions.feasible)
     _, first, counts = np.unique(codes[infeasible], axis=0, return_index=True, return_counts=True)
     of_pairs: Counter[Pair] = Counter()

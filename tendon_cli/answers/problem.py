@@ -45,6 +45,8 @@ class Problem:
     """The share that a window must serve."""
     middle: bool = True
     """A choice is set in the middle of its window, else at its least pretension."""
+    given: float | None = None
+    """The pretension of every choice, N, if the question has one; its window is solved, too."""
     notes: tuple[str, ...] = ()
     """What was left out of the question, and why."""
     stop: threading.Event = field(default_factory=threading.Event)

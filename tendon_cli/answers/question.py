@@ -8,6 +8,7 @@ from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.study import Study
+from tendon_cli.studies.values import Values
 
 _SEVERAL = ("peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency")
 
@@ -22,6 +23,7 @@ def question(study: Study) -> Problem:
         bounds=bounds_of(study),
         enough=study.serve,
         middle=study.design.pretension == "middle",
+        given=study.design.pretension.single if isinstance(study.design.pretension, Values) else None,
         notes=(*study.warnings, *_left_out(study), *_of_people_and_draws(study)),
     )
 

@@ -23,12 +23,8 @@ from tendon_cli.space.axis import Numbers, Rows
 Kind = TypeVar("Kind", bound=np.generic)
 
 WORST = (
-    "max_tension",
-    "max_spring_extension",
-    "peak_motor_torque",
-    "min_elbow_stiffness",
-    "max_contact_pressure",
-)
+    "max_tension", "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
+)  # fmt: skip
 """Columns of a choice at its pretension: the worst over all conditions that this serves."""
 
 _DESIGNS_AT_ONCE = 2**20
@@ -67,9 +63,12 @@ class Solutions:
     has_worst: Flags
     """Whether these last five are worked out: else they are NaN, or bounds."""
 
+    feasible: Flags
+    """Whether it has a window; of a given pretension whether that serves enough."""
+
     @property
-    def feasible(self) -> Flags:
-        """Whether a choice has a window."""
+    def has_window(self) -> Flags:
+        """Whether there is a pretension that serves enough."""
         return np.asarray(self.pretension_from <= self.pretension_to)
 
     @property
@@ -79,7 +78,7 @@ class Solutions:
             share = (self.pretension_to - self.pretension_from) / (self.pretension_to + self.pretension_from)
         # A window from 0 to 0 tolerates nothing.
         share = np.where(np.isinf(self.pretension_to), 1.0, np.where(self.pretension_to == 0.0, 0.0, share))
-        return np.where(self.feasible, share, np.nan)
+        return np.where(self.has_window, share, np.nan)
 
     def column(self, name: str) -> Array:
         """A result by its name, as numbers."""
@@ -110,9 +109,8 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
     for at in range(0, max(count, 1), step):
         some = {key: values[at : at + step] for key, values in numbers.items()}
         solutions, served = without_worst(problem, some, min(step, count - at))
-        if with_worst:
-            solutions = solutions.with_worst(slice(None), worst(problem, some, solutions.pretension, served))
-        parts.append(solutions)
+        worsts = worst(problem, some, solutions.pretension, served) if with_worst else None
+        parts.append(solutions if worsts is None else solutions.with_worst(slice(None), worsts))
     return Solutions.joined(parts)
 
 
@@ -121,7 +119,10 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
     ends = problem.ends(numbers, count)
     low, high, from_condition, to_condition, windows, served, best = _common(problem, ends)
     pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
+    if problem.given is not None:
+        pretension = np.full(count, problem.given)
     held = _served_at(problem, ends, pretension)
+    served_at = _share(problem, held)
     solutions = Solutions(
         pretension_from=low,
         pretension_to=high,
@@ -133,10 +134,11 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
         from_state=_taken(ends.low_state, from_condition),
         to_state=_taken(ends.high_state, to_condition),
         served=served,
-        served_at=_share(problem, held),
+        served_at=served_at,
         pretension=pretension,
         **dict.fromkeys(WORST, np.full(count, np.nan)),
         has_worst=np.zeros(count, dtype=np.bool_),
+        feasible=low <= high if problem.given is None else served_at >= problem.enough - ROUNDING,
     )
     return solutions, held
 
@@ -232,13 +234,9 @@ def _quantities(problem: Problem, numbers: Numbers, pretension: Array) -> Iterat
         values = _extremes(problem, design, shape)
         pressure = contact_pressure(design, values["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0]
         quantities = (
-            values["max_tension"],
-            values["max_spring_extension"],
-            values["highest_motor_torque"],
-            -values["lowest_motor_torque"],
-            -values["min_elbow_stiffness"],
-            np.broadcast_to(pressure, shape),
-        )
+            values["max_tension"], values["max_spring_extension"], values["highest_motor_torque"],
+            -values["lowest_motor_torque"], -values["min_elbow_stiffness"], np.broadcast_to(pressure, shape),
+        )  # fmt: skip
         yield rows, conditions, np.stack(quantities)
 
 

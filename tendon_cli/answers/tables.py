@@ -43,7 +43,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         number["pretension"],
         *(number[name] for name in WORST),
         *(Column.of(QUANTITIES[name]) for name in SETTING),
-        Column("feasible", "truth", "1", "there is a pretension that keeps every limit"),
+        Column("feasible", "truth", "1", "it has a window; if the pretension is given, that serves enough"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
     )
 

@@ -22,6 +22,7 @@ from tendon_cli.answers.words import (
     fix_lines,
     high_of,
     in_choices,
+    margins,
     parameter,
     row_words,
     tolerance,
@@ -76,6 +77,10 @@ def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
     low, high = best["pretension_from"], high_of(best)
     serves = f"{start} of {say.within(best['pretension'], best['pretension_from'], high_of(best))} N"
     either_way = f", {tolerance(best)} % either way" if np.isfinite(high) else ""
+    if problem.given is not None:
+        share = f"{say.percent(best['served_at'])} of {_everyone(problem)}"
+        whom = share if best["served_at"] < 1.0 else _all_of(problem)
+        return f"{start} of {say.number(problem.given)} N suits {whom}; {margins(problem, best)}."
     if problem.enough >= 1.0:
         span = f"anything {_span(low, high)} does{either_way}"
         return f"{serves} suits {_all_of(problem)}; {span}.{_why_first(problem, record)}"
@@ -229,7 +234,10 @@ def _no_window(problem: Problem, record: Row) -> Iterator[str]:
     choices = record["choices"]
     which = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
     whom = _all_of(problem) if problem.enough >= 1.0 else f"{say.percent(problem.enough)} of {_everyone(problem)}"
-    yield from say.filled(f"No pretension suits {whom}{which}.")
+    if problem.given is None:
+        yield from say.filled(f"No pretension suits {whom}{which}.")
+    else:
+        yield from say.filled(f"A pretension of {say.number(problem.given)} N does not suit {whom}{which}.")
     yield "\nWhy"
     for each in record["conflicts"]:
         yield from conflict_lines(problem, record, each)

@@ -92,6 +92,20 @@ def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
         yield f"  {'  '.join(cells)}".rstrip()[: say.WIDTH]
 
 
+def margins(problem: Problem, row: Row) -> str:
+    """By what a given pretension lies within, or misses, the window of a choice."""
+    low, high, at = row["pretension_from"], high_of(row), problem.given
+    if at is None or low is None or not low <= high:
+        return "there is no window"
+    window = say.window(low, high)
+    if at < low:
+        return f"it is {say.number(low - at, 3)} N less than the window, {window}"
+    if at > high:
+        return f"it is {say.number(at - high, 3)} N more than the window, {window}"
+    upper = "" if np.isinf(high) else f" and {say.number(high - at, 3)} N below the upper end"
+    return f"that is {say.number(at - low, 3)} N above the lower end{upper} of the window, {window}"
+
+
 def drift_words(record: Row) -> str:
     """How far the elbow goes beyond the upper end of its window, if it is stability that ends it."""
     drift = record["drift"]
@@ -127,7 +141,10 @@ def bench_lines(problem: Problem, record: Row, row: Row) -> Iterator[str]:
 
 def in_choices(problem: Problem, conflict: Row) -> str:
     """In how many choices two limits exclude each other, and how."""
-    choices = say.counted(conflict["choices"], "choice")
+    choices, nearest = say.counted(conflict["choices"], "choice"), conflict["nearest"]
+    if problem.given is not None and nearest["pretension_from"] is not None and len(conflict["limits"]) == 1:
+        broken = say.limit_words(conflict["limits"][0], problem.study.limits).broken
+        return f"in {choices} {say.number(problem.given)} N does not do: {broken}"
     return f"in {choices} {say.conflict(conflict['limits'], problem.study.limits)}"
 
 
@@ -140,6 +157,9 @@ def conflict_lines(problem: Problem, record: Row, conflict: Row) -> Iterator[str
     if row["pretension_from"] is None:
         broken = say.limit_words(row["from_by"], problem.study.limits).broken
         yield from say.filled(f"at any pretension {broken}{where_words(problem, row, 'from')}", "  ")
+    elif problem.given is not None and row["pretension_from"] <= high_of(row):
+        end, word = ("from", "below") if problem.given < row["pretension_from"] else ("to", "above")
+        yield from say.filled(f"{end_words(problem, row, end, word)}; {margins(problem, row)}", "  ")
     else:
         yield from say.filled(f"{end_words(problem, row, 'from', 'below')},", "  ")
         gap = say.number(conflict["gap"], 3)
@@ -167,4 +187,4 @@ def fix_lines(fixes: list[Row]) -> Iterator[str]:
         yield from aligned(lines)
     idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
     if idle:
-        yield from say.filled(f"no plausible value of these helps: {', '.join(idle)}; nor does any pretension", "  ")
+        yield from say.filled(f"no plausible value of these helps: {', '.join(idle)}", "  ")

@@ -81,6 +81,8 @@ def window(low: float, high: float, digits: int = 4, unit: str = "N") -> str:
 
 def within(value: float, low: float, high: float, digits: int = 4) -> str:
     """A number of an interval with at least so many digits, and as many as it takes to lie in it as printed."""
+    if not low <= value <= high:
+        return number(value, digits)
     for more in range(digits, 17):
         for toward in (None, math.inf, -math.inf):
             text = number(value, more, toward=toward)

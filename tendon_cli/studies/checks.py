@@ -132,6 +132,13 @@ def is_stated(study: Study, need: Need) -> bool:
     )
 
 
+def _lacking(study: Study, column: str, at_fault: set[str]) -> str:
+    """The key that a column of the choices needs and the study does not state; empty if it lacks none."""
+    needs = LIMITS[column].needs if column in LIMITS else ()
+    stated = (need for need in needs if is_stated(study, need) or any(key.endswith(need.key) for key in at_fault))
+    return "" if len([*stated]) == len(needs) else needs[0].key
+
+
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Conditions that are no axis of any study, and goals that are no column of the answer."""
     columns = {key.column: path for path, key in keys().items()}
@@ -149,6 +156,8 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
             if name not in known:
                 problem = f'there is no column "{shorten(name)}" in the choices of this study'
                 yield Fault(f"design.{table}", problem, nearest(name, known) or f"its columns: {', '.join(known)}")
+            elif lacking := _lacking(study, name, at_fault):
+                yield Fault(f"design.{table}", f"no choice has a {name} without {lacking}", f"state {lacking}")
             elif table == "maximise" and name in study.design.minimise:
                 yield Fault("design.maximise", f'"{name}" is minimised, too, expected one of both')
 

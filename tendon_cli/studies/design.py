@@ -3,6 +3,7 @@
 # No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, create_model
@@ -16,6 +17,8 @@ from tendon_cli.studies.values import Values
 from tendon_cli.units import described
 
 MOST_DRAWS = 2**20
+PLACES = ("middle", "least")
+"""Where in its window of pretension a choice may be set."""
 CHOICE_RESULTS = (
     "pretension_from",
     "pretension_to",
@@ -72,6 +75,22 @@ else:  # a field for each limit of the model's table
     )
 
 
+@dataclass(frozen=True)
+class _Placed(Single):
+    """A pretension, or one of two words for a place in a window."""
+
+    def read(self, value: object) -> Any:
+        """A word as it is, else one value; raises PydanticCustomError."""
+        if isinstance(value, str) and value.isalpha() and value not in PLACES:
+            raise fault(
+                f"{described(value)} is no place in a window", '"middle", "least" or a pretension such as "38 N"'
+            )
+        return value if value in PLACES else super().read(value)
+
+    def _json_one(self) -> dict[str, Any]:
+        return {"anyOf": [{"enum": list(PLACES)}, super()._json_one()]}
+
+
 class Goals(Part):
     """What `tendon design` solves for, over the axes that are not its conditions."""
 
@@ -84,8 +103,9 @@ class Goals(Part):
     minimise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
     maximise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
     by: Literal["sex"] | None = Field(default=None, description="shares by a column of the people, too")
-    pretension: Literal["middle", "least"] = Field(
-        default="middle", description="where in its window of pretension a choice is set"
+    pretension: Annotated[str | Values, _Placed("pretension", 0.0, 1e5)] = Field(
+        default="middle",
+        description="where in its window a choice is set, or the pretension that all are set to",
     )
 
 

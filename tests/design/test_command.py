@@ -210,6 +210,7 @@ def test_a_dry_run_tells_the_question_and_writes_nothing(tendon, study, workplac
         ('[limits]\nmax_tenson = "3 N"\n', "max_tension"),
         ('[limits]\nmax_contact_pressure = "30 kPa"\n', "contact_width"),
         ('[limits]\nmax_tension = "3 mm"\n', "N"),
+        ('[design]\nminimise = "max_contact_pressure"\n', "arm.contact_width"),
     ],
 )
 def test_what_cannot_be_asked_is_refused_with_a_hint(tendon, study, text, words):

@@ -1,0 +1,62 @@
+"""A given pretension is used as it is: whom it serves, by what margins, and what would make it do."""
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.errors import StudyError
+
+SUIT = {
+    "spring": {"stiffness": ["3 kN/m", "5 kN/m", "8 kN/m"]}, "spool": {"ratio": [0.5, 0.6, 0.7]},
+    "load": {"mass": ["0 kg", "5 kg", "10 kg"]}, "motion": {"elbow_angle": {"from": 0.0, "to": "90 deg", "num": 10}},
+}  # fmt: skip
+
+
+def answered(pretension, **content):
+    return tendon.design(
+        tendon.study({**SUIT, **content, "design": {"pretension": pretension, **content.get("design", {})}})
+    )
+
+
+@pytest.mark.parametrize("given", [100.0, 140.0, 200.0])
+def test_it_serves_what_a_sweep_at_it_finds(given):
+    choices = answered(f"{given} N").choices
+    swept = tendon.sweep(tendon.study({**SUIT, "tendon": {"pretension": given}})).designs
+    by_choice = swept.groupby(["spring_stiffness", "spool_ratio"], sort=False)["feasible"]
+    np.testing.assert_allclose(choices["served_at"], by_choice.mean().to_numpy(), atol=1e-12)
+    np.testing.assert_array_equal(choices["feasible"], by_choice.all().to_numpy())
+    assert (choices["pretension"] == given).all()
+
+
+def test_the_window_stays_as_it_is_solved():
+    given, middle = answered("140 N").choices, answered("middle").choices
+    for name in ("pretension_from", "pretension_to", "tolerance", "served"):
+        np.testing.assert_array_equal(given[name], middle[name])
+
+
+def test_the_text_says_by_what_margins():
+    text = " ".join(answered("150 N", spring={"stiffness": "5 kN/m"}, spool={"ratio": 0.6}).text.split())
+    assert "that is 27.9 N above the lower end and 23.9 N below the upper end of the window, 122.1 to 173.9 N" in text
+
+
+@pytest.mark.parametrize(("given", "words"), [("100 N", "22.1 N less than"), ("180 N", "6.07 N more than")])
+def test_one_that_does_not_do_is_said_with_what_it_misses(given, words):
+    answer = answered(given, spring={"stiffness": "5 kN/m"}, spool={"ratio": 0.6})
+    assert (answer.feasible, answer.best) == (0, None)
+    text = " ".join(answer.text.split())
+    assert f"it is {words} the window, 122.1 to 173.9 N" in text
+    assert any(fix["after"] is not None for fix in answer.fixes)
+
+
+def test_a_share_is_enough():
+    answer = answered("160 N", people={"count": 60}, spring={"stiffness": "5 kN/m"}, spool={"ratio": 0.6},
+                      design={"serve": 0.5})  # fmt: skip
+    row = answer.choices.iloc[0]
+    assert row.feasible == (row.served_at >= 0.5)
+    assert answer.persons["served"].mean() == pytest.approx(row.served_at, abs=1e-12)
+
+
+@pytest.mark.parametrize("value", ["midle", "3 mm", "-4 N", ["3 N", "4 N"]])
+def test_what_is_no_pretension_is_refused(value):
+    with pytest.raises(StudyError, match=r"design\.pretension"):
+        answered(value)
