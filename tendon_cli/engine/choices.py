@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.plan import Block, Plan
+from tendon_cli.engine.blocks import Block
+from tendon_cli.engine.plan import Plan
 
 Flags = npt.NDArray[np.bool_]
 

@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.plan import Block, Plan
+from tendon_cli.engine.blocks import Block
+from tendon_cli.engine.plan import Plan
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES

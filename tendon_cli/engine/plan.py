@@ -9,13 +9,14 @@ never in memory.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.engine.blocks import Block
 from tendon_cli.errors import SizeError
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
@@ -39,53 +40,6 @@ DESIGNS_AT_ONCE = 2**18
 
 _MOST_STATES = 2**63 - 1
 _MOST_LOOKED_INTO = 2**18
-
-
-@dataclass(frozen=True)
-class Block:
-    """A hyper-rectangle of the product: a slice per design axis, the directions, and the elbow angles."""
-
-    first_design: int
-    designs: tuple[slice, ...]
-    directions: slice
-    angles: slice
-
-    @cached_property
-    def shape(self) -> tuple[int, ...]:
-        """Number of values along each design axis, then directions, then angles."""
-        return tuple(part.stop - part.start for part in (*self.designs, self.directions, self.angles))
-
-    @property
-    def design_count(self) -> int:
-        """How many consecutive designs the block covers."""
-        return math.prod(self.shape[:-2])
-
-    @property
-    def numbers(self) -> range:
-        """The designs of the block by their numbers."""
-        return range(self.first_design, self.first_design + self.design_count)
-
-    def halves(self, axis: int) -> tuple[Block, Block]:
-        """The block cut in two along a design axis; unless it is the first that varies, the halves interlock."""
-        whole = self.designs[axis]
-        middle = (whole.start + whole.stop) // 2
-        first, second = (
-            replace(self, designs=(*self.designs[:axis], part, *self.designs[axis + 1 :]))
-            for part in (slice(whole.start, middle), slice(middle, whole.stop))
-        )
-        return first, second
-
-    def first_along(self, axes: Collection[int]) -> Block:
-        """The designs of the block that stand first along some axes."""
-        designs = (
-            slice(part.start, part.start + 1) if axis in axes else part for axis, part in enumerate(self.designs)
-        )
-        return replace(self, designs=tuple(designs))
-
-    def by_angles(self, most: int) -> Iterator[Block]:
-        """The block in stretches of at most so many elbow angles."""
-        for start in range(self.angles.start, self.angles.stop, most):
-            yield replace(self, angles=slice(start, min(start + most, self.angles.stop)))
 
 
 @dataclass(frozen=True)

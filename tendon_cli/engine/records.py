@@ -17,7 +17,7 @@ from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import RECORDS
 from tendon_cli.version import RESULTS_VERSION
 
-TABLES = ("designs", "states", "choices", "conditions", "persons")
+TABLES = ("designs", "states", "choices", "conditions", "persons", "draws")
 _TABLE_FILE = re.compile(rf"({'|'.join(TABLES)})\.parquet(/part-\d{{5,}}\.parquet)?", re.ASCII)
 FIGURE_FILE = re.compile(r"[\w-][\w.-]*\.(png|svg|pdf)")
 MOST_BYTES = 2**30

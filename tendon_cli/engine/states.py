@@ -14,8 +14,9 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli import kernel
+from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.columns import Tables
-from tendon_cli.engine.plan import Block, Plan
+from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.schema import Column, schema_of
 from tendon_cli.tables.write import array_of

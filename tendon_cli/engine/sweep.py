@@ -14,10 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
+from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.choices import choices, feasible_choices, is_flags, noted
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.folds import DesignRows, PlanWindows, Totals
-from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
+from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Plan
 from tendon_cli.engine.results import Run, share
 from tendon_cli.engine.run import Draw, Progress, carried_out
 from tendon_cli.engine.task import Note, RowSink, Task

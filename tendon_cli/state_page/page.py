@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.display import Displayed
-from tendon_cli.engine.plan import Block, Plan
+from tendon_cli.engine.blocks import Block
+from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES

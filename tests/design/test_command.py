@@ -140,11 +140,21 @@ def test_a_signal_is_told_as_it_is_for_an_answer(tendon, study, workplace, monke
     assert tendon("design", file, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
 
 
-@pytest.mark.parametrize("name", ["choices.parquet", "conditions.parquet", "choices.parquet/part-00005.parquet"])
+PEOPLE = CATALOGUE + "[people]\ncount = 20\n"
+DRAWS = CATALOGUE + "[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[uncertainty]\ndraws = 8\n"
+TO_REPAIR = [
+    (RANGES, "choices.parquet"), (RANGES, "conditions.parquet"), (RANGES, "choices.parquet/part-00005.parquet"),
+    (PEOPLE, "persons.parquet"), (DRAWS, "draws.parquet"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "name"), TO_REPAIR, ids=lambda each: each if len(each) < 50 else "")
 @pytest.mark.parametrize("goals", ["[]", '"tolerance"', '["tolerance", "served"]'])
-def test_a_damaged_answer_is_repaired_to_the_same_bytes(tendon, study, workplace, monkeypatch, hashes_in, name, goals):
+def test_a_damaged_answer_is_repaired_to_the_same_bytes(
+    tendon, study, workplace, monkeypatch, hashes_in, text, name, goals
+):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "/" in name else 48)
-    file = study(f"{RANGES}[design]\nmaximise = {goals}\n")
+    file = study(f"{text}[design]\nmaximise = {goals}\n")
     words = ("design", file, "--no-figures", "--out", "out")
     assert tendon(*words).exit == 0
     before = hashes_in(workplace / "out")
