@@ -18,7 +18,7 @@ from pathlib import Path
 
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import Took, in_threads, interleaved
-from tendon_cli.engine.blocks import small_blocks
+from tendon_cli.engine.folds import small_blocks
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.startup import keep_freed_memory

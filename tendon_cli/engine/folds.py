@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.engine.blocks import VALUES_AT_ONCE, Block, angles_at_once, small_blocks
+from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.columns import of_limits
 from tendon_cli.engine.plan import Plan, bounds_of
 from tendon_cli.model import extremes, window
@@ -21,8 +21,50 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Found
 from tendon_cli.quantities import OF_CYCLES
 
+VALUES_AT_ONCE = 2**18
+"""In an array that compiled code is given."""
+_DESIGNS, _STATES = 2**15, 2**24
+"""That are worked out at once."""
 _MOST_KEPT, _MOST_BEFORE = 2**17, 2**25
 """Windows of all designs that are kept in memory, and states that are gone over before any part, if no more."""
+
+
+def angles_at_once(plan: Plan) -> int:
+    """How many elbow angles of a design are best taken at once; the results do not depend on it."""
+    return VALUES_AT_ONCE if kernel.kind() else plan.block_states
+
+
+def small_blocks(plan: Plan, block: Block) -> Iterator[Block]:
+    """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
+    axis = _to_cut(plan, block)
+    if axis is None:
+        yield block
+        return
+    for half in block.halves(axis):
+        yield from small_blocks(plan, half)
+
+
+def _to_cut(plan: Plan, block: Block) -> int | None:
+    """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
+    lengths, free, arm = block.shape[:-2], plan.only_pretension, plan.of_the_arm
+    whole = frozenset(range(len(lengths)))
+    most_of = [
+        (whole, 1, _DESIGNS),
+        (whole - free, plan.states_per_design, plan.block_states),
+    ]
+    if kernel.kind():
+        per_arm, states = len(plan.elbow_angles), plan.states_per_design
+        most_of = [
+            (whole, 1, _DESIGNS),
+            (whole, states, _STATES),
+            (arm, per_arm, VALUES_AT_ONCE),
+            (whole - free, 2, VALUES_AT_ONCE),
+        ]
+    for axes, each, most in most_of:
+        long = [axis for axis in axes if lengths[axis] > 1]
+        if long and each * math.prod(lengths[axis] for axis in long) > most:
+            return max(long, key=lambda axis: (axis not in free, lengths[axis]))
+    return None
 
 
 @dataclass(frozen=True, eq=False)

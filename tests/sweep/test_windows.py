@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.engine import blocks, folds
+from tendon_cli.engine import folds
 
 LIMITS = {
     "max_tension": "420 N", "min_flexor_tension": "2 N", "max_spring_extension": "90 mm", "peak_motor_torque": "11 N m",
@@ -104,6 +104,6 @@ arm = { upper_arm_angle = ["0 deg", "20 deg", "40 deg"] }
 """
     whole = new_sweep(text, tmp_path, out="whole")
     for name, value in most.items():
-        monkeypatch.setattr(folds if hasattr(folds, name) else blocks, name, value)
+        monkeypatch.setattr(folds, name, value)
     assert new_sweep(text, tmp_path, out="parts").hashes == whole.hashes
     assert whole.designs["pretension_from"].nunique() > 6
