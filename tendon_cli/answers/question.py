@@ -35,7 +35,7 @@ def _left_out(study: Study) -> list[str]:
     if any(split_side(key)[1] for key in given):
         notes.append("the study's pretensions per side are left out: one of both sides is solved for")
     if any(study.numbers[key].is_axis for key in given):
-        notes.append("the study's values of pretension are left out: the window is found exactly, without them")
+        notes.append("the study's values of pretension are left out: the window is solved exactly, without them")
     if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
         notes.append("the pretensions of the study's cases are left out: one of all is solved for")
     several = [name for name in _SEVERAL if name in study.limits]
@@ -45,7 +45,7 @@ def _left_out(study: Study) -> list[str]:
 
 
 def _of_people_and_draws(study: Study) -> list[str]:
-    """What was supposed of persons, and where doubt is asked for and none is stated, or stated and not asked for."""
+    """What is assumed of persons, and whether what is uncertain is not drawn, or nothing is."""
     drawn = study.people is not None and study.people.content is None
     notes = list(study.people.population.notes) if study.people is not None and drawn else []
     if study.uncertain and study.uncertainty is None:

@@ -18,7 +18,7 @@ from tendon_cli.engine.states import StatesOf
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
 from tendon_cli.space.axis import SIDES
-from tendon_cli.studies.axes import linked_axes
+from tendon_cli.studies.axes import named_axes
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.filters import Condition
@@ -201,7 +201,7 @@ def cube_to_come(study: Study, kind: str) -> Cube:
         **dict.fromkeys(("case", "direction", "status") if is_states else ("case", *TRUTHS)),
         **{name: QUANTITIES[name] for name in results},
     }
-    linked = {axis.key: axis.names for axis in linked_axes(study)}
+    linked = {axis.key: axis.names for axis in named_axes(study)}
     record = study.record
     axes = axes_of(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
     return Cube(kind, axes, Columns(with_derived(columns)), record["study"], study.hash)

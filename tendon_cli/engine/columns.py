@@ -14,7 +14,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
-from tendon_cli.space.axis import DRAW_AXIS, LINKED_AXES, PERSON_AXIS, SIDES, split_side
+from tendon_cli.space.axis import DRAW_AXIS, NAMED_AXES, PERSON_AXIS, SIDES, split_side
 from tendon_cli.space.space import Varying
 from tendon_cli.studies.checks import is_stated
 from tendon_cli.studies.study import Study, keys
@@ -109,7 +109,7 @@ class Tables:
     def _keys(self) -> list[str]:
         """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
         study = self.plan.study
-        axes = [split_side(key)[0] for key in study.axes if key not in LINKED_AXES]
+        axes = [split_side(key)[0] for key in study.axes if key not in NAMED_AXES]
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
         linked = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         return list(

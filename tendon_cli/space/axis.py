@@ -13,7 +13,7 @@ from tendon_cli.model.kinematics import Array
 
 SIDES = ("flexor", "extensor")
 CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
-LINKED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
+NAMED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
 """Axes whose values have names, and set several numbers at once."""
 PRETENSION = "tendon.pretension"
 REFERENCE, SLACK, SPRING_AT = "model.reference", "model.slack", "spring.at"
@@ -56,7 +56,7 @@ def over(below: Numbers, above: Numbers) -> dict[str, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One axis: its dotted key (`case`, `person` or `draw` of linked values), its column, what values say of numbers.
+    """One axis: its dotted key (`case`, `person` or `draw`), its column, and what its values say of numbers.
 
     A list of points is an axis, too: each of its values sets some numbers.
     """
@@ -66,7 +66,7 @@ class Axis:
     numbers: Numbers
     """What each value sets, and by what it scales: (len,) each."""
     names: tuple[str, ...] = ()
-    """Of linked values; those of a number have none."""
+    """Of its values; those of a number have none."""
     role: Role = "choice"
     is_range: bool = False
     """A grid, between whose points others may be chosen; a list is a catalogue."""

@@ -59,13 +59,13 @@ class Varying:
 
     def within(self, box: Box) -> Real:
         """Its values in a box, shaped to broadcast over the box's designs, directions and angles."""
-        found: Real = self.value
-        for at, (axis, values) in enumerate(self.sets):
-            given = _along(axis, values, box)
-            found = given if at == 0 else np.where(np.isnan(given), found, given)
-        for axis, values in self.scales:
-            found = found * _along(axis, values, box)
-        return found
+        values: Real = self.value
+        for at, (axis, along) in enumerate(self.sets):
+            given = _along(axis, along, box)
+            values = given if at == 0 else np.where(np.isnan(given), values, given)
+        for axis, along in self.scales:
+            values = values * _along(axis, along, box)
+        return values
 
 
 def _along(axis: int, values: Array, box: Box) -> Array:
@@ -146,7 +146,7 @@ class Space:
         return {key: values[at[axis.key]] for axis in self.axes for key, values in axis.numbers.items()}
 
     def columns(self, rows: Rows) -> dict[str, npt.NDArray[Any]]:
-        """Rows as a table has them: values, and of linked ones the position among their names."""
+        """Rows as a table has them: values, or the position among their names."""
         at = self.places(rows)
         return {axis.column: at[axis.key] if axis.names else axis.values[at[axis.key]] for axis in self.axes}
 

@@ -36,21 +36,21 @@ _WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
 
 def space_of(study: Study) -> Space:
     """The product of a study's axes, slowest first."""
-    linked = {axis.key: axis for axis in linked_axes(study)}
-    axes = [linked.get(key) or number_axis(study, key) for key in study.axes]
+    named = {axis.key: axis for axis in named_axes(study)}
+    axes = [named.get(key) or number_axis(study, key) for key in study.axes]
     return Space(tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study))
 
 
 def lengths_of(study: Study) -> tuple[int, ...]:
     """How many values each axis of a study has, without any of them."""
     persons = 0 if study.people is None else study.people.persons
-    linked = {CASE_AXIS: len(study.cases), PERSON_AXIS: persons, DRAW_AXIS: study.draws}
-    return tuple(linked[key] if key in linked else len(study.numbers[key]) for key in study.axes)
+    named = {CASE_AXIS: len(study.cases), PERSON_AXIS: persons, DRAW_AXIS: study.draws}
+    return tuple(named[key] if key in named else len(study.numbers[key]) for key in study.axes)
 
 
 def single_numbers(study: Study) -> dict[str, float]:
     """What a study gives once for all of its designs, by dotted key, SI."""
-    words = {key: said == word for key, word in _WORDS.items() if (said := _word(study, key)) is not None}
+    words = {key: given == word for key, word in _WORDS.items() if (given := _word(study, key)) is not None}
     numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
     return numbers | {key: float(is_so) for key, is_so in words.items()}
 
@@ -62,14 +62,14 @@ def _word(table: object, key: str) -> str | None:
     return table if isinstance(table, str) else None
 
 
-def linked_axes(study: Study) -> tuple[Axis, ...]:
-    """Cases, persons and draws, as far as a study has them; where each person gets a draw of its own, no draws."""
+def named_axes(study: Study) -> tuple[Axis, ...]:
+    """Cases, persons and draws, as far as a study has them; if each person gets one draw, no axis of draws."""
     asked, axes = study.uncertainty if study.uncertain else None, [case_axis(study)] if study.cases else []
     if study.people is not None:
-        own = {}
+        drawn_once = {}
         if asked is not None and not study.draws:
-            own = drawn(study.uncertain, len(study.people.population), asked.seed)
-        axes.append(person_axis(study, own))
+            drawn_once = drawn(study.uncertain, len(study.people.population), asked.seed)
+        axes.append(person_axis(study, drawn_once))
     if asked is not None and study.draws:
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(Axis(DRAW_AXIS, DRAW_AXIS, drawn(study.uncertain, study.draws, asked.seed), names))
@@ -82,21 +82,21 @@ def case_axis(study: Study) -> Axis:
     named = dict.fromkeys(key for each in given for key in each)
     numbers = {key: _stacked(each.get(key) for each in given) for key in named}
     for key, word in _WORDS.items():
-        said = [_word(case, key) for case in study.cases]
-        if any(said):
-            numbers[key] = _stacked(None if each is None else each == word for each in said)
+        words = [_word(case, key) for case in study.cases]
+        if any(words):
+            numbers[key] = _stacked(None if each is None else each == word for each in words)
     return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))
 
 
-def person_axis(study: Study, own: Mapping[str, Array]) -> Axis:
-    """The persons of a study; `own` are uncertain numbers of which each has one value."""
+def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
+    """The persons of a study; `drawn_once` are uncertain numbers of which each has one value."""
     from tendon_cli.studies.people.population import arms_of  # a study without people does without it
 
     if study.people is None:
         raise ValueError("a study without people has no axis of persons")
     people = study.people.population
     sets, scales = arms_of(people, study.of_the_body)
-    numbers = {**own, **sets, **{scale_of(key): values for key, values in scales.items()}}
+    numbers = {**drawn_once, **sets, **{scale_of(key): values for key, values in scales.items()}}
     return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
 
 

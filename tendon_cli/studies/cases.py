@@ -1,4 +1,4 @@
-"""`[[cases]]`: one axis of linked values, each entry a table of the study in which every key has one value or none."""
+"""`[[cases]]`: one axis, each entry a table of the study in which every key has one value or none."""
 
 from __future__ import annotations
 
@@ -64,5 +64,5 @@ def case_tables() -> Any:
     """The type of `[[cases]]`, which few studies have."""
     fields: dict[str, Any] = {"name": (CaseName, Field(description="name of the case, each once"))}
     fields |= {name: (_single_valued(part) | None, None) for name, part in DESIGN_PARTS.items()}
-    doc = "One entry of a linked axis, such as a person: a name, and the keys in which it differs."
+    doc = "One case, such as a person: a name, and the keys in which it differs."
     return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]

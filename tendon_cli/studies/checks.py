@@ -10,7 +10,7 @@ import numpy as np
 from tendon_cli.errors import Fault, StudyError
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.space.axis import CASE_AXIS, LINKED_AXES, PRETENSION, SIDES, split_side
+from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, PRETENSION, SIDES, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import case_axis, number_axis, single_numbers
 from tendon_cli.studies.contents import case_numbers
@@ -146,8 +146,8 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         if split_side(name)[0] == PRETENSION:
             problem = f'"{name}" cannot be a condition, it is what tendon design solves for'
             yield Fault("design.conditions", problem, "leave it out")
-        elif name not in keys() and name not in LINKED_AXES:
-            hint = nearest(columns.get(name, name), (*keys(), *LINKED_AXES))
+        elif name not in keys() and name not in NAMED_AXES:
+            hint = nearest(columns.get(name, name), (*keys(), *NAMED_AXES))
             yield Fault("design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint)
     axes = [key for key in (*study.axes, *at_fault) if key in keys() and split_side(key)[0] != PRETENSION]
     known = (*CHOICE_RESULTS, *(keys()[key].column for key in axes if key not in study.conditions))

@@ -50,21 +50,21 @@ def _length(name: str, symbol: str, meaning: str) -> Quantity:
     return Quantity(name, symbol, "length", "m", "mm", meaning)
 
 
-def _of_side(side: str, letter: str) -> tuple[Derived, ...]:
+def _of_side(side: str, sign: str) -> tuple[Derived, ...]:
     tendon, spring, tension = f"{side}_tendon_stretch", f"{side}_spring_stretch", f"{side}_tension_distal"
     change = f"change of {side} tendon and spring length from the pretensioned state"
     total = f"{side} tendon and spring elongation from the unloaded state, negative where slack"
     of_spring = f"{side} spring elongation from its free length, negative where slack"
     return (
-        Derived(_length(f"{side}_length_change", f"ΔL^{letter}", change), (tendon, spring), side, _sum),
+        Derived(_length(f"{side}_length_change", f"ΔL^{sign}", change), (tendon, spring), side, _sum),
         Derived(
-            _length(f"{side}_elongation", f"δ^{letter}", total),
+            _length(f"{side}_elongation", f"δ^{sign}", total),
             (tension, "pretension", tendon, spring),
             side,
             _elongation,
         ),
         Derived(
-            _length(f"{side}_spring_elongation", f"δ_SE^{letter}", of_spring),
+            _length(f"{side}_spring_elongation", f"δ_SE^{sign}", of_spring),
             (tension, "spring_stiffness"),
             side,
             _spring_elongation,

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
+from tendon_cli.studies import parts
 from tendon_cli.studies.cases import DESIGN_PARTS, RunName, Title, case_tables
 from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
@@ -19,20 +20,7 @@ from tendon_cli.studies.fields import Later, Single
 from tendon_cli.studies.figure_checks import check_figures
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.number import Number
-from tendon_cli.studies.parts import (
-    Anchor,
-    Arm,
-    Joint,
-    Load,
-    Model,
-    Motion,
-    Output,
-    Part,
-    Sheath,
-    Spool,
-    Spring,
-    Tendon,
-)
+from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.remarks import remarks
 from tendon_cli.studies.uncertain import Uncertain
@@ -54,17 +42,17 @@ class Study(Displayed, Part):
         default="study", description="name of the run folder; without it, the stem of the file's name"
     )
     title: Title = Field(default="", description="for figures")
-    arm: Arm = Arm()
-    sheath: Sheath = Sheath()
-    tendon: Tendon = Tendon()
-    spring: Spring = Spring()
-    anchor: Anchor = Anchor()
-    joint: Joint = Joint()
-    spool: Spool = Spool()
-    load: Load = Load()
-    motion: Motion = Motion()
-    model: Model = Model()
-    output: Output = Output()
+    arm: parts.Arm = parts.Arm()
+    sheath: parts.Sheath = parts.Sheath()
+    tendon: parts.Tendon = parts.Tendon()
+    spring: parts.Spring = parts.Spring()
+    anchor: parts.Anchor = parts.Anchor()
+    joint: parts.Joint = parts.Joint()
+    spool: parts.Spool = parts.Spool()
+    load: parts.Load = parts.Load()
+    motion: parts.Motion = parts.Motion()
+    model: parts.Model = parts.Model()
+    output: parts.Output = parts.Output()
     cases: Annotated[tuple[Part, ...], Later(case_tables)] = Field(
         default=(), description="one axis of linked values, such as persons"
     )

@@ -8,7 +8,7 @@ from tendon_cli.answers.solve import solve
 from tendon_cli.errors import StudyError
 from tendon_cli.model import limits, window
 from tendon_cli.space.axis import scale_of
-from tendon_cli.studies.axes import linked_axes
+from tendon_cli.studies.axes import named_axes
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.person import worn_by
 from tests.model import designs
@@ -45,7 +45,7 @@ def test_the_served_share_is_that_of_windows_counted_one_by_one(tmp_path):
         {"people": {"file": "people.csv"}, "design": {"serve": 0.9}}, LOADS, suit(5e3, [0.6, 0.65]), folder=tmp_path
     )
     people = problem.study.people.population
-    (axis,) = linked_axes(problem.study)
+    (axis,) = named_axes(problem.study)
     anchors = ("a1", "b1", "a2", "b2", "elbow_radius")
     scales = {f"arm.{name}": axis.numbers[scale_of(f"arm.{name}")] for name in anchors}
     numbers = {key: axis.numbers[key] for key in problem.study.of_the_body}

@@ -59,7 +59,7 @@ class People(Part):
 
     source: Literal["ansur2"] = Field(default="ansur2", description="the survey that persons are drawn from")
     statistics: FileName | None = Field(
-        default=None, description="in the place of source: means, deviations and correlations of one's own, in TOML"
+        default=None, description="in the place of source: means, deviations and correlations in a TOML file of yours"
     )
     statistics_content: Annotated[str, AfterValidator(_packed)] | None = Field(
         default=None, description="what that file held, as tendon keeps it"
@@ -145,7 +145,7 @@ class People(Part):
         if self.file is not None:
             for key in ("source", "count", "seed", "content"):
                 if key in given and not (key == "seed" and self.completions):
-                    yield Fault(f"people.{key}", "stands beside file, which says who they are", "leave one of them out")
+                    yield Fault(f"people.{key}", "cannot be given with file", "leave one of them out")
         elif self.completions is not None and self.content is None:
             problem = "draws what a file does not say of its persons, and this study names no file"
             yield Fault("people.completions", problem, 'file = "people.csv"')
@@ -153,7 +153,9 @@ class People(Part):
             for key in ("source", "statistics_content"):
                 if key in given:
                     yield Fault(
-                        f"people.{key}", "stands beside statistics, which are whom to draw from", "leave one out"
+                        f"people.{key}",
+                        "cannot be given with statistics, which persons are drawn from",
+                        "leave one out",
                     )
         if self.women is not None and self.sex != "both":
             yield Fault("people.women", f'is a share among both sexes, and sex is "{self.sex}"', 'sex = "both"')

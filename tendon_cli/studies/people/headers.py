@@ -45,24 +45,24 @@ class Header:
 
 def read_headers(line: str, separator: str, where: str) -> tuple[list[Header], list[str]]:
     """The columns that are read, and a note on those that are not."""
-    found: dict[str, Header] = {}
+    known: dict[str, Header] = {}
     ignored = []
     for at, text in enumerate(cells_of(line, separator, where)):
         header = _header(at, text, where)
         if header is None:
             ignored.append(shorten(text, 30))
             continue
-        if header.name in found:
-            both = f'"{shorten(found[header.name].text, 30)}" and "{shorten(text, 30)}"'
+        if header.name in known:
+            both = f'"{shorten(known[header.name].text, 30)}" and "{shorten(text, 30)}"'
             raise InputError(f"{header.name} stands in two columns, {both}", where=where, hint="leave one of them out")
-        found[header.name] = header
-    if not set(found).intersection(DIMENSIONS):
+        known[header.name] = header
+    if not set(known).intersection(DIMENSIONS):
         headers = shorten(line.strip())
         hint = f"such as weight (kg), stature (cm); dimensions: {', '.join(DIMENSIONS)}"
         raise InputError(f"no column is a dimension of a body, the headers read: {headers}", where=where, hint=hint)
     more = f" and {len(ignored) - 5} more" if len(ignored) > 5 else ""
     note = [f"{where}: columns not read: {', '.join(ignored[:5])}{more}"] if ignored else []
-    return list(found.values()), note
+    return list(known.values()), note
 
 
 def cells_of(line: str, separator: str, where: str) -> list[str]:
@@ -92,7 +92,7 @@ def _header(at: int, text: str, where: str) -> Header | None:
             hint = f"units of {wanted}: {', '.join(known_units(wanted))}"
             raise InputError(f'the header "{shorten(text)}" has a unit of {unit.dimension}', where=where, hint=hint)
         return Header(at, text, name, float(unit.factor))
-    word = re.sub("(?<=[aou])e", "", plain.partition("_")[0])  # ae, oe, ue stand for a letter with dots
+    word = re.sub("(?<=[aou])e", "", plain.partition("_")[0])  # ae, oe, ue stand for one with dots
     if german := _GERMAN.get(plain.partition("_")[0], _GERMAN.get(word)):
         in_unit = f" ({symbol if symbol in UNITS else QUANTITIES[german].shown_in})" if german in DIMENSIONS else ""
         hint = f'write "{german}{in_unit}"; known are: {", ".join((*DIMENSIONS, *_OTHERS))}'

@@ -48,7 +48,7 @@ class Worn:
 
 
 def worn_by(study: Study, name: str) -> Worn:
-    """A study as one person wears it: one of its own, or one of `NAMED`; raises UsageError for anyone else."""
+    """A study as one person wears it: one of its persons, or one of `NAMED`; raises UsageError for anyone else."""
     person = _found(study, name)
     body, reference = person.values[0], person.reference
     value = {name: float(body[at]) for at, name in enumerate(DIMENSIONS)}

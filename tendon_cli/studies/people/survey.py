@@ -156,13 +156,13 @@ def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statisti
         raise InputError("the correlation is not symmetric with ones on its diagonal", where=where)
     mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
     scale = deviation * _SI
-    found = Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
+    statistics = Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
     try:
         cholesky(correlation)
     except ValueError as error:
         hint = "no bodies have such correlations; were they rounded, or taken from different samples?"
         raise InputError(f"the correlation is not positive definite: {error}", where=where, hint=hint) from None
-    return found
+    return statistics
 
 
 def _check_dimension(name: str, plausible: tuple[float, float], mean: float, deviation: float, where: str) -> None:
