@@ -24,7 +24,7 @@ from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import TableFiles, open_table
 
 WORST = 10
-"""How many breaches or flips are told."""
+"""How many breaches or flips are listed."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ def check(folder: Path, *, worst: int = WORST) -> Checked:
     if record["verb"] == "design":
         return _answer(record)
     table = _designs(folder, record)
-    found = check_designs(table, recorded_study(table.facts["study"]), worst)
-    return Checked(found.holds, verdict_text(found, cube_of(table), record["name"]), record_of(found))
+    result = check_designs(table, recorded_study(table.facts["study"]), worst)
+    return Checked(result.holds, verdict_text(result, cube_of(table), record["name"]), record_of(result))
 
 
 def _answer(record: dict[str, Any]) -> Checked:
@@ -88,7 +88,7 @@ def compare(
         missing.append(f"states: a table in {'this run' if kept[0] else 'the baseline'} only")
     excepted = {key: text for key, text in left_out.items() if any(f"{key}.".startswith(f"{each}.") for each in apart)}
     missing += [text for key, text in left_out.items() if key not in excepted]
-    found = Comparison(
+    result = Comparison(
         designs=math.prod(shared.shape),
         states=rows,
         columns={each.table: each.columns for each in compared},
@@ -100,7 +100,7 @@ def compare(
         flipped=count,
     )
     names = str(folder), str(baseline)
-    return Checked(found.holds, comparison_text(found, here, names), record_of(found))
+    return Checked(result.holds, comparison_text(result, here, names), record_of(result))
 
 
 def _designs(folder: Path, record: dict[str, Any]) -> TableFiles:

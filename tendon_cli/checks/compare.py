@@ -112,7 +112,7 @@ def compare_tables(here: Cube, there: Cube, shared: Shared, tolerance: float) ->
             for values in (first[name], second[name]):
                 if name not in FLAGS and np.isfinite(values).any():
                     scale[name] = max(scale[name], float(np.nanmax(np.abs(values))))
-    found: dict[str, Change] = {}
+    changed: dict[str, Change] = {}
     within: Change | None = None
     for start, first, second in _together(here, there, shared, columns):
         for name in columns:
@@ -121,10 +121,10 @@ def compare_tables(here: Cube, there: Cube, shared: Shared, tolerance: float) ->
                 continue
             beyond = _change(here.kind, name, first[name], second[name], scale[name], tolerance, shared, start)
             if beyond is not None:
-                found[name] = _worse(found.get(name), beyond)
+                changed[name] = _worse(changed.get(name), beyond)
             elif within is None or change.share > within.share:
                 within = change
-    changes = tuple(sorted(found.values(), key=lambda change: -change.share))
+    changes = tuple(sorted(changed.values(), key=lambda change: -change.share))
     return TableComparison(here.kind, len(columns), changes, within)
 
 
@@ -184,15 +184,15 @@ def _worse(before: Change | None, now: Change) -> Change:
 
 def flips(here: Cube, there: Cube, shared: Shared, most: int) -> tuple[tuple[Flip, ...], int]:
     """Designs that are feasible in one of the runs only, the worst first; and how many there are."""
-    found: list[Flip] = []
+    flipped: list[Flip] = []
     count = 0
     for start, first, second in _together(here, there, shared, ("feasible", "margin")):
         for row in np.flatnonzero(first["feasible"] != second["feasible"]):
             count += 1
             margins = [_finite(side["margin"][row]) for side in (second, first)]
-            found.append(Flip(shared.where(start + int(row)), bool(first["feasible"][row]), *margins))
-        found = sorted(found, key=lambda flip: -flip.size)[:most]
-    return tuple(found), count
+            flipped.append(Flip(shared.where(start + int(row)), bool(first["feasible"][row]), *margins))
+        flipped = sorted(flipped, key=lambda flip: -flip.size)[:most]
+    return tuple(flipped), count
 
 
 def _finite(value: float) -> float | None:

@@ -60,11 +60,11 @@ class LimitCheck:
 
 
 def check_designs(table: TableFiles, study: Study, worst: int) -> LimitCheck:
-    """Check all rows of a table of designs, part by part; of the breaches the `worst` are told with their states."""
+    """Check all rows of a table of designs, part by part; of the breaches the `worst` are listed with their states."""
     limits = dict(study.limits.items())
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     names += [name for limit in limits for name in _columns_of(limit) if name not in names]
-    found: list[tuple[float, int, Breach]] = []
+    heap: list[tuple[float, int, Breach]] = []
     broken: dict[str, int] = {}
     designs = feasible = 0
     for _, part in table.parts([name for name in names if name in table.schema.names]):
@@ -74,12 +74,12 @@ def check_designs(table: TableFiles, study: Study, worst: int) -> LimitCheck:
         for breach in _breaches(failing, limits):
             broken[breach.limit] = broken.get(breach.limit, 0) + 1
             entry = (breach.excess, -breach.design, breach)
-            if len(found) < worst:
-                heappush(found, entry)
+            if len(heap) < worst:
+                heappush(heap, entry)
             elif worst:
-                heappushpop(found, entry)
+                heappushpop(heap, entry)
     plan = Plan(study)
-    worst_first = [breach for *_, breach in sorted(found, key=lambda each: each[:2], reverse=True)]
+    worst_first = [breach for *_, breach in sorted(heap, key=lambda each: each[:2], reverse=True)]
     return LimitCheck(
         designs,
         feasible,
@@ -139,7 +139,7 @@ def _worst_state(limit: str, design: int, plan: Plan) -> tuple[str, float] | Non
     """Direction and elbow angle (rad) of the state that breaks a limit worst; None where no single state does."""
     if limit not in _OF_STATES and LIMITS[limit].forms is None:
         return None
-    worst, found, speed = -np.inf, None, plan.study.motion.speed
+    worst, place, speed = -np.inf, None, plan.study.motion.speed
     for block in plan.blocks(range(design, design + 1)):
         directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
         state = State.of(plan.situation(block))
@@ -153,5 +153,5 @@ def _worst_state(limit: str, design: int, plan: Plan) -> tuple[str, float] | Non
             continue
         worst = float(np.nanmax(values))
         direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
-        found = directions[direction], float(angles[angle])
-    return found
+        place = directions[direction], float(angles[angle])
+    return place

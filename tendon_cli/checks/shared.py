@@ -39,11 +39,11 @@ class Shared:
 
     def where(self, row: int) -> dict[str, float | str]:
         """A common row by its axes."""
-        found: dict[str, float | str] = {}
+        place: dict[str, float | str] = {}
         for axis, at in zip(self.axes, np.unravel_index(row, self.shape), strict=True):
             value = axis.values[self.here[axis.column][at]]
-            found[axis.column] = str(value) if axis.is_text else float(value)
-        return found
+            place[axis.column] = str(value) if axis.is_text else float(value)
+        return place
 
 
 def check_studies(ours: Study, theirs: Study, apart: Sequence[str]) -> None:
@@ -102,9 +102,9 @@ def _single(axis: RowAxis, other: Study) -> Ints:
     """Where an axis has the one value that the other run has of it."""
     known = keys().get(axis.key)
     value = other.numbers[axis.key].single if known and axis.key in other.numbers else None
-    found = [at for at, each in enumerate(axis.values) if value is not None and _token(each) == _token(value)]
-    if found or len(axis.values) == 1:
-        return np.array(found[:1] or [0], dtype=np.int64)
+    places = [at for at, each in enumerate(axis.values) if value is not None and _token(each) == _token(value)]
+    if places or len(axis.values) == 1:
+        return np.array(places[:1] or [0], dtype=np.int64)
     raise UsageError(f"only one of the runs has the axis {axis.key}, without the other's value of it")
 
 

@@ -1,4 +1,4 @@
-"""What a check found, as text for a terminal, Markdown for a job's summary, or a record for a program."""
+"""The result of a check, as text for a terminal, Markdown for a job's summary, or a record for a program."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.units import counted
 
 
-def record_of(found: LimitCheck | Comparison) -> dict[str, Any]:
-    """What was found, with `holds`; what is infinite is null."""
-    record = asdict(found) | {"holds": found.holds}
+def record_of(result: LimitCheck | Comparison) -> dict[str, Any]:
+    """The result, with `holds`; what is infinite is null."""
+    record = asdict(result) | {"holds": result.holds}
     return {name: _finite(value) for name, value in record.items()}
 
 
@@ -31,32 +31,32 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def verdict_text(found: LimitCheck, cube: Cube, name: str) -> str:
+def verdict_text(result: LimitCheck, cube: Cube, name: str) -> str:
     """One line where all is well, else what is broken and where, the worst first."""
-    if found.holds:
+    if result.holds:
         all_of_them = (
-            "the design is within its" if found.designs == 1 else f"all {found.designs:,} designs are within their"
+            "the design is within its" if result.designs == 1 else f"all {result.designs:,} designs are within their"
         )
         return f"{name}: {all_of_them} limits"
-    lines = [f"{name}: {found.designs - found.feasible:,} of {found.designs:,} designs are not within their limits"]
-    lines += [f"  {limit:<22} broken by {counted(count, 'design')}" for limit, count in found.broken.items()]
-    lines += ["worst first", *(f"  {_breach(each, cube)}" for each in found.breaches)]
+    lines = [f"{name}: {result.designs - result.feasible:,} of {result.designs:,} designs are not within their limits"]
+    lines += [f"  {limit:<22} broken by {counted(count, 'design')}" for limit, count in result.broken.items()]
+    lines += ["worst first", *(f"  {_breach(each, cube)}" for each in result.breaches)]
     return "\n".join(lines)
 
 
 def _breach(breach: Breach, cube: Cube) -> str:
     design = f"design {breach.design}{_at(cube, breach.design)}"
     if breach.limit == NO_EQUILIBRIUM:
-        said = "has a state without equilibrium"
+        words = "has a state without equilibrium"
     elif breach.limit == SLACK:
-        said = f"is slack, {_shown('margin', -(breach.value or 0.0))} short of the pretension it needs"
+        words = f"is slack, {_shown('margin', -(breach.value or 0.0))} short of the pretension it needs"
     else:
         column = column_of(breach.limit)
         value, bound = (_shown(column, each or 0.0) for each in (breach.value, breach.bound))
         past = "below" if breach.limit.startswith("min_") else "above"
-        said = f"has {column} {value}, {past} {bound}"
-        said += f" by {100 * breach.excess:.3g} %" if breach.bound else ""
-    return f"{design}: {said}{_state(breach)}"
+        words = f"has {column} {value}, {past} {bound}"
+        words += f" by {100 * breach.excess:.3g} %" if breach.bound else ""
+    return f"{design}: {words}{_state(breach)}"
 
 
 def _state(breach: Breach) -> str:
@@ -67,40 +67,40 @@ def _state(breach: Breach) -> str:
 
 def _at(cube: Cube, design: int) -> str:
     """A design's place on the axes."""
-    said = []
+    words = []
     for axis in cube.axes:
         value = axis.values[design // axis.stride % axis.length]
-        said.append(f"{axis.column} {value if axis.is_text else cube.shown(axis.column).text(float(value))}")
-    return f" ({', '.join(said)})" if said else ""
+        words.append(f"{axis.column} {value if axis.is_text else cube.shown(axis.column).text(float(value))}")
+    return f" ({', '.join(words)})" if words else ""
 
 
 def _shown(column: str, value: float) -> str:
     return Shown.of(column, QUANTITIES[column]).text(value) if column in QUANTITIES else number(value)
 
 
-def comparison_text(found: Comparison, cube: Cube, names: tuple[str, str]) -> str:
+def comparison_text(result: Comparison, cube: Cube, names: tuple[str, str]) -> str:
     """What was compared, then columns and designs that changed, the worst first, and what could not be compared."""
-    head = "nothing changed" if found.holds else "changed"
-    lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {_compared(found)}"]
-    if found.within is not None:
-        lines.append(f"  within the tolerance, the largest difference: {_change(found.within, cube)}")
-    lines += [f"  not compared, as it may differ: {text}" for text in found.excepted]
-    lines += [f"  not compared: {text}" for text in found.missing]
-    lines += [f"  {_change(each, cube)}" for each in found.changes]
-    if found.flipped:
-        lines.append(f"feasible in one run only: {counted(found.flipped, 'design')}, worst first")
-        lines += [f"  {_flip(each, cube)}" for each in found.flips]
+    head = "nothing changed" if result.holds else "changed"
+    lines = [f"{names[0]}: {head} since {names[1]}", f"  compared: {_compared(result)}"]
+    if result.within is not None:
+        lines.append(f"  within the tolerance, the largest difference: {_change(result.within, cube)}")
+    lines += [f"  not compared, as it may differ: {text}" for text in result.excepted]
+    lines += [f"  not compared: {text}" for text in result.missing]
+    lines += [f"  {_change(each, cube)}" for each in result.changes]
+    if result.flipped:
+        lines.append(f"feasible in one run only: {counted(result.flipped, 'design')}, worst first")
+        lines += [f"  {_flip(each, cube)}" for each in result.flips]
     return "\n".join(lines)
 
 
-def _compared(found: Comparison) -> str:
+def _compared(result: Comparison) -> str:
     """Rows and columns that both runs have."""
-    rows = {"designs": found.designs, "states": found.states}
+    rows = {"designs": result.designs, "states": result.states}
     texts = [
         f"{counted(columns, 'column')} of {counted(rows[table], table[:-1])}"
-        for table, columns in found.columns.items()
+        for table, columns in result.columns.items()
     ]
-    return " and ".join(texts) + ("" if "states" in found.columns else "; no states, which are not kept by both")
+    return " and ".join(texts) + ("" if "states" in result.columns else "; no states, which are not kept by both")
 
 
 def _change(change: Change, cube: Cube) -> str:
@@ -120,14 +120,14 @@ def _flip(flip: Flip, cube: Cube) -> str:
 
 
 def _where(where: Mapping[str, float | str], cube: Cube) -> str:
-    said = []
+    words = []
     for column, value in where.items():
         shown = Shown.of(column, QUANTITIES[column]) if column in QUANTITIES else None
         if isinstance(value, str):
-            said.append(f"{column} {value}")
+            words.append(f"{column} {value}")
         else:
-            said.append(f"{column} {(shown or cube.shown(column)).text(value)}")
-    return ", ".join(said) or "the only row"
+            words.append(f"{column} {(shown or cube.shown(column)).text(value)}")
+    return ", ".join(words) or "the only row"
 
 
 def as_markdown(text: str, *, holds: bool) -> str:

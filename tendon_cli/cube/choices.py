@@ -60,11 +60,11 @@ def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Val
     An end that nothing bounds is not a number, as in the table.
     """
     low, high = read["pretension_from"], read["pretension_to"]
-    found = np.full(low.shape, "", dtype=object)
+    texts = np.full(low.shape, "", dtype=object)
     has_window = (low <= high) | (np.isnan(high) & ~np.isnan(low))
     for at in np.argwhere(~has_window):
         place = tuple(at)
         limits = list(dict.fromkeys(str(read[name][place]) for name in ("from_by", "to_by") if read[name][place]))
         limits = limits if np.isfinite(low[place]) else limits[:1]
-        found[place] = say.conflict_label(limits, bounds) if limits else "no window"
-    return found
+        texts[place] = say.conflict_label(limits, bounds) if limits else "no window"
+    return texts

@@ -113,7 +113,7 @@ def _is_number(kind: pa.DataType) -> bool:
 
 
 def as_numpy(column: pa.ChunkedArray) -> Values:
-    """The values of a column. Not by pyarrow's own ways, which import pandas or its functions."""
+    """The values of a column. Not by the ways of pyarrow, which import pandas or its functions."""
     if not column.num_chunks:
         return np.zeros(0)
     return np.concatenate([*_chunks(column)])

@@ -186,7 +186,7 @@ def cube_of(table: Table) -> Cube:
 def cube_to_come(study: Study, kind: str) -> Cube:
     """The table of designs or states that a study will give, to plan its figures before anything is computed."""
     known = [keys()[path] for path in study.numbers]
-    # What the sides or the cases say of their own has columns, too; which, only the run itself knows.
+    # What sides or cases say otherwise has columns, too; which, only the run itself knows.
     numbers = {
         key.column: key.number.quantity
         for key in known
@@ -231,7 +231,7 @@ def _names_in(table: Table, key: str) -> list[str]:
 
 
 def _is_ours(schema: pa.Schema) -> bool:
-    """Whether columns have names of their own, and types that we write."""
+    """Whether columns have different names, and types that we write."""
     kinds = [each.type for each in schema]
     numbers = [kind for kind in kinds if kind in (pa.float64(), pa.int64(), pa.bool_())]
     words = [kind for kind in kinds if pa.types.is_dictionary(kind) and kind.value_type == pa.string()]

@@ -114,14 +114,14 @@ def symbol(text: str) -> str:
 
 def without_formulas(text: str) -> str:
     """Drawn text as it can stand in a file's metadata: formulas as they are written, F_o^f."""
-    return _FORMULA.sub(lambda found: found[1].replace("{", "").replace("}", ""), text).replace(r"\$", "$")
+    return _FORMULA.sub(lambda match: match[1].replace("{", "").replace("}", ""), text).replace(r"\$", "$")
 
 
 def _set(word: str) -> str:
     match = _SYMBOL.fullmatch(word)
     if match is None or (match[2] is None and match[3] is None):
         return plain(word)
-    # Subscripts are words of the field (I, o, elb): the capital I needs its serifs to be told from a stroke.
+    # Subscripts are words of the field (I, o, elb): the capital I needs its serifs to differ from a stroke.
     low = f"_{{{match[2].replace('I', INPUT)}}}" if match[2] else ""
     high = f"^{{{match[3]}}}" if match[3] else ""
     return f"${match[1]}{low}{high}$"

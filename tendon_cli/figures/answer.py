@@ -39,7 +39,7 @@ _LABEL_SIZE, _LABEL_GAP = 6.5, 3.0
 def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[str], list[str]]:
     """Draw the answer in a folder, whose tables stand, into another; returns the files and what could not be drawn.
 
-    A figure never costs an answer: what goes wrong is told, not raised.
+    A figure never costs an answer: what goes wrong is reported, not raised.
     """
     files: list[str] = []
     faults: list[str] = []
@@ -81,11 +81,11 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     page = frame_of(record, "the window of pretension", key, notes).page(rows * 68.0)
     grid = page.figure.subplots(rows, columns, squeeze=False)
     for panel, axis in zip(grid.flat, along, strict=False):
-        found = Slice.of(cube, [axis], chosen)
-        _draw_window(panel, found)
-        panel.set_title(found.title or " ")
+        part = Slice.of(cube, [axis], chosen)
+        _draw_window(panel, part)
+        panel.set_title(part.title or " ")
         if chosen["feasible"]:
-            at = place_of(cube, axis, chosen[axis.column], found.scales[0])
+            at = place_of(cube, axis, chosen[axis.column], part.scales[0])
             panel.plot([at], [chosen["pretension"]], marker="*", color=INK, markersize=9, clip_on=False, zorder=5)
     for panel in list(grid.flat)[len(along) :]:
         panel.set_visible(False)
@@ -96,12 +96,12 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     return page
 
 
-def _draw_window(panel: Axes, found: Slice) -> None:
-    (x,) = found.scales
-    low, high = found.low, np.where(np.isinf(found.high), np.nan, found.high)
+def _draw_window(panel: Axes, part: Slice) -> None:
+    (x,) = part.scales
+    low, high = part.low, np.where(np.isinf(part.high), np.nan, part.high)
     known = np.concatenate([low[np.isfinite(low)], high[np.isfinite(high)]])
     top = 1.2 * float(known.max()) if len(known) else 1.0
-    roof = np.where(np.isinf(found.high), top, high)
+    roof = np.where(np.isinf(part.high), top, high)
     style: dict[str, Any] = {"interpolate": True, "step": None}
     panel.fill_between(x.places, low, roof, where=(roof >= low).tolist(), facecolor=_WINDOW, **style)
     panel.fill_between(x.places, roof, low, where=(roof <= low).tolist(), **unknown_hatch(), **style)
@@ -113,25 +113,25 @@ def _draw_window(panel: Axes, found: Slice) -> None:
     panel.set_ylabel("pretension F₀ (N)")
 
 
-def _name_limits(panel: Axes, found: Slice) -> None:
+def _name_limits(panel: Axes, part: Slice) -> None:
     """Where a limit binds along a line its name, once for each stretch, clear of the line and of other names.
 
     A name goes where the other line is farthest. It is moved away from its line by as much as the line rises under it;
     where that leads into another name, or out of the panel, there is none.
     """
     placed: list[Any] = []
-    low, high = found.low, found.high
+    low, high = part.low, part.high
     ends = ((low, "from_by", OKABE_ITO[1], -1.0), (high, "to_by", OKABE_ITO[0], 1.0))
     for values, name, colour, up in ends:
-        by = found.columns[name]
+        by = part.columns[name]
         starts = np.flatnonzero(np.concatenate([[True], by[1:] != by[:-1]]))
         stretches = sorted(zip(starts, [*starts[1:], len(by)], strict=True), key=lambda each: each[0] - each[1])
         for start, stop in stretches:
             inner = slice(start + 1, stop - 1) if stop - start > 4 else slice(start, stop)
             places = np.arange(len(by))[inner][np.argsort(-np.nan_to_num(np.abs(high - low)[inner]), kind="stable")]
             if by[start]:
-                text = say.limit_words(str(by[start]), found.bounds).label
-                _write(panel, found.scales[0].places, values, places, text, colour, up, placed)
+                text = say.limit_words(str(by[start]), part.bounds).label
+                _write(panel, part.scales[0].places, values, places, text, colour, up, placed)
 
 
 def _write(
@@ -147,9 +147,9 @@ def _write(
         if not np.isfinite(y[at]):
             continue
         half = 0.5 * 0.58 * _LABEL_SIZE * len(text)
-        beside = {0: "left", len(x) - 1: "right"}.get(int(at), "center")
-        clear = up * (_LABEL_GAP + rise[at] * half * (1.0 if beside == "center" else 2.0))
-        note = panel.annotate(text, (x[at], y[at]), (0, clear), textcoords="offset points", ha=beside,
+        align = {0: "left", len(x) - 1: "right"}.get(int(at), "center")
+        clear = up * (_LABEL_GAP + rise[at] * half * (1.0 if align == "center" else 2.0))
+        note = panel.annotate(text, (x[at], y[at]), (0, clear), textcoords="offset points", ha=align,
                               va="bottom" if up > 0.0 else "top", size=_LABEL_SIZE, color=colour)  # fmt: skip
         note.set_in_layout(False)
         box, room = note.get_window_extent(renderer).padded(per_point), panel.bbox

@@ -114,26 +114,26 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
     """The tolerance over the first two axes of more than one value; None if there are not two."""
     if len(axes := long_axes(cube)[:2]) < 2:
         return None
-    found = Slice.of(cube, axes, chosen)
-    conflicts = [str(each) for each in dict.fromkeys(found.conflicts.ravel().tolist()) if each]
+    part = Slice.of(cube, axes, chosen)
+    conflicts = [str(each) for each in dict.fromkeys(part.conflicts.ravel().tolist()) if each]
     key: list[Any] = [
         Patch(facecolor=_PALE[min(at, 5)], hatch=_HATCHES[min(at, 5)], edgecolor="#8a8a8a", linewidth=0.4, label=each)
         for at, each in enumerate(conflicts)
     ]
     notes = [_MEANING]
-    page, panel = _map(cube, record, chosen, found, "by how much the pretension may be off", key, notes)
-    x, y = found.scales
+    page, panel = _map(cube, record, chosen, part, "by how much the pretension may be off", key, notes)
+    x, y = part.scales
     for at, each in enumerate(conflicts):
-        cells = np.ma.masked_where(found.conflicts != each, np.zeros(found.low.shape))
+        cells = np.ma.masked_where(part.conflicts != each, np.zeros(part.low.shape))
         panel.pcolor(x.edges, y.edges, cells, cmap=ListedColormap([_PALE[min(at, 5)]]), edgecolor="#8a8a8a",
                      hatch=_HATCHES[min(at, 5)], linewidth=0.0)  # fmt: skip
-    percent = np.ma.masked_invalid(100.0 * found.columns["tolerance"])
+    percent = np.ma.masked_invalid(100.0 * part.columns["tolerance"])
     if percent.count():
         most = max(float(percent.max()), 1e-9)
-        texts = np.where(np.isfinite(found.high), _texts("{:.0f}–{:.0f} N", found.low, found.high), "")
-        texts = np.where(np.isinf(found.high), _texts("from {:.0f} N", found.low), texts)
+        texts = np.where(np.isfinite(part.high), _texts("{:.0f}–{:.0f} N", part.low, part.high), "")
+        texts = np.where(np.isinf(part.high), _texts("from {:.0f} N", part.low), texts)
         dark = percent.filled(0.0) > 0.55 * most
-        _cells(panel, found, percent, _OPEN, most, "tolerance of pretension (± %)", texts, dark)
+        _cells(panel, part, percent, _OPEN, most, "tolerance of pretension (± %)", texts, dark)
     return page
 
 
@@ -141,12 +141,12 @@ def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> P
     """The largest share that one pretension serves, over the same axes; None for one condition after another."""
     if len(axes := long_axes(cube)[:2]) < 2 or not (record.get("population") or record.get("crowd")):
         return None
-    found = Slice.of(cube, axes, chosen)
-    page, panel = _map(cube, record, chosen, found, "the largest share that one pretension serves", [], [])
-    percent = np.ma.masked_invalid(100.0 * found.columns["served"])
+    part = Slice.of(cube, axes, chosen)
+    page, panel = _map(cube, record, chosen, part, "the largest share that one pretension serves", [], [])
+    percent = np.ma.masked_invalid(100.0 * part.columns["served"])
     texts = _texts("{:.3g} %", percent.filled(0.0))
     colours = SEQUENTIAL.reversed()
-    _cells(panel, found, percent, colours, 100.0, "served by one pretension (%)", texts, percent.filled(0.0) < 45.0)
+    _cells(panel, part, percent, colours, 100.0, "served by one pretension (%)", texts, percent.filled(0.0) < 45.0)
     return page
 
 
@@ -155,33 +155,31 @@ def _texts(form: str, *values: Values) -> npt.NDArray[Any]:
 
 
 def _map(
-    cube: Cube, record: dict[str, Any], chosen: dict[str, Any], found: Slice, title: str, key: list[Any],
+    cube: Cube, record: dict[str, Any], chosen: dict[str, Any], part: Slice, title: str, key: list[Any],
     notes: list[str],
 ) -> tuple[Page, Axes]:  # fmt: skip
     """A page with one panel over two choices, and where the choice named first stands."""
     if chosen["feasible"]:
         key = [*key, star(label=choice_text(cube, chosen))]
-    notes = [*notes, f"At {found.title}."] if found.title else notes
+    notes = [*notes, f"At {part.title}."] if part.title else notes
     page = frame_of(record, title, key, notes).page(95.0)
     panel = page.figure.subplots()
-    x, y = found.scales
+    x, y = part.scales
     x.apply(panel, "x", cells=True)
     y.apply(panel, "y", cells=True)
     panel.set_xlabel(x.label)
     panel.set_ylabel(y.label)
     if chosen["feasible"]:
-        places = zip(found.axes, found.scales, strict=True)
+        places = zip(part.axes, part.scales, strict=True)
         across, up = (place_of(cube, axis, chosen[axis.column], scale) for axis, scale in places)
-        up += 0.3 * float(np.diff(y.edges).min()) if found.low.size <= _MOST_WRITTEN else 0.0
+        up += 0.3 * float(np.diff(y.edges).min()) if part.low.size <= _MOST_WRITTEN else 0.0
         panel.plot(across, up, marker="*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
     return page, panel
 
 
-def _cells(
-    panel: Axes, found: Slice, values: Any, colours: Any, most: float, label: str, texts: Any, dark: Any
-) -> None:
+def _cells(panel: Axes, part: Slice, values: Any, colours: Any, most: float, label: str, texts: Any, dark: Any) -> None:
     """The cells of a map with their colour bar, and their values in figures if there is room for them."""
-    x, y = found.scales
+    x, y = part.scales
     mesh = panel.pcolormesh(x.edges, y.edges, values, cmap=colours, vmin=0.0, vmax=most)
     bar = panel.figure.colorbar(mesh, ax=panel, aspect=28, pad=0.02)
     bar.set_label(label)

@@ -75,13 +75,13 @@ def check_figures_of(study: Study) -> None:
 
     Costs no matplotlib. What it lets pass may still come out empty, which `draw_run` then tells as a warning.
     """
-    found: list[Fault] = []
+    faults: list[Fault] = []
     for at, spec in enumerate(study.figure):
         key = f"figure.{at}"
         if spec.table == "designs" and spec.table not in study.output.tables:
             hint = '[output] tables needs "designs"'
             problem = f'figure "{spec.name}": {spec.quantity[0]} is of designs, which is not written'
-            found.append(Fault(f"{key}.quantity", problem, hint))
+            faults.append(Fault(f"{key}.quantity", problem, hint))
             continue
         try:
             cube = cube_to_come(study, spec.table)
@@ -89,12 +89,12 @@ def check_figures_of(study: Study) -> None:
             null = [name for name in spec.quantity if cube.is_null(name)]
             if len(null) == len(spec.quantity):
                 problem = f'figure "{spec.name}": {", ".join(null)}: null in every row of this study'
-                found.append(Fault(f"{key}.quantity", problem))
+                faults.append(Fault(f"{key}.quantity", problem))
         except UsageError as error:
             problem = f'figure "{spec.name}": {error.message}'
-            found.append(Fault(f"{key}{(error.where or '').replace('--', '.')}", problem, error.hint))
-    if found:
-        raise StudyError(found)
+            faults.append(Fault(f"{key}{(error.where or '').replace('--', '.')}", problem, error.hint))
+    if faults:
+        raise StudyError(faults)
 
 
 def draw_run(study: Study, folder: Path, out: Path | None = None) -> Drawn:

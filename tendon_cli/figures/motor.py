@@ -158,9 +158,9 @@ def _turn(axes: Axes, turn: Turn) -> None:
     axes.plot(np.degrees(turn.spool_turn), turn.motor_torque, color=INK, gid="curve")
     for place, (side, (at, torque)) in enumerate(sorted(turn.follows.items(), key=lambda each: each[1])):
         axes.plot([np.degrees(at)], [torque], "o", color=INK, markersize=4.0, gid="mark")
-        offset, beside = ((4, 4), "bottom") if place == 0 else ((4, -4), "top")
+        offset, align = ((4, 4), "bottom") if place == 0 else ((4, -4), "top")
         axes.annotate(f"{side}, {np.degrees(at):.2f}°", (np.degrees(at), torque), xytext=offset,
-                      textcoords="offset points", va=beside, size=6.5)  # fmt: skip
+                      textcoords="offset points", va=align, size=6.5)  # fmt: skip
     axes.margins(0.08, 0.12)
     axes.set_xlim(right=1.5 * float(np.degrees(turn.spool_turn[-1])))
     axes.set_title(turn.title)

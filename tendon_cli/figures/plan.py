@@ -89,8 +89,8 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
 
 def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
     if spec.quantity:
-        found = [cube.of.find_numbers(name, "--quantity") for name in spec.quantity]
-        return tuple(dict.fromkeys(found))
+        names = [cube.of.find_numbers(name, "--quantity") for name in spec.quantity]
+        return tuple(dict.fromkeys(names))
     if cube.kind == "designs":
         return (cube.of.find_numbers("margin", "--quantity"),)
     kept = [name for name in OF_STATES if name in cube.columns and name not in DERIVED]

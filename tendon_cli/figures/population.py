@@ -57,7 +57,7 @@ def draw_for_whom(
     bodies: tuple[Values, Values] | None = None, labels: tuple[str, str] = ("", ""), groups: Sequence[Group] = (),
     kind: str = "persons",
 ) -> Path:  # fmt: skip
-    """Everyone's window as a line, N, the pretensions that serve enough shaded; beside it the bodies left out.
+    """Everyone's window as a line, N, the pretensions that serve enough shaded; next to it the bodies not served.
 
     `bodies` are two dimensions of everyone's, in the units of their labels. Raises OutputError, UsageError.
     """
@@ -138,7 +138,7 @@ def draw_how_sure(
     path: Path, title: str, pretension: Values, share: Values, low: Values, high: Values, chosen: float, enough: float,
     inputs: Sequence[str] = (), bars: Sequence[Bars] = (),
 ) -> Path:  # fmt: skip
-    """The probability that a pretension (N) is in its window, with its 95 % band; beside it Sobol indices as bars.
+    """The probability that a pretension (N) is in its window, with its 95 % band; next to it Sobol indices as bars.
 
     Raises OutputError, UsageError.
     """

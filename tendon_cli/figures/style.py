@@ -43,7 +43,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 DIVERGING = LinearSegmentedColormap.from_list(
     "tendon_margin", ("#6b2203", "#b4480f", "#e38a4f", "#f5c9a8", "#f7f6f4", "#b4d4ea", "#6aaad6", "#2472b0", "#08396b")
 )
-"""Orange below zero, blue above: told apart by every kind of colour vision."""
+"""Orange below zero, blue above: distinguished by every kind of colour vision."""
 SEQUENTIAL = LinearSegmentedColormap.from_list(
     "tendon_sequence", ("#f0a01e", "#ed7953", "#bd3786", "#7201a8", "#1c0a66")
 )
@@ -125,9 +125,9 @@ def _settings() -> dict[str, Any]:
     shipped = dict(mpl.rcParamsDefault)  # not by rcdefaults(), which reads all styles that matplotlib ships
     dict.update(settings, {name: value for name, value in shipped.items() if name != "backend"})
     settings.update(_STYLE)
-    found = dict(settings.copy())
-    del found["backend"]
-    return found
+    kept = dict(settings.copy())
+    del kept["backend"]
+    return kept
 
 
 def new_figure(width: float, height: float, rect: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)) -> Figure:
@@ -148,8 +148,8 @@ def render(figure: Figure, kind: str, *, must_fit: bool = False, about: Mapping[
     Raises UsageError where its panels have no room and `must_fit`.
     """
     buffer = io.BytesIO()
-    told = about or {}
-    metadata = {name or key: told.get(key) for key, name in FORMATS[kind].items() if name is None or told.get(key)}
+    facts = about or {}
+    metadata = {name or key: facts.get(key) for key, name in FORMATS[kind].items() if name is None or facts.get(key)}
     with house_style():
         warnings.filterwarnings("error" if must_fit else "ignore", message="constrained_layout not applied")
         canvas: Any = FigureCanvasAgg(figure)
@@ -173,17 +173,17 @@ def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.Bytes
     from PIL import PngImagePlugin
 
     canvas.draw()
-    told = PngImagePlugin.PngInfo()
+    info = PngImagePlugin.PngInfo()
     for name, text in metadata.items():
         if text:
-            told.add_text(name, text)
+            info.add_text(name, text)
     pixels = np.asarray(canvas.buffer_rgba())
     height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
     rows[:, 1:].reshape(height, width, 3)[...] = pixels[:, :, :3]
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # eight bits of red, green and blue
     size = struct.pack(">IIB", *2 * [round(_DPI / 0.0254)], 1)
-    texts = ((kind, data) for kind, data, _ in told.chunks)
+    texts = ((kind, data) for kind, data, _ in info.chunks)
     drawn = zlib.compress(rows.data, 3)
     buffer.write(b"\x89PNG\r\n\x1a\n")
     for chunk in ((b"IHDR", header), (b"pHYs", size), *texts, (b"IDAT", drawn), (b"IEND",)):
@@ -207,12 +207,12 @@ def hatch_key(label: str) -> Patch:
 
 
 def sequence(count: int) -> list[Colour]:
-    """Colours for values with an order, from light to dark so that they are told apart in grey print too."""
+    """Colours for values with an order, from light to dark so that they are distinguished in grey print too."""
     return [SEQUENTIAL(float(at)) for at in np.linspace(0.0, 1.0, count)] if count > 1 else [SEQUENTIAL(1.0)]
 
 
 def load_colours(masses: npt.ArrayLike) -> list[Colour]:
-    """Colours of loads in kg, each its own in every figure; where some lie too close, those of `sequence`."""
+    """Colours of loads in kg, each the same in every figure; where some lie too close, those of `sequence`."""
     at = 1.0 - np.exp(-np.asarray(masses, dtype=np.float64) / 6.0)
     is_told_apart = len(at) < 2 or float(np.diff(np.sort(at)).min()) > 0.1
     return [SEQUENTIAL(float(each)) for each in at] if is_told_apart else sequence(len(at))

@@ -1,1 +1,1 @@
-"""One HTML page of a run, with everything in it: no network, no evaluated text, no file beside it."""
+"""One HTML page of a run, with everything in it: no network, no evaluated text, no other file."""

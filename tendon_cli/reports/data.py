@@ -19,7 +19,7 @@ from tendon_cli.units import UNITS
 
 MOST_CELLS = 700_000
 MOST_BYTES = 2_300_000
-"""Of all maps together, so that a page stays under 5 MB beside its library and its states."""
+"""Of all maps together, so that a page stays under 5 MB with its library and its states."""
 
 CLASSES = (
     {"label": "feasible", "letter": "F", "colour": "feasible"},
@@ -65,19 +65,19 @@ def page_axes(cube: Cube) -> list[PageAxis]:
 
 def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str]:
     """What the page does not hold of the run."""
-    found = [
+    kept = [
         f"{len(each.kept)} of {each.axis.length} values of {each.shown.name}"
         for each in axes
         if len(each.kept) < each.axis.length
     ]
-    parts = [f"it holds {', '.join(found)}"] if found else []
+    parts = [f"it holds {', '.join(kept)}"] if kept else []
     parts += [f"it leaves out {', '.join(left_out)}"] if left_out else []
     return [f"This page is kept small: {'; '.join(parts)}. The tables have everything."] if parts else []
 
 
 def quantities(columns: Mapping[str, Values], shown: Mapping[str, Shown]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Columns in the order of their worth, as many as MOST_BYTES hold; and the names of the others."""
-    found, left_out, budget = [], [], MOST_BYTES
+    """Columns in the order of their use, as many as MOST_BYTES hold; and the names of the others."""
+    kept, left_out, budget = [], [], MOST_BYTES
     for name, values in columns.items():
         record = outcomes_record(values) if name == OUTCOME else number_record(shown[name], values)
         size = len(record["array"]["data"])
@@ -85,8 +85,8 @@ def quantities(columns: Mapping[str, Values], shown: Mapping[str, Shown]) -> tup
             left_out.append(record["label"])
             continue
         budget -= size
-        found.append({**record, "name": name})
-    return found, left_out
+        kept.append({**record, "name": name})
+    return kept, left_out
 
 
 OUTCOME = "outcome"

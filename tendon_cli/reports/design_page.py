@@ -152,11 +152,11 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[A
     cells = np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel() if axes else np.zeros(1, np.int64)
     places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
     rows = cube.rows(list(places), places).ravel()
-    numbers, found = problem.choices.numbers(rows), []
+    numbers, of_conditions = problem.choices.numbers(rows), []
     for at in few:
         design = problem.under(at[np.newaxis]).design(numbers, None, pretension[cells])
-        found.append((_condition(problem, int(at)), curves(problem.study, design, (len(rows), 1), OF_TAUT)))
-    return states_record(problem.study, kept, found)
+        of_conditions.append((_condition(problem, int(at)), curves(problem.study, design, (len(rows), 1), OF_TAUT)))
+    return states_record(problem.study, kept, of_conditions)
 
 
 def _condition(problem: Any, condition: int) -> str:

@@ -74,8 +74,8 @@ def section(name: str, heading: str, inner: str, kind: str = "") -> str:
 def head(title: str, under: str, links: Mapping[str, str]) -> str:
     """Title and navigation."""
     places = "".join(f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items())
-    said = f'<h1>{escape(title)}</h1><p class="says">{escape(under)}</p><nav>{places}</nav>'
-    return f'<header>{said}</header>\n<p id="fault" role="alert"></p>\n'
+    text = f'<h1>{escape(title)}</h1><p class="says">{escape(under)}</p><nav>{places}</nav>'
+    return f'<header>{text}</header>\n<p id="fault" role="alert"></p>\n'
 
 
 def prose(text: str) -> str:
@@ -142,14 +142,14 @@ def notes(texts: Sequence[str]) -> str:
     return "".join(f'<p class="note">{escape(each)}</p>' for each in texts)
 
 
-def folded(summary: str, said: str) -> str:
+def folded(summary: str, text: str) -> str:
     """Long text, shown when it is asked for."""
-    return f"<details><summary>{escape(summary)}</summary><pre>{escape(said)}</pre></details>"
+    return f"<details><summary>{escape(summary)}</summary><pre>{escape(text)}</pre></details>"
 
 
-def warnings(found: Sequence[str]) -> str:
+def warnings(texts: Sequence[str]) -> str:
     """What a reader has to know first."""
-    return "".join(f'<p class="warning">Warning: {escape(each)}</p>' for each in found)
+    return "".join(f'<p class="warning">Warning: {escape(each)}</p>' for each in texts)
 
 
 def plot(name: str, label: str) -> str:

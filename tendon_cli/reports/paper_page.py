@@ -25,7 +25,7 @@ def paper_page(folder: Path) -> str:
     """The page of what `tendon paper` left in a folder; raises InputError for a damaged ledger."""
     ledger = _ledger(folder / LEDGER)
     rows = [(entry["id"], entry["verdict"], entry["finding"], entry["value"]) for entry in ledger]
-    table = html.table(("id", "verdict", "what the paper says", "what was found"), rows)
+    table = html.table(("id", "verdict", "what the paper says", "result"), rows)
     pictures, left_out = _pictures(folder)
     links = {"ledger": "Ledger", "figures": "Figures"}
     parts = [
@@ -44,7 +44,7 @@ def _ledger(file: Path) -> list[dict[str, str]]:
 
 
 def _pictures(folder: Path) -> tuple[str, list[str]]:
-    room, found, left_out = MOST_PICTURES, [], []
+    room, pictures, left_out = MOST_PICTURES, [], []
     for file in sorted(folder.glob("*.png")):
         if file.stat().st_size > room:
             left_out.append(f"{file.name} is not on this page, which is kept small")
@@ -54,5 +54,5 @@ def _pictures(folder: Path) -> tuple[str, list[str]]:
         data = base64.b64encode(content).decode("ascii")
         name = escape(file.stem)
         image = f'<img src="data:image/png;base64,{data}" alt="{name}">'
-        found.append(f"<figure>{image}<figcaption>{name}</figcaption></figure>")
-    return "".join(found), left_out
+        pictures.append(f"<figure>{image}<figcaption>{name}</figcaption></figure>")
+    return "".join(pictures), left_out

@@ -19,7 +19,7 @@ _ORIGIN = re.compile(rb'<meta name="tendon-origin" content="([0-9a-f]+)">')
 def origin(folder: Path) -> str | None:
     """A digest of the results that a folder holds, by its record; None where there is no record of tendon's.
 
-    It is of the study's hash and of the tables' own, or of the ledger: drawing figures anew does not change it.
+    It is of the study's hash and of those of the tables, or of the ledger: drawing figures anew does not change it.
     """
     for name in _RECORDS:
         try:
@@ -42,12 +42,12 @@ def origin_mark(folder: Path) -> str:
 
 
 def stale_note(folder: Path) -> str | None:
-    """What is to be said of a page that is of earlier results than its folder holds; None for any other."""
+    """What to say of a page that is of earlier results than its folder holds; None for any other."""
     try:
         with open_file(folder / NAME) as file:
-            found = _ORIGIN.search(file.read(4096))
+            match = _ORIGIN.search(file.read(4096))
     except OSError:
         return None
-    if found is None or found[1].decode() == origin(folder):
+    if match is None or match[1].decode() == origin(folder):
         return None
     return f"{folder / NAME} is of earlier results; `tendon report {folder}` writes it anew"

@@ -48,26 +48,26 @@ def angles_of(study: Study) -> Array:
 
 
 def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterable[str] = GROUPS) -> Curves:
-    """Of designs, whose own axes have a shape, the curves of some groups."""
+    """Of designs, whose axes have a shape, the curves of some groups."""
     flexion = np.array([[direction == "flexion"] for direction in study.motion.direction])
     angles = angles_of(study)
     columns = State.columns(evaluate(design, angles, flexion))
     states = (*shape, flexion.size, angles.size)
     wanted = [column for label in labels for column in GROUPS[label]]
-    found = {name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted}
+    result = {name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted}
     measures = {name: getattr(design.arm.joint, name) for name in _ANCHORS}
     measures["load_distance"] = design.arm.load_distance
-    return found | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
+    return result | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
 
 
 def curves_of_sweep(study: Study, positions: Sequence[npt.NDArray[np.int64]]) -> Curves:
     """Of designs of a sweep, the product of some positions on each of its axes."""
-    plan, found = Plan(study), []
+    plan, result = Plan(study), []
     rest = slice(0, len(study.motion.direction)), slice(0, len(study.motion.elbow_angle))
     for at in itertools.product(*(each.tolist() for each in positions)):
         block = Block(0, tuple(slice(index, index + 1) for index in at), *rest)
-        found.append(curves(study, plan.design(block), (1,) * len(at)))
-    return {name: np.concatenate([each[name] for each in found]) for name in found[0]}
+        result.append(curves(study, plan.design(block), (1,) * len(at)))
+    return {name: np.concatenate([each[name] for each in result]) for name in result[0]}
 
 
 def states_record(
@@ -80,23 +80,23 @@ def states_record(
         "directions": list(study.motion.direction),
         "groups": [group for at, each in enumerate(of_conditions) for group in _groups(at, *each)],
     }
-    arms = [{name: _short(found[name]) for name in _ARM} for _, found in of_conditions]
+    arms = [{name: _short(result[name]) for name in _ARM} for _, result in of_conditions]
     return record, arms
 
 
-def _groups(arm: int, condition: str, found: Curves) -> Iterable[dict[str, Any]]:
+def _groups(arm: int, condition: str, result: Curves) -> Iterable[dict[str, Any]]:
     for label, columns in GROUPS.items():
         lines: list[dict[str, Any]] = []
-        for column in columns if columns[0] in found else ():
+        for column in columns if columns[0] in result else ():
             shown = Shown.of(column, QUANTITIES[column])
             colour = next((side for side in ("flexor", "extensor") if side in column), "motor")
-            lines.append({"label": shown.name, "colour": colour, "array": packed(shown.scaled(found[column]))})
+            lines.append({"label": shown.name, "colour": colour, "array": packed(shown.scaled(result[column]))})
         if not lines:
             continue
         lines[0]["colour"] = "joint" if label == "torque" else lines[0]["colour"]
         unit = Shown.of(columns[0], QUANTITIES[columns[0]]).unit
-        said = f"{label}, {condition}" if condition else label
-        yield {"label": said, "condition": condition, "arm": arm, "unit": "" if unit == "1" else unit, "lines": lines}
+        text = f"{label}, {condition}" if condition else label
+        yield {"label": text, "condition": condition, "arm": arm, "unit": "" if unit == "1" else unit, "lines": lines}
 
 
 def _short(values: Array) -> list[float]:

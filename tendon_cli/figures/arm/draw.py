@@ -29,8 +29,8 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
     Without angles at some of the study's. Raises UsageError for an unknown case.
     """
     sizes = arm_sizes(study, case)
-    own = study.motion.elbow_angle.array
-    angles = list(elbow_angles) or [float(own[at]) for at in evenly(len(own), 4)]
+    of_study = study.motion.elbow_angle.array
+    angles = list(elbow_angles) or [float(of_study[at]) for at in evenly(len(of_study), 4)]
     remarks = list(sizes.remarks)
     if len(angles) > _MOST_ANGLES:
         remarks.append(f"{_MOST_ANGLES} of {len(angles)} elbow angles drawn, evenly chosen.")

@@ -40,7 +40,7 @@ class RouteCurve:
     at: Floats
     """Arc length at the inner points, mm."""
     curvature: Floats
-    """Turn over the mean of the two chords beside it, 1/m."""
+    """Turn over the mean of its two chords, 1/m."""
     turned: Floats
     """Sum of the turns up to there, deg."""
     length: float
@@ -56,9 +56,9 @@ def route_page(
     in m. Raises InputError for fewer than two different points.
     """
     curve, marks = route_curve(route), 1e3 * np.asarray(measured, dtype=np.float64)
-    said = f"{len(marks)} way-points over {number(curve.length / 1e3)} m; the views are to one scale."
+    count = f"{len(marks)} way-points over {number(curve.length / 1e3)} m; the views are to one scale."
     with house_style():
-        page = Frame(PAGE_WIDTH, title, notes=(said, *notes), study=study).page(118.0)
+        page = Frame(PAGE_WIDTH, title, notes=(count, *notes), study=study).page(118.0)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
         shown = float(np.quantile(curve.curvature, 0.98)) if len(curve.curvature) else 0.0
         colour = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, shown or 1.0), SEQUENTIAL)
@@ -127,7 +127,7 @@ def draw_geometry(
     file: Path, settings: tuple[str, ...] = (), angles: Sequence[float] = (), out: Path | None = None,
     case: str | None = None,
 ) -> list[Path]:  # fmt: skip
-    """Draw the arm of a study file at some elbow angles in rad, and the routes of its sheaths beside it.
+    """Draw the arm of a study file at some elbow angles in rad, and the routes of its sheaths next to it.
 
     `case` takes the arm and the sheaths of one of its cases. Routes are drawn as the model takes them, smoothed alike.
     Returns the files. Raises StudyError, InputError, UsageError for an unknown case or format, OutputError.
@@ -169,7 +169,7 @@ def _said(file: Path, settings: tuple[str, ...], key: str) -> str:
     given = [
         text.strip().strip("\"'") for name, _, text in (each.partition("=") for each in settings) if name.strip() == key
     ]
-    said: Any = read_document(file).content
+    value: Any = read_document(file).content
     for part in () if given else key.split("."):
-        said = said[int(part) if isinstance(said, list) else part]
-    return str(given[-1] if given else said)
+        value = value[int(part) if isinstance(value, list) else part]
+    return str(given[-1] if given else value)

@@ -143,17 +143,17 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     space = Space((*cases, *axes), single_numbers(study))
     at = study.cases.index(chosen) if chosen is not None else 0
     first = tuple(slice(at, at + 1) if axis in cases else slice(0, 1) for axis in space.axes)
-    found, remarks = {}, []
+    sizes, remarks = {}, []
     for name, key in keys.items():
         values = space.number(key)
-        found[name] = np.asarray(values.within(first)).item() * (1.0 if name in ("upper_arm_angle", "ratio") else 1e3)
+        sizes[name] = np.asarray(values.within(first)).item() * (1.0 if name in ("upper_arm_angle", "ratio") else 1e3)
         remarks += [
             f"{key} has {space.shape[axis]} values, the first is drawn."
             for axis in values.axes if space.axes[axis] in axes and space.shape[axis] > 1
         ]  # fmt: skip
     if study.cases and chosen is None:
         remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
-    return ArmSizes(**found, remarks=tuple(remarks))
+    return ArmSizes(**sizes, remarks=tuple(remarks))
 
 
 def chosen_case(study: Study, case: str | None) -> Any:

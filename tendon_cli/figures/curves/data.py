@@ -73,8 +73,8 @@ class CurveData:
 def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
     """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
     masks = [each for each in asked if cube.axis(each.column) is None]
-    told = [name for name in ("status", _STIFFNESS, "taut", "stable") if name in cube.columns]
-    names = [*plan.quantities, *told, *(each.column for each in masks), plan.x_column, *cube.defining]
+    flags = [name for name in ("status", _STIFFNESS, "taut", "stable") if name in cube.columns]
+    names = [*plan.quantities, *flags, *(each.column for each in masks), plan.x_column, *cube.defining]
     texts = [axis.column for axis in cube.axes if axis.is_text]
     read = cube.gather(plan.rows(cube), [name for name in (*names, *texts) if name in cube.columns])
     kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
@@ -85,12 +85,12 @@ def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: Fi
         _raise_empty(plan, asked)
     scale, label, x_values = _along_x(cube, plan, read, spec)
     varied = [axis.column for axis in plan.parts if axis is not None]
-    said, _ = caption(cube, spec, read, varied=varied)
+    lines, _ = caption(cube, spec, read, varied=varied)
     meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
     data = CurveData(
         spec.title or cube.title, cube.source, scale, label, x_values, curves, _colours(cube, plan, spec),
         _texts(cube, plan, 2, spec), _texts(cube, plan, 0, spec), not cube.pushes,
-        _is_slack_below_zero(cube, plan), _missing(plan, masks), (*meaning, *said, *plan.notes),
+        _is_slack_below_zero(cube, plan), _missing(plan, masks), (*meaning, *lines, *plan.notes),
     )  # fmt: skip
     return _each_panel_once(_overlaid(data) if spec.overlay else data)
 

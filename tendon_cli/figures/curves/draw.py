@@ -42,11 +42,11 @@ Cell = tuple[Curves, int]
 def draw_curves(data: CurveData, width: float, height: float | None) -> list[Page]:
     """One page; where several quantities meet several panels in more than a row each, a page per panel."""
     panels = max(1, len(data.panels))
-    cells = [(found, at) for found in data.curves for at in range(panels)]
+    cells = [(curves, at) for curves in data.curves for at in range(panels)]
     if len(data.curves) > 1 and panels > 1:
         if len(cells) <= _MOST_CELLS:
             return [_page(data, cells, panels, "", width, height)]
-        pages = [[(found, at) for found in data.curves] for at in range(panels)]
+        pages = [[(curves, at) for curves in data.curves] for at in range(panels)]
         return [_page(data, cells, 2, data.panels[at], width, height) for at, cells in enumerate(pages)]
     columns = 2 if len(data.curves) > 1 else grid_shape(len(cells))[1]
     return [_page(data, cells, columns, "", width, height)]
@@ -136,7 +136,7 @@ def _hatch_unknown(axes: Axes, data: CurveData, unknown: npt.NDArray[np.bool_]) 
 
 
 def _sign(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any]:
-    """How a line looks: told apart by colour, and in grey print by its markers and lightness."""
+    """How a line looks: distinguished by colour, and in grey print by its markers and lightness."""
     lines = len(data.colours)
     step = max(2, points // 6)
     # No two lines have their markers at the same place, so that lines that coincide are seen to.

@@ -72,13 +72,13 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     rooms = [_room(read[_column(key)], key, cube.limit(key)) for key in limits]
     margins, *rooms = (each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), *rooms))
     titles = _titles(cube, plan, spec)
-    found = [Panel(titles[at], margins[at], tuple(room[at] for room in rooms)) for at in range(len(titles))]
-    panels, same = _each_once(found)
-    said, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
+    drawn = [Panel(titles[at], margins[at], tuple(room[at] for room in rooms)) for at in range(len(titles))]
+    panels, same = _each_once(drawn)
+    lines, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
     if len(panels) == 1 and not panels[0].title:
         panels = [replace(panels[0], title=next((text for text in fixed if text.endswith(" load")), ""))]
     in_row = len({panel[plan.titled[0].column] for panel in plan.panels}) if plan.titled else 1
-    notes = (meaning_of_margin(cube), *said, *plan.notes, *same)
+    notes = (meaning_of_margin(cube), *lines, *plan.notes, *same)
     said_of = tuple(Limit(key, _words(cube, spec, key)) for key in limits)
     title = spec.title or cube.title
     return MapData(title, cube.source, x, y, margin, said_of, tuple(panels), in_row, notes)

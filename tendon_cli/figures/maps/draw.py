@@ -53,7 +53,7 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     grid = panels_on.grid
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data, panel, colours, ticks=max(2, min(6, int(each / 9.0))))
-        axes.set_title(wrapped(panel.title, int(each / 1.9)), y=1.0)  # where it is by itself, found sooner
+        axes.set_title(wrapped(panel.title, int(each / 1.9)), y=1.0)  # placed without a search
     # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
     is_full = columns > 2 and rows * columns == len(panels)
     if is_full:
@@ -143,13 +143,13 @@ def crosses_zero(room: Floats) -> bool:
 
 def zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
     """Where values along an axis cross zero, linearly between two of them, and whether they rise there."""
-    found = []
+    crossings = []
     for at in range(len(values) - 1):
         low, high = values[at], values[at + 1]
         if np.isfinite(low) and np.isfinite(high) and (low < 0.0) != (high < 0.0):
             share = low / (low - high)
-            found.append((float(places[at] + share * (places[at + 1] - places[at])), bool(high > low)))
-    return found
+            crossings.append((float(places[at] + share * (places[at + 1] - places[at])), bool(high > low)))
+    return crossings
 
 
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, hatch: str, edgecolor: str) -> None:
@@ -168,14 +168,14 @@ def _strokes(x: Scale, y: Scale, room: Floats) -> list[tuple[Sequence[float], Se
     """Where one axis is of names: per name, a stroke where `room` changes its sign."""
     along_x = not x.names
     places, table = (x.places, room) if along_x else (y.places, room.T)
-    found: list[tuple[Sequence[float], Sequence[float]]] = []
+    strokes: list[tuple[Sequence[float], Sequence[float]]] = []
     for at, line in enumerate(table):
         for zero, rises in zero_crossings(places, line):
             across = (at - 0.5, at + 0.5)
             # Drawn so that the higher side is on the left, as contours are.
             up = across if rises != along_x else across[::-1]
-            found.append(([zero, zero], up) if along_x else (up, [zero, zero]))
-    return found
+            strokes.append(([zero, zero], up) if along_x else (up, [zero, zero]))
+    return strokes
 
 
 def _to_the_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
@@ -191,12 +191,12 @@ def _remarks(panels: Sequence[Panel]) -> list[str]:
     """What the reader might look for in vain."""
     margins = np.concatenate([panel.margin.ravel() for panel in panels])
     known = margins[np.isfinite(margins)]
-    found = []
+    remarks = []
     if len(known) and known.min() >= 0.0:
-        found.append("No design goes slack.")
+        remarks.append("No design goes slack.")
     if len(known) and known.max() < 0.0:
-        found.append("Every design goes slack.")
-    return found
+        remarks.append("Every design goes slack.")
+    return remarks
 
 
 def _key(data: MapData, panels: Sequence[Panel]) -> list[Any]:
