@@ -10,7 +10,7 @@ from tendon_cli.answers.candidates import Columns, numbers_of
 from tendon_cli.answers.coverage import share_served
 from tendon_cli.answers.population import GroupWindows
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.setting import POSTURE, settings_of
+from tendon_cli.answers.setting import settings_of
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
@@ -93,7 +93,7 @@ def _set(problem: Problem, axis: Axis, columns: Columns, pretension: float) -> t
     """What to set on each person."""
     others = (each for each in problem.conditions.axes if each.key not in (PERSON_AXIS, DRAW_AXIS))
     under = {key: np.repeat(values[:1], len(axis)) for other in others for key, values in other.numbers.items()}
-    under |= dict(axis.numbers) | {key: np.full(len(axis), value) for key, value in POSTURE.items()}
+    under |= dict(axis.numbers)
     numbers = {**numbers_of(problem, columns), PRETENSION: np.array([pretension])}
     values = settings_of(problem.points(numbers, under).design(), len(axis))
     return values.flexor, values.extensor, values.flexor_motor, values.extensor_motor

@@ -189,13 +189,16 @@ class Problem:
         if kernel.kind() is None:
             found = window.window(design, self.angles, self.flexion, self.bounds)
         else:
-            ends = self._ends(design, shape)
+            ends = self._of_states(design, shape)
             found = window.named(ends, design, self.angles, self.flexion, self.bounds)
         if self.bounds.of_motion:
-            return narrowed(found, design, self.angles, self.flexion, self.bounds).window
-        return found
+            found = narrowed(found, design, self.angles, self.flexion, self.bounds).window
+        return window.as_read(found, design)
 
     def _ends(self, design: Design, shape: tuple[int, int]) -> Ends:
+        return window.as_read(self._of_states(design, shape), design)
+
+    def _of_states(self, design: Design, shape: tuple[int, int]) -> Ends:
         found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
         kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
         return window.finished(found, design, self.bounds)

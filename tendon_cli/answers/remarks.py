@@ -15,12 +15,13 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers.candidates import Candidates, numbers_of
 from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.setting import ANGLE, settings
+from tendon_cli.answers.setting import settings
 from tendon_cli.answers.solve import severest, worst
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.drift import Drift, at_pretension, drift
+from tendon_cli.model.drift import Drift, drift
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.studies.values import Values
 
 STRAP = 0.04
 """Width of a strap if the study gives none, m."""
@@ -51,15 +52,20 @@ def bench_record(problem: Problem, choice: Candidates) -> dict[str, Any]:
     """What to set for a choice, the drift beyond its window, and remarks, as the record of an answer has them."""
     numbers, solutions = numbers_of(problem, choice.columns), choice.solutions
     values = settings(problem, numbers, solutions.pretension)
-    beyond = drift_of(problem, choice)
+    beyond, posture = drift_of(problem, choice), problem.study.setting
     return {
         "setting": {
-            "angle": ANGLE, "upper_arm_angle": 0.0, "load": 0.0, "after": "extension",
+            "angle": _first(posture.angle), "upper_arm_angle": _first(posture.upper_arm_angle),
+            "load": _first(posture.load), "after": posture.after, "read": posture.read,
             "newtons_per_metre": float(values.per_length[0]),
         },
         "drift": None if beyond is None else {"pretension": beyond[0], **asdict(beyond[1])},
         "remarks": [asdict(each) for each in remarks(problem, choice)],
     }  # fmt: skip
+
+
+def _first(values: Values) -> float:
+    return float(values.array[0])
 
 
 def remarks(problem: Problem, choice: Candidates) -> Iterator[Remark]:
@@ -106,7 +112,7 @@ def _of_rope(problem: Problem, choice: Candidates) -> Iterator[Remark]:
 
 def _of_spring(problem: Problem, choice: Candidates) -> Iterator[Remark]:
     """By how much the flexor's spring is stretched, against the room between its anchors."""
-    design = at_pretension(problem.design(numbers_of(problem, choice.columns)), float(choice.solutions.pretension[0]))
+    design = problem.design(numbers_of(problem, choice.columns), pretension=choice.solutions.pretension)
     state = evaluate(design, problem.angles, problem.flexion)
     extension: Array = np.asarray(state.balance.flexor / design.flexor.spring_stiffness)
     path = state.motion.flexor_path
@@ -135,7 +141,7 @@ def drift_of(problem: Problem, choice: Candidates) -> tuple[float, Drift] | None
     if not (is_stability and np.isfinite(high) and problem.limit("min_elbow_stiffness") == 0.0):
         return None
     alone = problem.under(solutions.to_condition[:1])
-    design = at_pretension(alone.design(numbers_of(problem, choice.columns)), BEYOND * high)
+    design = alone.design(numbers_of(problem, choice.columns), pretension=np.array([BEYOND * high]))
     start = float(problem.angles[0, state % problem.angles.size])
     first, last = float(problem.angles.min()), float(problem.angles.max())
     ways = [drift(design, start, end) for end in (first, last) if end != start]

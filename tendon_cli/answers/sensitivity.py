@@ -14,8 +14,10 @@ from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
+from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import excess
-from tendon_cli.space.axis import PRETENSION, REFERENCE, SLACK, SPRING_AT, of_side
+from tendon_cli.model.setting import shown
+from tendon_cli.space.axis import PRETENSION, WORDS, of_side
 
 End = Literal["from", "to"]
 
@@ -91,7 +93,9 @@ class _OfState:
         flexion, angle = divmod(self.state, self.alone.angles.size)
         at = self.alone.angles[:, [angle]], self.alone.flexion[[flexion]]
         bounds = self.alone.bounds if bound is None else _stepped(self.alone.bounds, bound)
-        return float(limit_end(self.code, design, *at, bounds, upper=self.upper).imag.item()) / _STEP
+        end = limit_end(self.code, design, *at, bounds, upper=self.upper)
+        read = end if self.code == LIMIT_PRETENSION else shown(design, end)
+        return float(read.imag.item()) / _STEP
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +135,7 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
     space = alone.points(numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.of_the_model.items():
-        if key not in (PRETENSION, REFERENCE, SLACK, SPRING_AT):
+        if key not in (PRETENSION, *WORDS):
             name = of_side(key, side) if side and key in space.of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())
     return {key: value for key, value in values.items() if np.isfinite(value)}

@@ -1,7 +1,7 @@
 """What to set on the bench for a pretension: both tensions in the posture in which it is set, and length for force.
 
 The pretension F0 is a tension of the model that no gauge reads: where the suit is set, the arm's weight and the moment
-arms make other tensions of it. The posture is the straight arm that hangs down, the hand empty, after extension.
+arms make other tensions of it (`model/setting.py`), by default of the straight arm that hangs down, the hand empty.
 """
 
 from __future__ import annotations
@@ -11,21 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.answers.problem import Problem
-from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, Numbers
+from tendon_cli.model.setting import all_readings, per_length
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Numbers
 
 COLUMNS = (
     "set_flexor_tension", "set_extensor_tension", "set_flexor_tension_motor", "set_extensor_tension_motor",
     "tolerance_length",
 )  # fmt: skip
 """Columns of choices.parquet."""
-
-ANGLE = 0.0
-"""Elbow angle at which the pretension is set, rad."""
-POSTURE = {"load.mass": 0.0, "arm.upper_arm_angle": 0.0}
-"""What the numbers of a study are while it is set: the empty hand, the upper arm hanging, SI."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,21 +42,25 @@ def settings(problem: Problem, numbers: Numbers, pretension: Array) -> Settings:
 
     That has no person's body and no draw's numbers, and the first of every other condition.
     """
+    return settings_of(_on_the_study_arm(problem, numbers, pretension), len(pretension))
+
+
+def _on_the_study_arm(problem: Problem, numbers: Numbers, pretension: Array) -> Design:
     others = (axis for axis in problem.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS))
     under = {key: values[:1] for axis in others for key, values in axis.numbers.items()}
-    under |= {key: np.array([value]) for key, value in POSTURE.items()}
-    return settings_of(problem.points({**numbers, PRETENSION: pretension}, under).design(), len(pretension))
+    return problem.points({**numbers, PRETENSION: pretension}, under).design()
+
+
+def _model_pretension(problem: Problem, numbers: Numbers, read: Array) -> Array:
+    """The F0 of pretensions as the study reads them, (choices,)."""
+    found = _on_the_study_arm(problem, numbers, read).flexor.pretension
+    return np.broadcast_to(np.asarray(found).reshape(-1), read.shape)
 
 
 def settings_of(design: Design, count: int) -> Settings:
-    """The same of `count` designs that are in the posture in which they are set."""
-    state = evaluate(design, np.array([[ANGLE]]), np.array([[False]]))
-    tied = state.coupling
-    per_length = (1.0 + np.asarray(design.ratio)) / tied.common_compliance
-    values = (
-        state.balance.flexor, state.balance.extensor, state.flexor_tension_proximal, state.extensor_tension_proximal,
-        per_length,
-    )  # fmt: skip
+    """The same of `count` designs."""
+    shown = all_readings(design, design.flexor.pretension)
+    values = (*(shown[f"{side} at {end}"] for end in ("joint", "motor") for side in SIDES), per_length(design))
     return Settings(*(np.broadcast_to(np.asarray(each).reshape(-1), (count,)).copy() for each in values))
 
 
@@ -69,7 +68,8 @@ def setting_columns(problem: Problem, numbers: Numbers, low: Array, high: Array,
     """The columns of what to set; null for a choice without a pretension, or whose window is empty or has no end."""
     values = settings(problem, numbers, pretension)
     with np.errstate(invalid="ignore"):
-        length = np.where((low <= high) & np.isfinite(high), 0.5 * (high - low) / values.per_length, np.nan)
+        width = _model_pretension(problem, numbers, high) - _model_pretension(problem, numbers, low)
+        length = np.where((low <= high) & np.isfinite(high), 0.5 * width / values.per_length, np.nan)
     return dict(
         zip(COLUMNS, (values.flexor, values.extensor, values.flexor_motor, values.extensor_motor, length), strict=True)
     )

@@ -118,10 +118,22 @@ def drift_words(record: Row) -> str:
     return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"
 
 
+def posture_words(setting: Row) -> str:
+    """The posture in which a pretension is set."""
+    if setting["angle"] == setting["upper_arm_angle"] == 0.0:
+        limb = "arm hanging straight"
+    else:
+        limb = f"joint at {say.quantity('elbow_angle', setting['angle'])}"
+        tilted = say.quantity("upper_arm_angle", setting["upper_arm_angle"])
+        limb += "" if setting["upper_arm_angle"] == 0.0 else f", upper arm at {tilted}"
+    hand = "hand empty" if setting["load"] == 0.0 else f"{say.quantity('load_mass', setting['load'])} in the hand"
+    return f"{limb}, {hand}, after {setting['after']}"
+
+
 def bench_lines(problem: Problem, record: Row, row: Row) -> Iterator[str]:
     """What to set on the bench, and what speaks against building or wearing the suit."""
     whose = " on the mean man" if PERSON_AXIS in (axis.key for axis in problem.conditions.axes) else ""
-    yield f"\nTo set it{whose}: arm hanging straight, hand empty, after extension"
+    yield f"\nTo set it{whose}: {posture_words(record['setting'])}"
     names = ([f"set_{side}_tension{end}" for side in ("flexor", "extensor")] for end in ("", "_motor"))
     joint, motor = ([say.quantity(name, row[name], 4) for name in pair] for pair in names)
     yield from say.filled(f"{joint[0]} in the flexor and {joint[1]} in the extensor at the joint", "  ")

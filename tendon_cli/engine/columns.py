@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.plan import Plan
+from tendon_cli.model.design import F0
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
@@ -54,6 +55,9 @@ class Tables:
         }
         for key in self._keys():
             columns |= self._columns_of(key)
+        if self.plan.study.setting.read != F0:
+            model = Column.of(QUANTITIES["model_pretension"], is_axis=True, nullable=True)
+            columns[model] = lambda block: np.asarray(self.plan.design(block).flexor.pretension)
         for at, axis in enumerate(self.plan.axes):
             if axis.names:
                 meaning = f"name of the {axis.key}"

@@ -109,6 +109,7 @@ class PlanWindows:
             ends: window.Ends = narrowed(whole, design, *motion, bounds).window
         else:
             ends = self._ends(block, design)
+        ends = window.as_read(ends, design)
         return {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}
 
     def _ends(self, block: Block, design: Design) -> window.Ends:
@@ -168,7 +169,8 @@ class DesignRows:
             self.go_on()
             design = self.plan.design(block)
             found = self._found(block, design)
-            results = extremes.finished(found, plan.states_per_design) | _by_numpy(self.plan, block, self._of_forms)
+            results = extremes.as_read(extremes.finished(found, plan.states_per_design), design)
+            results |= _by_numpy(self.plan, block, self._of_forms)
             results |= extremes.of_design(design, found) | self.windows.columns(block, design)
             judged = extremes.judged(results, plan.study.limits)
             counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}

@@ -65,7 +65,7 @@ class Situation:
             cosine=np.cos(inclination),
             other_torque=np.asarray(design.other_torque(elbow_angle)),
             other_slope=np.asarray(design.other_torque(elbow_angle, 1)),
-            resting=sheaths_of(*sides, design.setting_angle, flexion) if design.follows else None,
+            resting=sheaths_of(*sides, design.setting.angle, flexion) if design.follows else None,
         )
 
     @cached_property

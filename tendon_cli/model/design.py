@@ -82,6 +82,25 @@ class Side:
         return self.bend_angle, 0.0
 
 
+F0 = "pretension"
+READINGS = (F0, "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
+"""How a pretension is read: as F0 of the model, or as a tension in the posture in which it is set."""
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """In which the pretension is set, the limb at rest after a direction of motion."""
+
+    angle: Real = 0.0
+    """θ0 of the joint, rad."""
+    upper_arm_angle: Real = 0.0
+    """rad."""
+    load_mass: Real = 0.0
+    """In the hand, kg."""
+    after_flexion: Flag = False
+    """Else after extension."""
+
+
 @dataclass(frozen=True, eq=False)
 class Design:
     """Everything that a state depends on besides elbow angle and direction."""
@@ -101,8 +120,9 @@ class Design:
     """What a task asks for besides, N m over rad."""
     load_scale: Real = 1.0
     """Times that torque."""
-    setting_angle: Real = 0.0
-    """θ0, the posture in which the pretension is set, rad."""
+    setting: Posture = field(default_factory=Posture)
+    read: str = F0
+    """How the pretension is read, one of READINGS."""
     given: Mapping[str, Real] = field(default_factory=dict)
     """Numbers that a limit alone needs, by key (`limits.GIVEN`); what a side may have of its own is the flexor's."""
 

@@ -16,11 +16,12 @@ import numpy.typing as npt
 
 from tendon_cli.model import statics
 from tendon_cli.model.actuator import Situation, State
-from tendon_cli.model.design import Design, changed
+from tendon_cli.model.design import F0, Design, changed
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS, contact_pressure
 from tendon_cli.model.portions import Kind, Place, StateAxes, cut
 from tendon_cli.model.response import SLACK_TOLERANCE
+from tendon_cli.model.setting import Reading
 
 Found = dict[str, Array]
 """Over designs, by name."""
@@ -214,6 +215,17 @@ def finished(found: Found, states: int) -> Found:
     }
     # Minus zero becomes zero: which of the two is the smallest depends on the order in which states are taken.
     return {name: values + 0.0 for name, values in columns.items()}
+
+
+def as_read(columns: Found, design: Design) -> Found:
+    """The result columns of designs with what is a pretension as the design's own is read."""
+    if design.read == F0:
+        return columns
+    line, set_to = Reading.of(design, design.read), design.flexor.pretension
+    least = {name: columns[name][..., np.newaxis, np.newaxis] for name in ("required_pretension", "margin")}
+    required = line.shown(least["required_pretension"])
+    margin = line.shown(set_to) - line.shown(set_to - least["margin"])
+    return columns | {"required_pretension": required[..., 0, 0], "margin": margin[..., 0, 0]}
 
 
 def judged(columns: Found, limits: Mapping[str, float]) -> dict[str, npt.NDArray[np.bool_]]:

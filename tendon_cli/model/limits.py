@@ -18,6 +18,7 @@ import numpy.typing as npt
 from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit, Form, LimitWords, Need
 from tendon_cli.model.kinematics import Array, Real
+from tendon_cli.model.setting import shown
 
 Codes = npt.NDArray[np.int8]
 
@@ -121,7 +122,7 @@ _ALL = (
             "pretension too high", "the largest pretension", "the pretension is above {}",
             "is below {}", "exceeds {}",
         ), column="pretension",
-        of_design=lambda design: np.maximum(design.flexor.pretension, design.extensor.pretension),
+        of_design=lambda design: shown(design, np.maximum(design.flexor.pretension, design.extensor.pretension)),
     ),
     DesignLimit(
         "min_spool_to_tendon", (0.0, 1e6), LimitWords(

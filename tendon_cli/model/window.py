@@ -7,7 +7,7 @@ states: `begin`, `fold` in any portions, `finished`. Arguments broadcast as in `
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds, ends_of
-from tendon_cli.model.design import Design
+from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
@@ -27,6 +27,7 @@ from tendon_cli.model.limits import (
     Codes,
 )
 from tendon_cli.model.response import SLACK_TOLERANCE
+from tendon_cli.model.setting import Reading, pretension_of
 
 Positions = npt.NDArray[np.int64]
 Kind = TypeVar("Kind", bound=np.generic)
@@ -56,6 +57,9 @@ class Ends:
         return np.asarray(self.low <= self.high)
 
 
+Kept = TypeVar("Kept", bound=Ends)
+
+
 @dataclass(frozen=True, eq=False)
 class Window(Ends):
     """The ends of windows with the limits that bind there, or where no pretension could do, the reason."""
@@ -69,7 +73,7 @@ def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> 
     """The windows of designs over their states, which lie along the last two axes of the broadcast product."""
     at = Situation.of(design, elbow_angle, flexion)
     low, high, low_by, high_by, blocked = _of_states(at, bounds)
-    ceiling, fixed = np.asarray(bounds.get("max_pretension", np.inf)), _broken_by_design(design, bounds)
+    ceiling, fixed = _ceiling(design, bounds), _broken_by_design(design, bounds)
     shape = np.broadcast_shapes(*(each.shape for each in (low, high, low_by, high_by, blocked, fixed, ceiling)), (1, 1))
     found = begin(shape[:-2])
     fold(found, at, bounds, np.arange(shape[-2] * shape[-1]).reshape(shape[-2:]))
@@ -111,7 +115,7 @@ def fold(found: Found, at: Situation, bounds: Bounds, states: Positions) -> None
 def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
     """The ends, from the tightest over all states and from what holds for the whole design."""
     fixed = _over_design(_broken_by_design(design, bounds)) != NOTHING
-    ceiling = _over_design(np.asarray(bounds.get("max_pretension", np.inf)))
+    ceiling = _over_design(_ceiling(design, bounds))
     low, high, stuck = found["low"], found["high"], np.isfinite(found["blocked"])
     empty = stuck | fixed
     state = np.where(fixed, -1.0, found["blocked"])
@@ -124,6 +128,26 @@ def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
         low_state=low_state.astype(np.int64),
         high_state=high_state.astype(np.int64),
     )
+
+
+def _ceiling(design: Design, bounds: Bounds) -> Array:
+    """The largest F0 that is allowed, of a limit that is read as the design's pretension is."""
+    most = bounds.get("max_pretension")
+    return np.full((), np.inf) if most is None else pretension_of(design, most)
+
+
+def as_read(ends: Kept, design: Design) -> Kept:
+    """Ends as the design's pretension is read."""
+    if design.read == F0:
+        return ends
+    line = Reading.of(design, design.read)
+    with np.errstate(invalid="ignore"):
+        low, high = (_over_states(line.shown(end[..., np.newaxis, np.newaxis])) for end in (ends.low, ends.high))
+    return replace(ends, low=low, high=high)
+
+
+def _over_states(values: Array) -> Array:
+    return values[..., 0, 0]
 
 
 def _broken_by_design(design: Design, bounds: Bounds) -> Codes:

@@ -17,8 +17,10 @@ NAMED_AXES = (CASE_AXIS, PERSON_AXIS, DRAW_AXIS)
 """Axes whose values have names, and set several numbers at once."""
 PRETENSION = "tendon.pretension"
 REFERENCE, SLACK, SPRING_AT = "model.reference", "model.slack", "spring.at"
+AFTER, READ = "setting.after", "setting.read"
 """Words as numbers: 1 if the flexor's travel is measured from the initial path; if tendons cannot push; if a spring
-sits at the motor."""
+sits at the motor; if the pretension is set after flexion; and the place of how it is read among `READINGS`."""
+WORDS = (REFERENCE, SLACK, SPRING_AT, AFTER, READ)
 
 Role = Literal["choice", "condition", "pretension"]
 Numbers = Mapping[str, Array]

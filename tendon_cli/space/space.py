@@ -16,14 +16,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.design import Design, Limb, Side
+from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
 from tendon_cli.model.kinematics import Anchors, Array, Flag, Real
 from tendon_cli.model.limits import GIVEN
+from tendon_cli.model.setting import set_by
 from tendon_cli.space.axis import (
+    AFTER,
     CASE_AXIS,
     DRAW_AXIS,
     PERSON_AXIS,
     PRETENSION,
+    READ,
     REFERENCE,
     SIDES,
     SLACK,
@@ -205,7 +208,7 @@ class Space:
             )
             for side in SIDES
         )
-        return Design(
+        made = Design(
             arm=Limb(
                 Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)),
                 **arm(_WEIGHTS),
@@ -218,13 +221,23 @@ class Space:
             load_mass=given["load.mass", None],
             unilateral=is_so(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
+            setting=Posture(
+                **{name: given[f"setting.{key}", None] for name, key in _SETTING.items()}, after_flexion=is_so(AFTER)
+            ),
+            read=READINGS[int(self.single.get(READ, 0.0))],
         )
+        return set_by(made)
 
 
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width", "contact_radius")
 _JOINT = ("stiffness", "rest_angle")
-_DEFAULTS = {"joint.stiffness": 0.0, "joint.rest_angle": 0.0, "anchor.stiffness": np.inf, SPRING_AT: 0.0}
+_SETTING = {"angle": "angle", "upper_arm_angle": "upper_arm_angle", "load_mass": "load"}
+_DEFAULTS = (
+    {f"setting.{key}": 0.0 for key in _SETTING.values()}
+    | {AFTER: 0.0}
+    | {"joint.stiffness": 0.0, "joint.rest_angle": 0.0, "anchor.stiffness": np.inf, SPRING_AT: 0.0}
+)
 """What a number is that nothing gives; others are not a number then."""
 _OF_A_SIDE = {
     "friction": "sheath.friction",
@@ -244,6 +257,8 @@ _PLACES: tuple[Place, ...] = (
     *((f"arm.{name}", None) for name in (*ANCHORS, *_WEIGHTS)),
     *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass", REFERENCE, SLACK)),
     *((f"joint.{name}", None) for name in _JOINT),
+    *((f"setting.{key}", None) for key in _SETTING.values()),
+    (AFTER, None),
     *((key, side) for key in (*_OF_A_SIDE.values(), SPRING_AT) for side in SIDES),
     *_GIVEN,
 )

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, flexor_path
+from tendon_cli.model.setting import all_readings, per_length, setting_of
 from tendon_cli.model.statics import NO_EQUILIBRIUM
 
 
@@ -60,7 +61,7 @@ def sections_of(state: State, angle: float) -> list[PageSection]:
     design = state.situation.design
     found = [_geometry(state, design, angle), _sheath(state, design, angle), _load(state, design, angle)]
     if int(state.status.flat[0]) != NO_EQUILIBRIUM:
-        found += [_balance(state, design), _results(state, design)]
+        found += [_balance(state, design), _results(state, design), _setting(design)]
     return found
 
 
@@ -130,6 +131,28 @@ def _load(state: State, design: Design, angle: float) -> PageSection:
             PageLine("M", "m_f d_com + m d_load", (mass_moment,), "kg m"),
             PageLine("θ + ψ", "inclination of the forearm", (float(inclination),), "rad"),
             PageLine("τ_a", "M g sin(θ + ψ), g = 9.81", (one(state.coupling.elbow_torque),), "N m", "Eq. 5"),
+        ),
+    )
+
+
+def _setting(design: Design) -> PageSection:
+    """What gauges show of the pretension where it is set, and what length it is worth."""
+    posture, pretension = design.setting, np.asarray(design.flexor.pretension)
+    after = "flexion" if np.all(posture.after_flexion) else "extension"
+    where = f"at {np.degrees(one(posture.angle)):.6g} deg, {one(posture.load_mass):.6g} kg, after {after}"
+    if one(design.flexor.pretension) != one(design.extensor.pretension):
+        pretension = setting_of(design).coupling.common_pretension(pretension, design.extensor.pretension)
+    shown = {read: one(values) for read, values in all_readings(design, pretension).items()}
+
+    def both(end: str) -> tuple[float, ...]:
+        return tuple(shown[f"{side} at {end}"] for side in ("flexor", "extensor"))
+
+    return PageSection(
+        f"Setting {where} (flexor, extensor)",
+        (
+            PageLine("F_o,set", "tension at the joint", both("joint"), "N"),
+            PageLine("F_I,set", "tension at the motor", both("motor"), "N"),
+            PageLine("dF0/dl", "(1 + η)/(η c_f + c_e), both tendons", (one(per_length(design)),), "N/m"),
         ),
     )
 

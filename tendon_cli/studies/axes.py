@@ -7,12 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
+from tendon_cli.model.design import READINGS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import (
+    AFTER,
     CASE_AXIS,
     DRAW_AXIS,
     PERSON_AXIS,
     PRETENSION,
+    READ,
     REFERENCE,
     SIDES,
     SLACK,
@@ -29,7 +32,7 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.uncertain import drawn
 from tendon_cli.studies.values import Grid
 
-_WORDS = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor"}
+_WORDS = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
 _WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
 """Words that are numbers to the model, each with the one that is 1."""
 
@@ -52,7 +55,8 @@ def single_numbers(study: Study) -> dict[str, float]:
     """What a study gives once for all of its designs, by dotted key, SI."""
     words = {key: given == word for key, word in _WORDS.items() if (given := _word(study, key)) is not None}
     numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
-    return numbers | {key: float(is_so) for key, is_so in words.items()}
+    read = {READ: float(READINGS.index(study.setting.read))}
+    return numbers | {key: float(is_so) for key, is_so in words.items()} | read
 
 
 def _word(table: object, key: str) -> str | None:

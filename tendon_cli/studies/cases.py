@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, StringConstraints, create_model
 
 from tendon_cli.studies.contents import mark_of, part_of
 from tendon_cli.studies.fields import Single, fault
-from tendon_cli.studies.parts import Anchor, Arm, Joint, Load, Model, Part, Sheath, Spool, Spring, Tendon
+from tendon_cli.studies.parts import Anchor, Arm, Joint, Load, Model, Part, Setting, Sheath, Spool, Spring, Tendon
 from tendon_cli.studies.values import Values
 
 
@@ -57,6 +57,7 @@ DESIGN_PARTS: dict[str, type[Part]] = {
     "spool": Spool,
     "load": Load,
     "model": Model,
+    "setting": Setting,
 }
 
 

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.errors import Fault, StudyError
+from tendon_cli.model.design import F0
 from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
-from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, PRETENSION, SIDES, split_side
+from tendon_cli.model.setting import Reading
+from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, PRETENSION, SIDES, of_side, split_side
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import case_axis, number_axis, single_numbers
+from tendon_cli.studies.axes import case_axis, number_axis, single_numbers, space_of
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
@@ -20,6 +22,7 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid, Values
 from tendon_cli.units import shorten
 
+_MOST_READINGS, _ROUNDING = 10**6, 1e-6
 MAX_FRICTION_EXPONENT = 100.0
 """Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
 
@@ -34,6 +37,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_output_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *_joint_faults(study, at_fault),
+        *_setting_faults(study),
         *_goal_faults(study, at_fault),
         *_people_faults(study),
         *_draw_faults(study),
@@ -73,7 +77,7 @@ def without_intervals(study: Study) -> Study:
 
 def impossibilities(study: Study) -> list[Fault]:
     """Combinations of numbers, those of its files included, that cannot be."""
-    return [*_friction_faults(study), *_anchor_faults(study), *_faults_of_by(study)]
+    return [*_friction_faults(study), *_anchor_faults(study), *_faults_of_by(study), *_reading_faults(study)]
 
 
 def _faults_of_by(study: Study) -> Iterator[Fault]:
@@ -85,6 +89,17 @@ def _faults_of_by(study: Study) -> Iterator[Fault]:
     elif not study.people.population.sexes:
         hint = 'a column "sex" with male or female, or people.sex if all are alike'
         yield Fault("design.by", "gives shares by sex, which the file of people does not say", hint)
+
+
+def _reading_faults(study: Study) -> Iterator[Fault]:
+    """A pretension that no gauge can show, as even without pretension it shows more."""
+    if study.setting.read == F0 or len(space := space_of(study)) > _MOST_READINGS:
+        return
+    design = space.design()
+    least = float(np.nanmax(Reading.of(design, design.read).shown(0.0)))
+    if np.nanmin(design.flexor.pretension) < -_ROUNDING:
+        problem = f"cannot be read as {design.read}, which shows {least:.4g} N or more in the setting of every design"
+        yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
 
 
 def _two_sources(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -110,6 +125,18 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not any(key.endswith(need.key) for key in at_fault):
                 yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
+
+
+def _setting_faults(study: Study) -> Iterator[Fault]:
+    """A reading beside pretensions of the sides, of which it is one, or of one case alone."""
+    if study.setting.read != F0:
+        for key in (of_side(PRETENSION, side) for side in SIDES):
+            if key in study.numbers or any(key in case_numbers(case) for case in study.cases):
+                problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
+                yield Fault(key, problem, "leave it out")
+    for at, case in enumerate(study.cases):
+        if getattr(getattr(case, "setting", None), "read", None) is not None:
+            yield Fault(f"cases.{at}.setting.read", "is one for all cases", "set it in [setting]")
 
 
 def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

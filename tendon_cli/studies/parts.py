@@ -192,6 +192,18 @@ class Spool(Part):
     ratio: Annotated[Values, Number("spool_ratio", 1e-3, 1e3)] = written(1.0)
 
 
+class Setting(Part):
+    """The posture in which the pretension is set, and how it is read."""
+
+    angle: Annotated[Values, Number("setting_angle", **FULL_TURNS)] = written("0 deg")
+    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = written("0 deg")
+    load: Annotated[Values, Number("load_mass", 0.0, 1e4)] = written("0 kg")
+    after: Direction = Field(default="extension", description="the direction of the last motion before it is read")
+    read: Literal["pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"] = Field(
+        default="pretension", description="what a pretension of the study is: F0 of the model, or a gauge's reading"
+    )
+
+
 class Load(Part):
     """What the hand carries."""
 

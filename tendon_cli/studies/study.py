@@ -48,6 +48,7 @@ class Study(Displayed, Part):
     spring: parts.Spring = parts.Spring()
     anchor: parts.Anchor = parts.Anchor()
     joint: parts.Joint = parts.Joint()
+    setting: parts.Setting = parts.Setting()
     spool: parts.Spool = parts.Spool()
     load: parts.Load = parts.Load()
     motion: parts.Motion = parts.Motion()

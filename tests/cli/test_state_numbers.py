@@ -96,8 +96,19 @@ def sheath_lines(given):
             "F0": pretension}  # fmt: skip
 
 
+STRAIGHT = {"angle": 0.0, "inclination": 0.0, "mass": 0.0, "direction": "extension", "slack": "bilateral"}
+
+
 def page(given):
-    """Every line by its symbol."""
+    """Every line by its symbol: the state, and the same suit where its pretension is set."""
+    there = state_lines(given | STRAIGHT)
+    c_f, c_e = there["c_f, c_e"]
+    setting = {"F_o,set": there["F_o"], "F_I,set": there["F_I"], "dF0/dl": ((1 + ETA) / (ETA * c_f + c_e),)}
+    return state_lines(given) | setting
+
+
+def state_lines(given):
+    """Every line of one state by its symbol."""
     angle, psi = math.radians(given["angle"]), math.radians(given["inclination"])
     reference = path(0) if given["reference"] == "initial" else ARM["b1"] + ARM["b2"]
     sheaths = sheath_lines(given)

@@ -1,9 +1,14 @@
 """What a real suit adds to the window: anchors that give, the joint's own torque, where the spring sits."""
 
+import json
+
 import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.model.design import READINGS
+from tendon_cli.model.setting import Reading, all_readings
+from tendon_cli.studies.axes import space_of
 
 SUITS = {"K 5": ("5 kN/m", 0.6), "K 8": ("8 kN/m", 0.5)}
 
@@ -115,6 +120,83 @@ def test_a_rigid_spring_is_infinite_in_tables_and_a_word_in_what_is_read():
     study = tendon.study({"spring": {"stiffness": ["rigid", "5 kN/m"]}, "spool": {"ratio": 0.6}})
     answer = tendon.design(study)
     assert answer.choices["spring_stiffness"].tolist() == [np.inf, 5e3]
-    assert answer.record["best"]["tolerance"]["spring_stiffness"] == "rigid"
+    assert '"spring_stiffness": "rigid"' in json.dumps(answer.record)
     assert "K rigid" in answer.text
     assert tendon.study(study.document()).hash == study.hash
+
+
+# --- Setting and reading ---------------------------------------------------------------------------------------------
+
+K5 = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
+MIDDLE = 0.5 * (122.121369120 + 173.934155491)
+
+
+@pytest.mark.parametrize(
+    ("after", "shown", "read_as"),
+    [
+        ("flexion", (188.6, 125.4, 234.9, 100.7), (115.9, 174.9)),
+        ("extension", (188.9, 125.6, 151.6, 156.5), (115.8, 174.6)),
+    ],
+)
+def test_what_gauges_show_where_the_pretension_is_set(after, shown, read_as):
+    """Section 16 of the checked model, for the middle of the window of K 5, 148.0 N."""
+    study = tendon.study({**K5, "tendon": {"pretension": MIDDLE}, "setting": {"after": after}})
+    made = space_of(study).design()
+    found = all_readings(made, MIDDLE)
+    assert tuple(round(float(each), 1) for each in found.values()) == shown
+    back = [float(Reading.of(made, f"{side} at joint").pretension(MIDDLE)) for side in ("flexor", "extensor")]
+    assert tuple(round(each, 1) for each in back) == read_as
+    values = {line["symbol"]: line["values"] for line in tendon.state(study).record["lines"]}
+    assert [*values["F_o,set"], *values["F_I,set"]] == pytest.approx(list(shown), abs=0.051)
+    assert values["dF0/dl"][0] == pytest.approx(4.81e3, rel=2e-3)
+
+
+@pytest.mark.parametrize("read", READINGS[1:])
+def test_a_study_in_readings_gives_the_same_suit(read):
+    loads = {"load": {"mass": ["0 kg", "10 kg"]}}
+    ways = ({**K5, **loads, "setting": {"read": way}} for way in ("pretension", read))
+    plain, asked = (tendon.design(tendon.study(way)) for way in ways)
+    one, other = plain.choices.iloc[0], asked.choices.iloc[0]
+    line = Reading.of(space_of(tendon.study(K5)).design(), read)
+    for end in ("pretension_from", "pretension_to", "pretension"):
+        assert other[end] == pytest.approx(float(line.shown(one[end]).item()), rel=1e-12)
+    for same in ("max_tension", "peak_motor_torque", "tolerance_length", "set_flexor_tension", "from_by", "to_by"):
+        assert other[same] == pytest.approx(one[same], rel=1e-10) if same[-3:] != "_by" else other[same] == one[same]
+    given = {"setting": {"read": read}, "tendon": {"pretension": [other.pretension]}}
+    designs = tendon.sweep(tendon.study({**K5, **loads, **given})).designs
+    np.testing.assert_allclose(designs["model_pretension"], one.pretension, rtol=1e-12)
+    assert designs["max_tension"].max() == pytest.approx(one.max_tension, rel=1e-10)
+    assert designs["pretension_from"].max() == pytest.approx(other.pretension_from, rel=1e-12)
+    assert (designs["required_pretension"] + designs["margin"]).to_numpy() == pytest.approx(other.pretension, rel=1e-12)
+
+
+def test_windows_of_different_arms_are_intersected_as_they_are_read():
+    """One reading for all is another question than one F0 for all."""
+    arms = {"joint": {"stiffness": ["0.4 N m/rad", "1.8 N m/rad"], "rest_angle": "73 deg"}}
+    read = "extensor at joint"
+    found = tendon.design(tendon.study({**K5, **arms, "setting": {"read": read}})).choices.iloc[0]
+    each = []
+    for stiffness in arms["joint"]["stiffness"]:
+        one = {"joint": {"stiffness": stiffness, "rest_angle": "73 deg"}}
+        alone = tendon.design(tendon.study({**K5, **one})).choices.iloc[0]
+        line = Reading.of(space_of(tendon.study({**K5, **one})).design(), read)
+        each.append([float(line.shown(alone[end]).item()) for end in ("pretension_from", "pretension_to")])
+    low, high = np.array(each).T
+    assert (found.pretension_from, found.pretension_to) == pytest.approx((low.max(), high.min()), rel=1e-12)
+
+
+def test_the_largest_pretension_is_a_reading_too():
+    asked = {**K5, "setting": {"read": "flexor at motor"}, "limits": {"max_pretension": "120 N"}}
+    found = tendon.design(tendon.study(asked)).choices.iloc[0]
+    assert found.pretension_to == pytest.approx(120.0, rel=1e-12)
+    assert found.to_by == "max_pretension"
+    run = tendon.sweep(tendon.study({**asked, "tendon": {"pretension": ["119 N", "121 N"]}}))
+    assert run.designs["feasible"].tolist() == [True, False]
+
+
+def test_a_reading_that_no_pretension_gives_is_refused_with_what_could_be_read():
+    with pytest.raises(tendon.TendonError, match=r"cannot be read as flexor at joint, which shows .* N or more"):
+        tendon.study({**K5, "setting": {"read": "flexor at joint"}, "tendon": {"pretension": "0.2 N"}})
+    sides = {"pretension": "100 N", "extensor": {"pretension": "80 N"}}
+    with pytest.raises(tendon.TendonError, match="one reading for both"):
+        tendon.study({**K5, "setting": {"read": "flexor at joint"}, "tendon": sides})

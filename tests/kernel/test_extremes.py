@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 from tendon_cli import kernel
 from tendon_cli.model import extremes, portions
 from tendon_cli.model.actuator import Situation, State
-from tendon_cli.model.design import Design, Limb, Side
+from tendon_cli.model.design import Design, Limb, Posture, Side
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.spline import Excursion, Spline
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
@@ -64,7 +64,7 @@ def situation_of(rng, slack):
         limb = replace(limb, stiffness=some(0.0, 2.0), rest_angle=some(0.0, 1.5))
     design = Design(
         limb, side(pretension), side(pretension), some(0.01, 0.06), some(0.5, 2.0),
-        some(0.0, 12.0) * loaded, unilateral=unilateral, setting_angle=some(0.0, 0.4) if new[1] else 0.0,
+        some(0.0, 12.0) * loaded, unilateral=unilateral, setting=Posture(some(0.0, 0.4) if new[1] else 0.0),
     )  # fmt: skip
     angles = np.append(0.0, rng.uniform(-0.5, 3.0, rng.choice(ANGLES)))[1 - int(on_the_bone) :]
     flexion = np.array([[True], [False]])[: rng.integers(1, 3)]

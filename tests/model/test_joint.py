@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from tendon_cli.model import actuator, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design, Limb, Side
+from tendon_cli.model.design import Design, Limb, Posture, Side
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.spline import Excursion, Spline
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
@@ -55,7 +55,7 @@ def of_the_checks(joint, torque, bend, low, high, pretension=0.0, **how):
     """Section 15's suit on a joint: mu 0.12, L 1.4 m, K 6 and 9 kN/m, eta 0.55, R_f 25 mm."""
     flexor, extensor = (Side(0.12, bend, 1.4, 1.5e-3, 145e9, stiffness, pretension) for stiffness in (6e3, 9e3))
     limb = Limb(joint.excursion(low, high, **how), 0.0, 0.0, 0.0, 0.0, torque=curve(torque, low, high, **how))
-    return Design(limb, flexor, extensor, 0.025, 0.55, 0.0, setting_angle=joint.start)
+    return Design(limb, flexor, extensor, 0.025, 0.55, 0.0, setting=Posture(joint.start))
 
 
 def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():
@@ -165,7 +165,7 @@ def suit(seed, *, at_motor):
         for _ in rig.SIDES
     ]  # fmt: skip
     limb = Limb(joint.excursion(0.0, 1.6), 0.0, 0.0, 0.0, 0.0, torque=curve(torque, 0.0, 1.6))
-    made = Design(limb, *sides, 0.03, float(rng.uniform(0.5, 1.1)), 0.0, unilateral=False, setting_angle=joint.start)
+    made = Design(limb, *sides, 0.03, float(rng.uniform(0.5, 1.1)), 0.0, unilateral=False, setting=Posture(joint.start))
     return Suit(joint, torque, bend, made, at_motor)
 
 

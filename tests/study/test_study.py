@@ -41,6 +41,9 @@ BASELINE = {
     "spool.flexor_radius": 0.03,
     "spool.ratio": 1.0,
     "load.mass": 0.0,
+    "setting.angle": 0.0,
+    "setting.upper_arm_angle": 0.0,
+    "setting.load": 0.0,
 }
 OPTIONAL = {
     "arm.contact_width": 0.04, "arm.contact_radius": 0.05, "spring.free_length": 0.07, "anchor.stiffness": 1e4,
