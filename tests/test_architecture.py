@@ -43,9 +43,9 @@ MAY_IMPORT = {
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
     "summary": {"cube", "engine", *BELOW_THE_ROOMS},
     "arms": {"studies"},
-    "pictures": {"answers", "cube", "state_page", *ROOMS, *BELOW_THE_ROOMS},
 }
-MAY_IMPORT[THE_FACE] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
+MAY_IMPORT["face"] = {name for name in MAY_IMPORT if name not in ("startup", "terminal")}
+MAY_IMPORT[THE_FACE] = {"arms", "errors", "face", "version"}
 MAY_IMPORT["commands"] = set(MAY_IMPORT)
 MAY_IMPORT["cli"] = {"commands", "terminal", "startup", "errors", "version"}
 MAY_IMPORT["__main__"] = {"cli", "startup"}

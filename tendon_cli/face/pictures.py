@@ -16,6 +16,7 @@ from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.columns import Columns
 from tendon_cli.engine.results import Run
 from tendon_cli.errors import TendonError, UsageError
+from tendon_cli.files import result_path
 from tendon_cli.state_page.page import StatePage
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study
@@ -23,6 +24,7 @@ from tendon_cli.tables.read import TableFiles, open_table
 from tendon_cli.units import described
 
 if TYPE_CHECKING:
+    from tendon_cli.face import Name
     from tendon_cli.figures.engine import Figure
     from tendon_cli.figures.frame import Page
 
@@ -30,17 +32,28 @@ _MOST_DESIGNS = 10**5
 """A run of more is not drawn unasked."""
 
 
-def plot(result: Any, what: tuple[str, ...] = (), out: Path | None = None, **how: Any) -> Figure:
-    """The first page of the picture of a result; written to a file, too, if one is named. Raises UsageError."""
+def plot(result: Any, *what: str, out: Name | None = None, **how: Any) -> Figure:
+    """The picture of a study, a state, a run, an answer or a fit, as a matplotlib figure; also `result.plot(...)`.
+
+    A run takes the columns to draw and the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; an
+    answer "tolerance_map", "window" or "front"; a study its `angles` in rad and a `case`. `out` is a file that it is
+    written to, too. Raises UsageError for what cannot be drawn.
+
+    >>> import tendon_cli as tendon
+    >>> run = tendon.sweep({"load": {"mass": [0, 5]}})
+    >>> figure = run.plot("motor_torque", where="load_mass = 5 kg", out="torque.png")
+    >>> len(figure.axes)
+    1
+    """
     page = _page(result, what, how)
     if out is not None:
-        page.save(out, must_fit=False)
+        page.save(result_path(out), must_fit=False)
     page.figure._repr_png_ = lambda: _png(page)  # type: ignore[attr-defined]
     return page.figure
 
 
-def encoded(result: Any) -> str:
-    """The main picture as a PNG in base64; empty for what has none."""
+def picture(result: Any) -> str:
+    """The main picture of a result for a notebook, a PNG in base64; empty for what has none."""
     if isinstance(result, Run) and result.record["designs"] > _MOST_DESIGNS:
         return ""
     try:
