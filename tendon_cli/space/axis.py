@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -36,6 +37,7 @@ def split_side(path: str) -> tuple[str, str | None]:
     return path, None
 
 
+@cache
 def of_side(key: str, side: str) -> str:
     """`tendon.length` on a side: `tendon.flexor.length`."""
     table, _, name = key.rpartition(".")
@@ -45,6 +47,7 @@ def of_side(key: str, side: str) -> str:
 _SCALE = "scale of "
 
 
+@cache
 def scale_of(key: str) -> str:
     """The key under which a row says by what a number is multiplied, such as an anchor on a larger arm."""
     return _SCALE + key

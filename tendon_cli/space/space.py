@@ -156,7 +156,7 @@ class Space:
     @cached_property
     def of_sides(self) -> frozenset[str]:
         """Common keys, such as `tendon.length`, that are given for a single side anywhere."""
-        given = (*self.single, *(key for axis in self.axes for key in axis.keys))
+        given = (*self.single, *self._of_axes)
         return frozenset(common for common, side in map(split_side, given) if side)
 
     def number(self, key: str, side: str | None = None) -> Varying:
@@ -165,21 +165,26 @@ class Space:
         for candidate in (key, of_side(key, side)) if side else (key,):
             if candidate in self.single:
                 value, sets = self.single[candidate], []
-            for at, axis in enumerate(self.axes):
-                given = axis.numbers.get(candidate)
-                if given is None:
-                    continue
-                silent = np.isnan(given)
+            for at, values in self._of_axes.get(candidate, ()):
+                silent, given = np.isnan(values), values
                 if not silent.any():
                     sets = []
                 elif not sets:
-                    given = np.where(silent, value, given)
-                if axis.key == CASE_AXIS and not sets and (given == given[:1]).all():
+                    given = np.where(silent, value, values)
+                if self.axes[at].key == CASE_AXIS and not sets and (given == given[:1]).all():
                     value = given[0].item()
                 else:
                     sets.append((at, given))
-        scales = [(at, axis.numbers.get(scale_of(key))) for at, axis in enumerate(self.axes)]
-        return Varying(value, tuple(sets), tuple((at, scale) for at, scale in scales if scale is not None))
+        return Varying(value, tuple(sets), tuple(self._of_axes.get(scale_of(key), ())))
+
+    @cached_property
+    def _of_axes(self) -> dict[str, list[tuple[int, Array]]]:
+        """What axes set and scale, by key, each with the place of its axis."""
+        given: dict[str, list[tuple[int, Array]]] = {}
+        for at, axis in enumerate(self.axes):
+            for key, values in axis.numbers.items():
+                given.setdefault(key, []).append((at, values))
+        return given
 
     @cached_property
     def of_the_model(self) -> dict[Place, Varying]:
