@@ -1,6 +1,7 @@
 """`tendon fit-friction`: the friction coefficient from load-cell readings."""
 
 import contextlib
+import itertools
 from pathlib import Path
 from typing import Annotated
 
@@ -12,9 +13,9 @@ from tendon_cli.errors import UsageError
 from tendon_cli.terminal import as_json_text, print_result
 
 Readings = Annotated[
-    Path,
+    list[Path],
     typer.Argument(
-        parser=options.source, metavar="CSV", help="readings of two load cells, one at each end of a sheath"
+        parser=options.source, metavar="CSV", help="readings of two load cells, one at each end; several are one fit"
     ),
 ]
 BendAngle = Annotated[
@@ -32,6 +33,17 @@ PathSmoothing = Annotated[
 FirstCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")]
 SecondCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")]
 MotorCell = Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")]
+Position = Annotated[
+    str | None, typer.Option(metavar="COLUMN", help="column of the motor's position, travel, speed or encoder counts")
+]
+ZeroMotor = Annotated[str | None, typer.Option(metavar="FORCE", help="what the motor's cell reads without load")]
+ZeroLoad = Annotated[str | None, typer.Option(metavar="FORCE", help="what the load's cell reads without load")]
+CellUncertainty = Annotated[
+    str | None, typer.Option(metavar="TEXT", help="standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'")
+]
+StrokesFile = Annotated[
+    Path | None, typer.Option(parser=options.place, metavar="FILE", help="write a table of the strokes: .csv")
+]
 FitFigure = Annotated[
     Path | None, typer.Option(parser=options.place, metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")
 ]
@@ -48,12 +60,17 @@ def fit_friction(
     cell_1: FirstCell = None,
     cell_2: SecondCell = None,
     motor: MotorCell = None,
+    position: Position = None,
+    zero_motor: ZeroMotor = None,
+    zero_load: ZeroLoad = None,
+    cell_uncertainty: CellUncertainty = None,
+    strokes: StrokesFile = None,
     plot: FitFigure = None,
     out: Fragment = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Fit the friction coefficient, with its uncertainty, to the readings of two load cells."""
-    _check_places((csv, route), plot, out)
+    _check_places((*csv, route), plot, out, strokes)
     fit = tendon.fit_friction(
         csv,
         bend_angle,
@@ -62,6 +79,10 @@ def fit_friction(
         cell_1=cell_1,
         cell_2=cell_2,
         motor=motor,
+        position=position,
+        zero_motor=zero_motor,
+        zero_load=zero_load,
+        cell_uncertainty=cell_uncertainty,
     )
     if plot is not None:
         from tendon_cli.figures.friction import draw
@@ -71,18 +92,22 @@ def fit_friction(
 
     if out is not None:
         friction.write_fragment(fit, out)
+    if strokes is not None:
+        friction.write_strokes(fit.stroke_table, strokes)
     print_result(as_json_text(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
 
 
-def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | None) -> None:
+def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None) -> None:
     """Refuse to write over the readings or the route, over what tendon did not write, or both over each other."""
     from tendon_cli.files import check_ours
 
-    if plot is not None and out is not None and plot.absolute() == out.absolute():
-        raise UsageError("--plot and --out name the same file", where="--plot, --out")
-    for place, mark, option in ((plot, "tendon fit-friction", "--plot"), (out, "`tendon fit-friction`", "--out")):
-        if place is None:
-            continue
+    written = {"--plot": plot, "--out": out, "--strokes": strokes}
+    given = {option: place for option, place in written.items() if place is not None}
+    for one, other in itertools.combinations(given, 2):
+        if given[one].absolute() == given[other].absolute():
+            raise UsageError(f"{one} and {other} name the same file", where=f"{one}, {other}")
+    for option, place in given.items():
+        mark = "`tendon fit-friction`" if option == "--out" else "tendon fit-friction"
         for source in filter(None, read):
             with contextlib.suppress(OSError, ValueError):
                 if place.samefile(source):

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
     from typing import Any
 
     from numpy.typing import ArrayLike
+    from pandas import DataFrame
 
     from tendon_cli.face import AnyStudy, Name
     from tendon_cli.friction.result import Fit
@@ -115,7 +116,7 @@ def states(design: AnyStudy, angle: ArrayLike, flexion: ArrayLike = True) -> dic
 
 
 def fit_friction(
-    path: Name,
+    path: Name | Sequence[Name] | DataFrame | Mapping[str, Any],
     bend_angle: str | float | None = None,
     *,
     route: Name | None = None,
@@ -123,8 +124,16 @@ def fit_friction(
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
+    position: str | None = None,
+    zero_motor: str | float | None = None,
+    zero_load: str | float | None = None,
+    cell_uncertainty: str | None = None,
 ) -> Fit:
-    """The friction coefficient from a CSV of two load cells' readings, with its uncertainty.
+    """The friction coefficient from the readings of two load cells, with its uncertainty.
+
+    `path` is a CSV, a list of CSVs that are one fit, a DataFrame or a mapping of names to arrays. `position` names the
+    column of the motor's position or speed, `zero_motor` and `zero_load` are what the cells read without load,
+    `cell_uncertainty` is that of a cell's zero and gain, "0.2 N, 0.5 %".
 
     `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad. Instead, `route` is a CSV of way-points x, y
     and z along the sheath, whose bend angle is found with its uncertainty, and `path_smoothing` their noise, such as
@@ -138,9 +147,15 @@ def fit_friction(
     from tendon_cli.files import path_of
     from tendon_cli.friction import fit_file
 
+    given: Any = path
+    if isinstance(path, str) or hasattr(path, "__fspath__"):
+        given = path_of(path)
+    elif isinstance(path, list | tuple):
+        given = [path_of(each) for each in path]
     return fit_file(
-        path_of(path), bend_angle=bend_angle, route=None if route is None else path_of(route),
-        path_smoothing=path_smoothing, cell_1=cell_1, cell_2=cell_2, motor=motor,
+        given, bend_angle=bend_angle, route=None if route is None else path_of(route), path_smoothing=path_smoothing,
+        cell_1=cell_1, cell_2=cell_2, motor=motor, position=position, zero_motor=zero_motor, zero_load=zero_load,
+        cell_uncertainty=cell_uncertainty,
     )  # fmt: skip
 
 

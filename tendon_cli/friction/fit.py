@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,20 +13,22 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction import remarks
 from tendon_cli.friction.bend import BendAngle, bend_angle_of, bend_angles, parse_bend_angle
 from tendon_cli.friction.budget import uncertainty_of
+from tendon_cli.friction.cells import cells_of, force_of
 from tendon_cli.friction.effects import EffectPriors, Points
 from tendon_cli.friction.estimate import Estimated, Log, estimate
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
-from tendon_cli.friction.reading.readings import Floats, Readings, read_readings
+from tendon_cli.friction.reading.readings import Floats, Readings, frame_readings, joined, read_readings
 from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, Parts, Plain, SetAside
 from tendon_cli.friction.rows import INSIDE, PARTIAL, REASONS, resolution_of
+from tendon_cli.friction.strokes import by_file, disagreement, presliding_of, speed_of, strokes_of
 
 _PLAUSIBLE_GAIN = math.log(1.1)
 _MOST_STRETCHES = 20
 
 
 def fit_file(
-    path: Path,
+    path: Path | Sequence[Path] | Any,
     *,
     bend_angle: str | float | None = None,
     route: Path | None = None,
@@ -32,10 +36,17 @@ def fit_file(
     cell_1: str | None = None,
     cell_2: str | None = None,
     motor: str | None = None,
+    position: str | None = None,
+    zero_motor: str | float | None = None,
+    zero_load: str | float | None = None,
+    cell_uncertainty: str | None = None,
 ) -> Fit:
-    """μ from a CSV of two load cells' readings; raises UsageError for options and InputError for the file.
+    """μ from CSVs of two load cells' readings, or from a DataFrame or a mapping of arrays.
 
     `route` is a file of way-points along the sheath, which stands for the bend angle, and `path_smoothing` their noise.
+    `position` names the column of the motor's position or speed. `zero_motor` and `zero_load` are what the cells read
+    without load ("0.4 kgf", or a number in the unit of the file), `cell_uncertainty` is the standard uncertainty of a
+    cell's zero and gain ("0.2 N, 0.5 %"). Several files are one fit. Raises UsageError for options and InputError.
     """
     if motor not in {None, "1", "2"}:
         raise UsageError(f'"{motor}" is no load cell', where="--motor", hint='"1" or "2"')
@@ -47,8 +58,17 @@ def fit_file(
     bend = parse_bend_angle(given) if given is not None else None
     if route is not None:
         bend = bend_angle_of(route, path_smoothing)
-    readings = read_readings(path, cell_1=cell_1, cell_2=cell_2)
-    return fit_readings(readings, bend=bend, motor=motor)
+    columns = {"cell_1": cell_1, "cell_2": cell_2, "position": position}
+    if isinstance(path, Path):
+        parts = [read_readings(path, **columns)]
+    elif isinstance(path, Sequence):
+        parts = [read_readings(each, **columns) for each in path]
+    else:
+        parts = [frame_readings(path, **columns)]
+    readings = joined(parts)
+    zeros = force_of(zero_motor, "--zero-motor", readings.unit), force_of(zero_load, "--zero-load", readings.unit)
+    cells = cells_of(cell_uncertainty, readings.unit)
+    return fit_readings(readings, bend=bend, motor=motor, zeros=zeros, cells=cells)
 
 
 def fit_readings(
@@ -87,6 +107,10 @@ def fit_readings(
             log, found, error, directions, plain, codes, readings.unit, readings.time_unit, any(zeros), given
         )  # fmt: skip
     mean = float(np.mean(found.points.bend))
+    rows = _rows(readings, prepared, found, angles)
+    files = readings.files or (readings.source,)
+    strokes = strokes_of(rows, found.average.friction, given, files, readings.file)
+    apart = disagreement(strokes, files)
     return Fit(
         friction_bend=found.average.friction * mean,
         bend_angle=mean if given else None,
@@ -101,12 +125,16 @@ def fit_readings(
         motor=prepared.motor.cell,
         is_log=not log.settled,
         strokes=found.points.strokes,
-        rows=_rows(readings, prepared, found, angles),
+        rows=rows,
+        stroke_table=strokes,
+        speed=speed_of(strokes),
+        presliding=presliding_of(rows) if not log.settled else None,
+        files=by_file(strokes, files) if len(files) > 1 else (),
         parts=_parts(found),
         set_aside=_set_aside(codes, readings),
         checks=tuple(seen.checks),
         notes=(*(bend.notes if bend else ()), *prepared.motor.notes, *seen.notes),
-        warnings=(*(bend.warnings if bend else ()), *prepared.motor.warnings, *seen.warnings),
+        warnings=(*(bend.warnings if bend else ()), *prepared.motor.warnings, *seen.warnings, *filter(None, [apart])),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,

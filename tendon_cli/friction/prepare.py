@@ -28,6 +28,8 @@ _TYPED = 60
 directions every row is a settled reading."""
 _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two limits."""
+_FINE = 0.002
+"""Step of the motor's cell over its force: of cells as fine, that of a hanging weight shows noise unless it is dead."""
 _FOLLOWS, _FAR_GAIN = 0.1, 0.2
 """A load's cell that moves by less than a tenth of what the motor's does over all rows, while their levels differ by
 over 20 %,
@@ -170,6 +172,7 @@ def _borders(readings: Readings, bend: Floats) -> Integers:
     """A number that changes from row to row where another stroke begins: another bend, or another name of a stroke."""
     border = np.zeros(len(bend), dtype=np.int64)
     columns = [bend_groups(bend)] + ([readings.strokes.code] if readings.strokes is not None else [])
+    columns += [readings.file] if readings.file is not None else []
     for column in columns:
         border[1:] += np.cumsum(column[1:] != column[:-1])
     return border
@@ -199,15 +202,11 @@ def _check_forces(readings: Readings) -> None:
             reached = largest if largest >= _STRONGEST else pulled
             problem = f"forces reach {reached:.3g}, which no load cell reads"
             raise InputError(problem, where=readings.source, hint="is the unit right?")
-    many = len(readings.lines) >= _MANY
-    counts = [len(np.unique(cell[np.isfinite(cell)])) for cell in cells]
-    fixed = [column for column, count in enumerate(counts, start=1) if count == 1]
-    # A constant weight reads the same in a cell of coarse steps; where the other has fine ones, the cell is dead.
-    ways = len(readings.directions.names) if readings.directions else 0
-    if fixed and ((many and max(counts) > 30) or (len(fixed) == 2 and ways > 1)):
-        both = "both cells read" if len(fixed) == 2 else f'cell {fixed[0]} ("{readings.names[fixed[0] - 1]}") reads'
-        hint = "is the right column read, the cell alive?"
-        raise InputError(f"{both} the same in every row", where=readings.source, hint=hint)
+    fixed = [cell for cell in cells if np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf)]
+    many = len(readings.lines) >= _MANY or (readings.directions is not None and len(readings.directions.names) > 1)
+    if len(fixed) == 2 and many:
+        hint = "are the right columns read, the cells alive?"
+        raise InputError("both cells read the same in every row", where=readings.source, hint=hint)
     known = (cells[0] > 0.0) & (cells[1] > 0.0)
     one, two = cells[0][known], cells[1][known]
     if not known.any() or np.any(one != np.round(one)) or np.any(two != np.round(two)):
@@ -237,6 +236,12 @@ def _check_follows(readings: Readings, log: Log, motor: MotorCell) -> None:
     if log.settled or len(log.way) < _MANY:
         return
     pulled, weighed = np.log(log.motor), np.log(log.load)
+    fine = resolution_of(log.motor) < _FINE * float(np.median(log.motor))
+    for end, cell, dead in (("motor", pulled, True), ("load", weighed, fine)):
+        if not np.ptp(cell) and dead:
+            name = shorten(readings.names[int(motor.cell) - 1 if end == "motor" else 2 - int(motor.cell)], 30)
+            problem = f'the {end}\'s cell ("{name}") reads the same in every row'
+            raise InputError(problem, where=readings.source, hint="is the right column read, the cell alive?")
     pulled, weighed = pulled - pulled.mean(), weighed - weighed.mean()
     slope = float(pulled @ weighed) / max(float(pulled @ pulled), 1e-300)
     gain = abs(float(np.median(log.middle)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 from tendon_cli.files import write_whole
 from tendon_cli.friction.budget import BudgetPart
 from tendon_cli.friction.result import Check, DirectionFit, Fit
-from tendon_cli.units import counted
+from tendon_cli.units import counted, shorten
 from tendon_cli.version import __version__
 
 _MARK = "# A friction coefficient fitted by `tendon fit-friction`."
@@ -61,6 +62,14 @@ def summary_lines(fit: Fit) -> str:
     lines += [f"  {'':<20}{_part_text(part)}" for part in error.parts[1:]]
     lines.append(f"  {'readings':<20}{_used_text(fit)}")
     lines += [f"  {'set aside':<20}{part.rows}: {part.reason}" for part in fit.set_aside]
+    if fit.speed:
+        low, high = fit.speed.slowest, fit.speed.fastest
+        power = f"{fit.speed.power:+.3f} ± {fit.speed.standard_error:.2g}, from {low:.3g} to {high:.3g}"
+        lines.append(f"  {'power of speed':<20}{power}")
+    if fit.presliding:
+        stiff = f"stiffness {fit.presliding.stiffness:.3g}, backlash {fit.presliding.backlash:.3g}"
+        lines.append(f"  {'before it slides':<20}{stiff}, {counted(fit.presliding.reversals, 'reversal')}")
+    lines += [f"  {shorten(each['file'], 18):<20}{_file_text(each)}" for each in fit.files]
     lines += [_check_text(check) for check in fit.checks if check.found and check.name != "gain"]
     lines += [f"note: {text}" for text in fit.notes]
     lines += [f"warning: {text}" for text in fit.warnings]
@@ -126,6 +135,11 @@ def _used_text(fit: Fit) -> str:
     return f"{used:,} of {total:,} settled, in {strokes}"
 
 
+def _file_text(each: dict[str, Any]) -> str:
+    own = "nothing used" if each["friction"] is None else f"{each['friction']:.4g}"
+    return f"{own}, {counted(each['strokes'], 'stroke')}"
+
+
 def _check_text(check: Check) -> str:
     name = check.name.replace("_", " ")
     unit = "" if check.unit == "1" else f" {check.unit}"
@@ -163,6 +177,9 @@ def as_json(fit: Fit) -> dict[str, Any]:
         "coverage_factor": fit.uncertainty.coverage,
         "degrees_of_freedom": _finite(fit.uncertainty.degrees_of_freedom),
         "strokes": fit.strokes,
+        "speed": asdict(fit.speed) if fit.speed else None,
+        "presliding": asdict(fit.presliding) if fit.presliding else None,
+        "files": list(fit.files),
         "used": int(used.sum()),
         "set_aside": [
             {"reason": part.reason, "rows": part.rows, "lines": [list(stretch) for stretch in part.lines]}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,9 @@ import numpy.typing as npt
 from tendon_cli.display import Displayed, face
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
 from tendon_cli.friction.reading.readings import Floats, Integers
+
+if TYPE_CHECKING:
+    from tendon_cli.friction.strokes import Presliding, Speed, Stroke
 
 
 @dataclass(frozen=True)
@@ -141,6 +144,14 @@ class Fit(Displayed):
     strokes: int
     """Strokes used."""
     rows: FittedRows
+    stroke_table: tuple[Stroke, ...]
+    """Every stroke, used or not."""
+    speed: Speed | None
+    """How μ goes with speed, if the strokes have different speeds."""
+    presliding: Presliding | None
+    """Stiffness and backlash of the motor's end, if a position is read."""
+    files: tuple[dict[str, Any], ...]
+    """μ of each file, if there are several."""
     parts: Parts
     set_aside: tuple[SetAside, ...]
     checks: tuple[Check, ...]

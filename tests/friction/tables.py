@@ -19,12 +19,6 @@ GRAMS = """case,cell 1 (g),cell 2 (kg)
 2,858,1.036
 2,857,1.036
 """
-WIDE = """Case 1*,,Case 2**,
-Load cell –I (kg),Load cell –II (kg),Load cell –I (kg),Load cell –II (kg)
-1.236,1.028,0.858,1.036
-1.236,1.027,0.858,1.036
-1.236,1.028,0.857,1.036
-"""
 BARE_ROWS = TABLE.split("\n", 1)[1]
 CELLS_ONLY = "\n".join(line.split(",", 1)[1] for line in TABLE.splitlines()) + "\n"
 NAMED = TABLE.replace("case", "direction").replace("\n1,", "\nup,").replace("\n2,", "\ndown,")

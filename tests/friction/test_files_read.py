@@ -10,7 +10,7 @@ from tendon_cli.errors import UsageError
 from tendon_cli.friction import fit_file
 from tendon_cli.friction.budget import BEND
 
-from .tables import BARE_ROWS, CELLS_ONLY, GERMAN, GRAMS, NAMED, TABLE, WIDE
+from .tables import BARE_ROWS, CELLS_ONLY, GERMAN, GRAMS, NAMED, TABLE
 
 READ_RIGHT: dict[str, str | bytes] = {
     "as the data set has it": TABLE,
@@ -35,8 +35,6 @@ READ_RIGHT: dict[str, str | bytes] = {
         ",".join(f'"{cell}"' for cell in line.split(",")) for line in TABLE.splitlines()
     ),
     "spaces around cells": TABLE.replace(",", " , "),
-    "units row": "case,load cell 1,load cell 2\n,kg,kg\n" + BARE_ROWS,
-    "units row in brackets": "case,load cell 1,load cell 2\n-,[kg],[kg]\n" + BARE_ROWS,
     "units in brackets": TABLE.replace("_kg", " [kg]"),
     "units after a slash": TABLE.replace("_kg", " / N"),
     "units spoken": TABLE.replace("_kg", " in kilograms"),
@@ -53,13 +51,6 @@ READ_RIGHT: dict[str, str | bytes] = {
         f"{line},{'temperature,note,motor position (mm)' if number == 0 else '21.5,dry,12'}\n"
         for number, line in enumerate(TABLE.splitlines())
     ),
-    "cases side by side, as printed": WIDE,
-    "side by side with footnotes": WIDE + "*weight is moving in upward direction\n**weight is moving in downward\n",
-    "side by side in one header": WIDE.split("\n", 1)[1].replace(
-        "Load cell –I (kg),Load cell –II (kg),Load cell –I (kg),Load cell –II (kg)",
-        "case 1 load cell 1,case 1 load cell 2,case 2 load cell 1,case 2 load cell 2",
-    ),
-    "side by side, decimal commas": WIDE.replace(",", ";").replace(".", ","),
     "directions named": NAMED,
     "directions as signs": NAMED.replace("up", "+1").replace("down", "-1"),
     "directions from the forces": CELLS_ONLY,
@@ -82,9 +73,6 @@ READ_RIGHT: dict[str, str | bytes] = {
     "a column of comments, often empty": TABLE.replace("2_kg", "2_kg,Comment").replace(
         "0.857,1.036", "0.857,1.036,dry"
     ),
-    "LabVIEW": "LabVIEW Measurement\t\nDecimal_Separator\t.\n***End_of_Header***\t\n\nChannels\t2\nSamples\t6\t6\n"
-    "***End_of_Header***\t\t\nX_Value\tload cell 1\tload cell 2\tComment\n"
-    + "".join(f"{row}.0\t" + line.replace(",", "\t")[2:] + "\n" for row, line in enumerate(BARE_ROWS.splitlines())),
     "exponents": TABLE.replace("1.236", "1.236e0").replace("0.858", "8.58E-1"),
     "plus signs and bare points": TABLE.replace("1.236", "+1.236").replace("0.858", ".858"),
     "a header that looks like a formula": TABLE.replace("case,", "=cmd()|x,case,")

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import os
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,23 +57,18 @@ def read_source(path: Path) -> LogFile:
     return LogFile(name, data, _encoding(name, data))
 
 
-def numbered_lines(source: LogFile) -> Iterator[tuple[int, str]]:
-    """The lines with their numbers from 1, without line ends; lines are read one at a time."""
-    text = io.TextIOWrapper(io.BytesIO(source.data), encoding=source.encoding, newline=None)
-    number = 0
-    while True:
-        number += 1
-        try:
-            line = text.readline(LONGEST_LINE + 1)
-        except UnicodeError:
-            raise _not_decodable(source) from None
-        if not line:
-            return
+def lines_of(source: LogFile) -> list[str]:
+    """The lines, the first of which is line 1, without line ends."""
+    try:
+        text = source.data.decode(source.encoding)
+    except UnicodeError:
+        raise _not_decodable(source) from None
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    for number, line in enumerate(lines, start=1):
         if len(line) > LONGEST_LINE:
-            raise InputError(
-                f"a line of more than {LONGEST_LINE} characters is no row of readings", where=source.place(number)
-            )
-        yield number, line.rstrip("\n")
+            problem = f"a line of more than {LONGEST_LINE} characters is no row of readings"
+            raise InputError(problem, where=source.place(number))
+    return lines
 
 
 def _too_large(name: str, size: int) -> InputError:
