@@ -19,8 +19,8 @@ from tendon_cli.friction.estimate import Estimated, Log, estimate
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, frame_readings, joined, read_readings
-from tendon_cli.friction.result import DirectionFit, Fit, FittedRows, Parts, Plain, SetAside
-from tendon_cli.friction.rows import INSIDE, PARTIAL, REASONS, resolution_of
+from tendon_cli.friction.result import DirectionFit, Fit, Parts, Plain, SetAside
+from tendon_cli.friction.rows import INSIDE, PARTIAL, REASONS, FittedRows, resolution_of
 from tendon_cli.friction.strokes import by_file, disagreement, presliding_of, speed_of, strokes_of
 
 _PLAUSIBLE_GAIN = math.log(1.1)

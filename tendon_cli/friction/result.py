@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
 from tendon_cli.friction.reading.readings import Floats, Integers
-
-if TYPE_CHECKING:
-    from tendon_cli.friction.strokes import Presliding, Speed, Stroke
+from tendon_cli.friction.rows import FittedRows
+from tendon_cli.friction.strokes import Presliding, Speed, StrokeRow
 
 
 @dataclass(frozen=True)
@@ -68,40 +64,6 @@ class Plain:
 
 
 @dataclass(frozen=True, eq=False)
-class FittedRows:
-    """The readings one by one, as the figure shows them."""
-
-    line: Integers
-    """Line in the file."""
-    motor: Floats
-    """Force at the motor, its stated zero taken off, in the unit of the file."""
-    load: Floats
-    log_ratio: Floats
-    """ln(force at motor / force at load); NaN if there is no such reading."""
-    way: Integers
-    """+1 pulled toward the motor, -1 toward the load, 0 set aside before directions were told."""
-    bend_angle: Floats
-    """rad."""
-    run: Integers
-    """Number of the stroke, used or not; -1 for a reading that is in none."""
-    stroke: Integers
-    """Number of the stroke, -1 for a reading that is set aside."""
-    residual: Floats
-    """log_ratio less the fitted line; NaN for a reading that is set aside."""
-    codes: npt.NDArray[np.int8]
-    """Why a row is set aside (`rows.REASONS`)."""
-    time: Floats | None
-    """As in the file, if it has a column of numbers for it."""
-    position: Floats | None
-    position_is_speed: bool
-
-    @property
-    def used(self) -> npt.NDArray[np.bool_]:
-        """Which readings the estimate rests on."""
-        return self.stroke >= 0
-
-
-@dataclass(frozen=True, eq=False)
 class Parts:
     """Means over parts of strokes, by which the rig is checked."""
 
@@ -144,7 +106,7 @@ class Fit(Displayed):
     strokes: int
     """Strokes used."""
     rows: FittedRows
-    stroke_table: tuple[Stroke, ...]
+    stroke_table: tuple[StrokeRow, ...]
     """Every stroke, used or not."""
     speed: Speed | None
     """How μ goes with speed, if the strokes have different speeds."""

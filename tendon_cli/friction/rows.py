@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -40,6 +42,40 @@ _WINDOW = 7
 _LOG_ROWS = 60
 """Rows from which neighbours say what a row should be; shorter files are typed by hand."""
 _ENOUGH_VALUES, _FINEST_DECIMALS = 10, 9
+
+
+@dataclass(frozen=True, eq=False)
+class FittedRows:
+    """The readings one by one, as the figure shows them."""
+
+    line: Integers
+    """Line in the file."""
+    motor: Floats
+    """Force at the motor, its stated zero taken off, in the unit of the file."""
+    load: Floats
+    log_ratio: Floats
+    """ln(force at motor / force at load); NaN if there is no such reading."""
+    way: Integers
+    """+1 pulled toward the motor, -1 toward the load, 0 set aside before directions were told."""
+    bend_angle: Floats
+    """rad."""
+    run: Integers
+    """Number of the stroke, used or not; -1 for a reading that is in none."""
+    stroke: Integers
+    """Number of the stroke, -1 for a reading that is set aside."""
+    residual: Floats
+    """log_ratio less the fitted line; NaN for a reading that is set aside."""
+    codes: npt.NDArray[np.int8]
+    """Why a row is set aside (`REASONS`)."""
+    time: Floats | None
+    """As in the file, if it has a column of numbers for it."""
+    position: Floats | None
+    position_is_speed: bool
+
+    @property
+    def used(self) -> npt.NDArray[np.bool_]:
+        """Which readings the estimate rests on."""
+        return self.stroke >= 0
 
 
 def resolution_of(readings: Floats) -> float:

@@ -13,8 +13,7 @@ import numpy as np
 
 from tendon_cli.files import write_whole
 from tendon_cli.friction.reading.readings import Floats, Integers
-from tendon_cli.friction.result import FittedRows
-from tendon_cli.friction.rows import REASONS
+from tendon_cli.friction.rows import REASONS, FittedRows
 
 _SPEEDS = 0.2
 """Largest speed over the least, less 1, from which strokes say anything about it."""
@@ -28,7 +27,7 @@ MARK = "# strokes of a log, by tendon fit-friction"
 
 
 @dataclass(frozen=True)
-class Stroke:
+class StrokeRow:
     """One stroke; forces in the unit of the file."""
 
     stroke: int
@@ -73,7 +72,7 @@ class Presliding:
 
 def strokes_of(
     rows: FittedRows, friction: float, given: bool, files: tuple[str, ...], file: Integers | None
-) -> tuple[Stroke, ...]:
+) -> tuple[StrokeRow, ...]:
     """Every stroke of a log, used or not."""
     speed, on_limit = _speeds(rows), rows.used
     order = np.argsort(rows.run, kind="stable")
@@ -90,7 +89,7 @@ def strokes_of(
         codes = rows.codes[mine]
         why = "" if len(used) else REASONS[int(np.bincount(codes).argmax())]
         found.append(
-            Stroke(
+            StrokeRow(
                 number + 1, files[int(file[mine[0]])] if file is not None else files[0],
                 "toward motor" if rows.way[mine[0]] > 0 else "toward load", int(rows.line[mine[0]]),
                 int(rows.line[mine[-1]]), bend if given else None, len(mine), len(used), float(np.mean(rows.motor[on])),
@@ -112,7 +111,7 @@ def _speeds(rows: FittedRows) -> Floats | None:
     return np.asarray(np.divide(moved, passed, out=np.zeros(len(moved)), where=passed > 0.0))
 
 
-def speed_of(strokes: tuple[Stroke, ...]) -> Speed | None:
+def speed_of(strokes: tuple[StrokeRow, ...]) -> Speed | None:
     """μ against speed, if the strokes have different speeds."""
     used = [(each.speed, each.friction) for each in strokes if each.friction and each.friction > 0.0 and each.speed]
     if len(used) < _FEWEST:
@@ -152,7 +151,7 @@ def presliding_of(rows: FittedRows) -> Presliding | None:
     return Presliding(abs(float(np.median(slopes))), float(np.median(lost)), len(slopes))
 
 
-def by_file(strokes: tuple[Stroke, ...], files: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
+def by_file(strokes: tuple[StrokeRow, ...], files: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
     """μ of each file's strokes, and their number."""
     found = []
     for name in files:
@@ -161,7 +160,7 @@ def by_file(strokes: tuple[Stroke, ...], files: tuple[str, ...]) -> tuple[dict[s
     return tuple(found)
 
 
-def disagreement(strokes: tuple[Stroke, ...], files: tuple[str, ...]) -> str | None:
+def disagreement(strokes: tuple[StrokeRow, ...], files: tuple[str, ...]) -> str | None:
     """What to say if the files do not agree, by an analysis of variance of their strokes."""
     from scipy.special import fdtrc
 
@@ -185,12 +184,12 @@ def disagreement(strokes: tuple[Stroke, ...], files: tuple[str, ...]) -> str | N
     return f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"
 
 
-def write_strokes(strokes: tuple[Stroke, ...], path: Path) -> None:
+def write_strokes(strokes: tuple[StrokeRow, ...], path: Path) -> None:
     """Write the table of strokes as CSV; raises OutputError."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     text.write(f"{MARK}\n")
-    writer.writerow([field.name for field in fields(Stroke)])
+    writer.writerow([field.name for field in fields(StrokeRow)])
     for each in strokes:
         writer.writerow(["" if value is None else value for value in asdict(each).values()])
     write_whole(path, text.getvalue().encode())
