@@ -28,9 +28,9 @@ _TYPED = 60
 directions every row is a settled reading."""
 _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two limits."""
-_FINE, _NOISY = 0.002, 1e-4
-"""Step and noise of the motor's cell over its force: if it is finer than the one and noisier than the other, so is that of
-a hanging weight, unless it is dead."""
+_FINE, _NOISY, _NOISELESS = 0.002, 1e-4, 200
+"""Step and noise of the motor's cell over its force: if it is finer and noisier, so is that of a hanging weight, unless it
+is dead. Fewer than 200 rows may be noiseless by chance."""
 _FOLLOWS, _FAR_GAIN = 0.1, 0.2
 """A load's cell that moves by less than a tenth of what the motor's does over all rows, while their levels differ by
 over 20 %,
@@ -238,7 +238,11 @@ def _check_follows(readings: Readings, log: Log, motor: MotorCell) -> None:
         return
     pulled, weighed = np.log(log.motor), np.log(log.load)
     usual = float(np.median(log.motor))
-    fine = resolution_of(log.motor) < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
+    fine = (
+        len(pulled) >= _NOISELESS
+        and resolution_of(log.motor) < _FINE * usual
+        and noise_of(log.motor, log.way) > _NOISY * usual
+    )
     for end, cell, dead in (("motor", pulled, True), ("load", weighed, fine)):
         if not np.ptp(cell) and dead:
             name = shorten(readings.names[int(motor.cell) - 1 if end == "motor" else 2 - int(motor.cell)], 30)
