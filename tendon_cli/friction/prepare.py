@@ -29,8 +29,8 @@ directions every row is a settled reading."""
 _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two limits."""
 _FINE, _NOISY, _NOISELESS = 0.002, 1e-4, 200
-"""Step and noise of the motor's cell over its force: if it is finer and noisier, so is that of a hanging weight, unless it
-is dead. Fewer than 200 rows may be noiseless by chance."""
+"""Step and noise of the motor's cell over its force: if it is finer and noisier, so is that of a hanging weight, unless
+it is dead. Fewer than 200 rows may be noiseless by chance."""
 _FOLLOWS, _FAR_GAIN = 0.1, 0.2
 """A load's cell that moves by less than a tenth of what the motor's does over all rows, while their levels differ by
 over 20 %,
