@@ -35,10 +35,10 @@ __all__ = [
 ]  # fmt: skip
 
 _PLACES = {
-    **dict.fromkeys(("load_study", "study", "varied", "state", "states", "fit_friction"), "face.studies"),
     **dict.fromkeys(
-        ("sweep", "design", "estimate", "open", "open_run", "check", "report", "record_of", "text_of"), "face.runs"
+        ("load_study", "study", "varied", "state", "states", "fit_friction", "record_of", "text_of"), "face.studies"
     ),
+    **dict.fromkeys(("sweep", "design", "estimate", "open", "open_run", "check", "report"), "face.runs"),
     **dict.fromkeys(("plot", "picture"), "face.pictures"),
     **dict.fromkeys((name for name in __all__ if name.endswith("Error")), "errors"),
 }
