@@ -111,7 +111,7 @@ def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace)
 
 def test_a_study_is_told_to_be_one(tendon, run_folder):
     ran = tendon("plot", "persons.toml", "--json")
-    assert (ran.exit, ran.json["error"]["message"]) == (2, "is a study, expected a run folder or a table of one")
+    assert (ran.exit, ran.json["error"]["message"]) == (2, "is a study, expected a table or the folder of a run")
     assert "tendon sweep persons.toml" in ran.json["error"]["hint"]
 
 
