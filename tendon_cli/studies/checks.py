@@ -68,8 +68,9 @@ def without_intervals(study: Study) -> Study:
     for key, values in study.numbers.items():
         if not values.is_interval or not isinstance(values.source, Grid):
             continue
-        hint = f"{key} = {{ from = {values.source.start.quoted}, to = {values.source.stop.quoted}, num = 5 }}"
-        faults.append(Fault(key, "is an interval, which tendon design takes and tendon sweep does not", hint))
+        ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
+        problem = "is an interval, for all of which `tendon design` answers; `tendon sweep` needs single values"
+        faults.append(Fault(key, problem, f"give it a num, as in {{ {ends}, num = 5 }}"))
     if faults:
         raise StudyError(faults)
     return study

@@ -85,6 +85,7 @@ class People(Part):
         int | None,
         BeforeValidator(_whole_or_none),
         AfterValidator(_completions),
+        WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": MOST_COMPLETIONS}, {"type": "null"}]}),
     ] = Field(
         default=None, description="with a file: how many draws of what was not measured of a person, given what was"
     )
