@@ -72,7 +72,7 @@ class Tables:
         of_cycles = OF_CYCLES if self.plan.study.motion.speed is not None else ()
         names = (*OF_DESIGNS, *of_cycles, *of_limits(self.plan.study))
         results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in names]
-        return (*self.leading, *results, *(Column(name, "truth", "1", said) for name, said in JUDGEMENTS.items()))
+        return (*self.leading, *results, *(Column(name, "truth", "1", meaning) for name, meaning in JUDGEMENTS.items()))
 
     @cached_property
     def of_states(self) -> dict[Column, Values]:
@@ -91,7 +91,7 @@ class Tables:
         return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
 
     def _nullable(self, result: str) -> bool:
-        """Whether a result may be null anywhere in the study: for one reason of its own, or without equilibrium."""
+        """Whether a result may be null anywhere in the study: for a reason besides, or without equilibrium."""
         if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
             return False
         if result == "min_spool_to_tendon":
@@ -115,13 +115,13 @@ class Tables:
         study = self.plan.study
         axes = [split_side(key)[0] for key in study.axes if key not in NAMED_AXES]
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
-        linked = [key for key in keys() if any(key in axis.keys for axis in bodies)]
+        of_bodies = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         return list(
             dict.fromkeys(
                 (
                     *ALWAYS,
                     *axes,
-                    *(split_side(key)[0] for key in linked),
+                    *(split_side(key)[0] for key in of_bodies),
                     *sorted(self.plan.space.of_sides & keys().keys()),
                 )
             )

@@ -69,7 +69,7 @@ class _Nowhere(io.RawIOBase):
 
 
 def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
-    """Compute a part's worth of designs, from all over the product, in memory, and scale; nothing is written."""
+    """Compute as many designs as a part has, from all over the product, in memory, and scale; nothing is written."""
     task, samples = Sweep(plan), _samples(plan)
     count = sum(len(sample) for sample in samples)
     rows = {table: plan.rows(table, range(count)) for table in task.tables}
@@ -138,8 +138,8 @@ def _design_axis(plan: Plan, index: int) -> AxisLine:
 
 
 def _bytes_per_worker(task: Sweep) -> int:
-    """Row groups while they are gathered and encoded, the arrays of a block, and what a part's designs come to."""
+    """Row groups while they are filled and encoded, the arrays of a block, and what a part's designs come to."""
     plan, part = task.plan, task.plan.part(0)
-    gathered = sum(2 * 8 * len(task.columns(table)) * min(ROW_GROUP, task.rows(table, 0)) for table in task.tables)
+    row_groups = sum(2 * 8 * len(task.columns(table)) * min(ROW_GROUP, task.rows(table, 0)) for table in task.tables)
     block = 8 * _ARRAYS_PER_BLOCK * min(plan.block_states, plan.rows("states", part))
-    return gathered + block + 8 * _RESULTS * len(part)
+    return row_groups + block + 8 * _RESULTS * len(part)

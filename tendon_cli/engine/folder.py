@@ -197,7 +197,7 @@ class RunFolder:
         """Declare the run finished: its record last of all, then the journal goes.
 
         A lost worker of an older run may have written late: parts that this run has not are deleted; raises
-        WorkersLostError if one of its own was replaced, InputError if it is no whole table any more.
+        WorkersLostError if one of its files was replaced, InputError if it is no whole table any more.
         """
         sizes = {entry["path"]: entry["size"] for entry in record["files"]}
         for table in (table for table, parts in self.task.tables.items() if parts > 1):

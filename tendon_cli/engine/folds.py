@@ -78,11 +78,11 @@ class PlanWindows:
         free = self.plan.only_pretension
         if self.known is not None:
             place = tuple(slice(0, 1) if axis in free else part for axis, part in enumerate(block.designs))
-            found = {name: values[place] for name, values in self.known.items()}
+            columns = {name: values[place] for name, values in self.known.items()}
         else:
             first = block.first_along(free)
-            found = self._columns(first, design if first.shape == block.shape else self.plan.design(first))
-        return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in found.items()}
+            columns = self._columns(first, design if first.shape == block.shape else self.plan.design(first))
+        return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
     @cached_property
     def known(self) -> Found | None:
@@ -93,11 +93,11 @@ class PlanWindows:
         states, most = math.prod(every.shape), _MOST_BEFORE if kernel.kind() else _MOST_BEFORE // 16
         if every.design_count == plan.designs or every.design_count > _MOST_KEPT or states > most:
             return None
-        found = {name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")}
+        columns = {name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")}
         for block in small_blocks(self.plan, every):
             for name, values in self._columns(block, self.plan.design(block)).items():
-                found[name][block.designs] = values
-        return found
+                columns[name][block.designs] = values
+        return columns
 
     def _columns(self, block: Block, design: Design) -> Found:
         bounds = bounds_of(self.plan.study)
@@ -113,11 +113,11 @@ class PlanWindows:
         return {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}
 
     def _ends(self, block: Block, design: Design) -> window.Ends:
-        found, bounds = window.begin(block.shape[:-2]), bounds_of(self.plan.study)
+        folded, bounds = window.begin(block.shape[:-2]), bounds_of(self.plan.study)
         for stretch in block.by_angles(angles_at_once(self.plan)):
             situation, angles = Situation.of(design, *self.plan.motion(stretch)), len(self.plan.elbow_angles)
-            kernel.fold_window(found, situation, bounds, stretch.shape, stretch.angles.start, angles)
-        return window.finished(found, design, bounds)
+            kernel.fold_window(folded, situation, bounds, stretch.shape, stretch.angles.start, angles)
+        return window.finished(folded, design, bounds)
 
 
 @dataclass(frozen=True)
@@ -168,12 +168,12 @@ class DesignRows:
         for block in small_blocks(self.plan, self.block):
             self.go_on()
             design = self.plan.design(block)
-            found = self._found(block, design)
-            results = extremes.as_read(extremes.finished(found, plan.states_per_design), design)
+            folded = self._folded(block, design)
+            results = extremes.as_read(extremes.finished(folded, plan.states_per_design), design)
             results |= _by_numpy(self.plan, block, self._of_forms)
-            results |= extremes.of_design(design, found) | self.windows.columns(block, design)
+            results |= extremes.of_design(design, folded) | self.windows.columns(block, design)
             judged = extremes.judged(results, plan.study.limits)
-            counts = {**{name: found[name] for name in extremes.COUNTS}, **judged}
+            counts = {**{name: folded[name] for name in extremes.COUNTS}, **judged}
             self.totals += Totals(**{name: int(values.sum()) for name, values in counts.items()})
             places = zip(block.designs, self.block.designs, strict=True)
             within = tuple(slice(part.start - whole.start, part.stop - whole.start) for part, whole in places)
@@ -181,13 +181,13 @@ class DesignRows:
             for name in shaped.keys() - self.keys.keys():
                 shaped[name][within] = judged[name] if name in judged else results[name]
 
-    def _found(self, block: Block, design: Design) -> Found:
+    def _folded(self, block: Block, design: Design) -> Found:
         """What the designs of a block come to, over all their states."""
-        found = extremes.begin(block.shape[:-2])
+        folded = extremes.begin(block.shape[:-2])
         for stretch in block.by_angles(angles_at_once(self.plan)):
             angles = self.plan.elbow_angles[stretch.angles]
-            kernel.fold_extremes(found, Situation.of(design, *self.plan.motion(stretch)), angles, stretch.shape)
-        return found
+            kernel.fold_extremes(folded, Situation.of(design, *self.plan.motion(stretch)), angles, stretch.shape)
+        return folded
 
 
 def _by_numpy(plan: Plan, block: Block, of_forms: tuple[str, ...]) -> Found:
@@ -207,6 +207,6 @@ def _by_numpy(plan: Plan, block: Block, of_forms: tuple[str, ...]) -> Found:
     if speed is not None:
         from tendon_cli.model.cycle import cycle  # only a study of motion pays for its import
 
-        found = cycle(plan.design(block), *plan.motion(block), speed.single)
-        columns |= {name: getattr(found, name) for name in OF_CYCLES}
+        motor = cycle(plan.design(block), *plan.motion(block), speed.single)
+        columns |= {name: getattr(motor, name) for name in OF_CYCLES}
     return {name: np.broadcast_to(values, shape) for name, values in columns.items()}

@@ -1,4 +1,4 @@
-"""The journal of an unfinished run: a line per finished part, each with its own checksum.
+"""The journal of an unfinished run: a line per finished part, each with a checksum.
 
 It counts only as tendon wrote it. It may be cut off anywhere: whole lines count, the rest is dropped, and whoever goes
 on writing first removes it.
@@ -103,13 +103,13 @@ def _content(path: Path) -> bytes:
 
 
 def _entries(path: Path) -> list[dict[str, Any]]:
-    found = []
+    entries = []
     for line in _content(path).split(b"\n")[:-1]:
         crc, _, text = line.partition(b" ")
         if crc == b"%08x" % zlib.crc32(text):
             with contextlib.suppress(ValueError, RecursionError):
-                found.append(json.loads(text))
-    return [entry for entry in found if isinstance(entry, dict)]
+                entries.append(json.loads(text))
+    return [entry for entry in entries if isinstance(entry, dict)]
 
 
 def _is_header(entry: dict[str, Any]) -> bool:

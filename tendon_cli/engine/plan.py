@@ -36,7 +36,7 @@ DESIGNS_PER_PART = 2**18
 STATES_PER_PART_WITHOUT_TABLE = 2**27
 STATES_PER_BLOCK = 2**16
 DESIGNS_AT_ONCE = 2**18
-"""Rows of designs that are gathered before they are written, since designs do not come in their order."""
+"""Rows of designs that are collected before they are written, since designs do not come in their order."""
 
 _MOST_STATES = 2**63 - 1
 _MOST_LOOKED_INTO = 2**18
@@ -148,7 +148,7 @@ class Plan:
             at += block.design_count
 
     def blocks_of_designs(self, designs: range) -> Iterator[Block]:
-        """Cut a range of designs into blocks as long as may be that do not go beyond what is gathered at once."""
+        """Cut a range of designs into blocks as long as may be that do not go beyond what is collected at once."""
         for start in range(0, len(designs), DESIGNS_AT_ONCE):
             yield from self.blocks(designs[start : start + DESIGNS_AT_ONCE])
 

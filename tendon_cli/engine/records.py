@@ -44,20 +44,18 @@ def read_record(folder: Path) -> dict[str, Any] | None:
 
     Its `verb` is the command that it is of.
     """
-    found = [(verb, record) for verb in RECORDS if (record := _read_sealed(folder / RECORDS[verb], verb)) is not None]
-    if len(found) > 1:
+    records = {verb: _read_sealed(folder / name, verb) for verb, name in RECORDS.items()}
+    standing = [{"verb": verb, **record} for verb, record in records.items() if record is not None]
+    if len(standing) > 1:
         raise FolderError("holds the records of two runs", where=str(folder), hint=_ELSEWHERE)
-    return {"verb": found[0][0], **found[0][1]} if found else None
+    return standing[0] if standing else None
 
 
 def write_record(folder: Path, record: dict[str, Any]) -> None:
     """Put a record in place, whole, with its checksum; raises OutputError."""
     record["checksum"] = checksum(record)
-    write_whole(
-        folder / RECORDS[record["verb"]],
-        (json.dumps(record, indent=2, ensure_ascii=False) + "\n").encode(),
-        of_a_run=True,
-    )
+    content = json.dumps(record, indent=2, ensure_ascii=False) + "\n"
+    write_whole(folder / RECORDS[record["verb"]], content.encode(), of_a_run=True)
 
 
 def checksum(record: dict[str, Any]) -> str:

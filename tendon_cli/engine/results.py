@@ -171,14 +171,14 @@ def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
     if table.num_rows != math.prod(shape):
         raise UsageError(f"the table has {table.num_rows} rows, the study {math.prod(shape)}")
     frame = table.to_pandas()
-    found = {}
+    variables = {}
     for held in table.schema:
         values = frame[held.name]
         array = values.astype(object).to_numpy() if values.dtype == "category" else values.to_numpy()
         meaning = {key.decode(): text.decode() for key, text in (held.metadata or {}).items()}
         attributes = {"units": meaning.get("unit", "1"), "long_name": meaning.get("long_name", held.name)}
-        found[held.name] = (dimensions, array.reshape(shape), attributes)
-    return found
+        variables[held.name] = (dimensions, array.reshape(shape), attributes)
+    return variables
 
 
 def along_own_axes(name: str, variable: Variable) -> Variable:
@@ -189,8 +189,8 @@ def along_own_axes(name: str, variable: Variable) -> Variable:
         first = values.take([0], axis=axis)
         varies = dimension == name or (name not in dimensions and not _same(values, first))
         kept.append(slice(None) if varies else 0)
-    own = tuple(dimension for dimension, part in zip(dimensions, kept, strict=True) if part != 0)
-    return own, np.asarray(values[tuple(kept)]), attributes
+    along = tuple(dimension for dimension, part in zip(dimensions, kept, strict=True) if part != 0)
+    return along, np.asarray(values[tuple(kept)]), attributes
 
 
 def _same(values: npt.NDArray[Any], first: npt.NDArray[Any]) -> bool:

@@ -141,7 +141,7 @@ def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
 def _recorded(
     folder: RunFolder, maker: PartMaker, parts: list[PartResult], journal: Journal | None = None
 ) -> dict[str, Any]:
-    """What is told of a run whose parts stand, once the files are written that only the whole gives."""
+    """The record of a run whose parts stand, once the files are written that only the whole gives."""
     task, study = folder.task, folder.task.study
     parts = sorted(parts, key=lambda part: part.index)
     record = {

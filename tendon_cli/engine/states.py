@@ -88,10 +88,10 @@ class StatesOf:
         given = {name: np.asarray(values(block), dtype=column.dtype) for name, (column, values) in keys.items()}
         write = kernel.row_writer(self.tables.plan.situation(block), block.shape, given)
         count = int(np.prod(block.shape))
-        found = {name: np.empty(count, columns[name].dtype) for name in names}
-        write(found, range(count))
+        values_of = {name: np.empty(count, columns[name].dtype) for name in names}
+        write(values_of, range(count))
         fields = [self.schema.field(name) for name in names]
-        arrays = [_array(columns[name], values) for name, values in found.items()]
+        arrays = [_array(columns[name], values) for name, values in values_of.items()]
         return pa.Table.from_arrays(arrays, schema=pa.schema(fields, self.schema.metadata))
 
 

@@ -35,7 +35,7 @@ class RowSink(Protocol):
     """Where the rows of a table go."""
 
     def fill(self, count: int, write: Filler) -> None:
-        """Add rows that are written straight to where they are gathered."""
+        """Add rows that are written straight to where a row group is filled."""
 
 
 class Task(ABC):
@@ -140,7 +140,7 @@ class Task(ABC):
 
 
 def file_name(table: str, index: int, parts: int) -> str:
-    """Where a part of a table stands in the run folder: a file of its own, or one in a folder of parts."""
+    """Where a part of a table stands in the run folder: a file, or one in a folder of parts."""
     return f"{table}.parquet" if parts <= 1 else f"{table}.parquet/part-{index:05d}.parquet"
 
 

@@ -161,7 +161,7 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
 
 
 def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
-    """A step in the making of a part; its failure is told with the part's coordinates, while the others go on."""
+    """A step in the making of a part; its failure is reported with the part's coordinates, while the others go on."""
     try:
         return step()
     except Exception as error:  # noqa: BLE001
@@ -170,7 +170,7 @@ def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
 
 @contextlib.contextmanager
 def ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
-    """The event that ends a run: the caller's own, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
+    """The event that ends a run: the caller's, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
     heard = stop is None and threading.current_thread() is threading.main_thread()
     if stop is not None or not heard or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield stop or threading.Event()

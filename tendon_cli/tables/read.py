@@ -124,13 +124,13 @@ def study_hash_of(file: Path) -> str | None:
 def _check_whole(path: Path, files: tuple[Path, ...], facts: list[dict[str, Any]]) -> None:
     """All parts are there, in their order, of one table of one study; raises InputError."""
     first = facts[0]
-    for file, found in zip(files, facts, strict=True):
+    for file, each in zip(files, facts, strict=True):
         if (
-            any(found.get(name) != first.get(name) for name in _OF_ONE_TABLE)
-            or found["part"]["of"] != first["part"]["of"]
+            any(each.get(name) != first.get(name) for name in _OF_ONE_TABLE)
+            or each["part"]["of"] != first["part"]["of"]
         ):
             raise InputError("belongs to another table than its neighbours", where=str(file))
-    of, indices = first["part"]["of"], [found["part"]["index"] for found in facts]
+    of, indices = first["part"]["of"], [each["part"]["index"] for each in facts]
     if not path.is_dir() and of > 1:
         hint = "name the folder that holds all parts"
         raise InputError(f"is part {indices[0]} of {of} of a table", where=str(path), hint=hint)
@@ -187,7 +187,7 @@ def _damaged(file: Path, reason: str) -> InputError:
 def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArray[Any]]:
     """Columns as they are written from: NaN for null, text by its place among the column's choices.
 
-    From buffers, because the library's own conversions import pandas.
+    From buffers, because the library's conversions import pandas.
     """
     return {
         column.name: np.concatenate(

@@ -27,7 +27,7 @@ class Column:
 
     A column of numbers that cannot be null in its table is not `nullable`: it is smaller, and sooner written.
 
-    `quantity` is the name of what it holds in `quantities`; what is none goes by the column's own name.
+    `quantity` is the name of what it holds in `quantities`; what is none goes by the column's name.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Column:
 
     @classmethod
     def of(cls, quantity: Quantity, name: str | None = None, *, is_axis: bool = False, nullable: bool = True) -> Column:
-        """A column of numbers of a quantity, under its own name or another."""
+        """A column of numbers of a quantity, under its name or another."""
         named = name or quantity.name
         meaning = quantity.unit, quantity.long_name
         return cls(named, "number", *meaning, is_axis=is_axis, quantity=quantity.name, nullable=nullable)
@@ -55,13 +55,13 @@ class Column:
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
-        """What its values are gathered as; text by its place in `choices`."""
+        """What its values are collected as; text by its place in `choices`."""
         place = np.int8 if len(self.choices) < 128 else np.int32
         return np.dtype({"number": np.float64, "text": place, "count": np.int64, "truth": np.bool_}[self.kind])
 
     @cached_property
     def words(self) -> pa.StringArray:
-        """Its choices as Arrow has them; built from buffers, because the library's own conversions import pandas."""
+        """Its choices as Arrow has them; built from buffers, because the library's conversions import pandas."""
         encoded = [word.encode() for word in self.choices]
         ends = np.cumsum([0, *map(len, encoded)], dtype=np.int32)
         return pa.StringArray.from_buffers(len(encoded), pa.py_buffer(ends), pa.py_buffer(b"".join(encoded)))
@@ -81,7 +81,7 @@ class TableLayout:
     schema: pa.Schema
     rows: int
     at_once: int = ROW_GROUP
-    """How many rows are gathered before they are written: a multiple of `row_group`."""
+    """How many rows are collected before they are written: a multiple of `row_group`."""
     row_group: int = ROW_GROUP
 
 

@@ -1,4 +1,4 @@
-"""Writing a table: rows gathered into row groups of fixed length, a file that appears only when it is whole."""
+"""Writing a table: rows collected into row groups of fixed length, a file that appears only when it is whole."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class WrittenFile:
 def _has_nan(values: npt.NDArray[Any]) -> bool:
     """Whether any is NaN: then the smallest is, which is found soonest in one thread.
 
-    A sum of squares by BLAS starts threads of its own, whose waiting took half of a sweep's processor time.
+    A sum of squares by BLAS starts threads, whose waiting took half of a sweep's processor time.
     """
     return values.dtype.kind == "f" and math.isnan(values.min(initial=math.inf))
 
@@ -70,7 +70,7 @@ class RowGroups:
         self._writer = pq.ParquetWriter(self._stream, schema, **_encoding(columns))
 
     def fill(self, count: int, write: Filler) -> None:
-        """Add rows that `write` puts straight to where they are gathered, as many at a time as still fit."""
+        """Add rows that `write` puts straight to where they are collected, as many at a time as still fit."""
         start = 0
         while start < count:
             rows = range(start, min(count, start + self._capacity - self._filled))
@@ -218,7 +218,7 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
 def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
     """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
 
-    Built from buffers, because the library's own conversions import pandas.
+    Built from buffers, because the library's conversions import pandas.
     """
     if column.kind == "text":
         positions = _from_buffers(column.type.index_type, values)

@@ -16,7 +16,7 @@ from tendon_cli.errors import TendonError, UsageError, WorkersLostError, install
 CONNECT = 6.0
 """Seconds within which the scheduler must answer, and have a worker."""
 ANSWER = 60.0
-"""Seconds within which every worker must have imported tendon and said whether it is fit."""
+"""Seconds within which every worker must have imported tendon and answered whether it is fit."""
 _CLOSE = 2.0
 
 _ADDRESS = re.compile(r"(tcp|tls)://([\w.-]+|\[[0-9A-Fa-f:.]+\]):(\d{1,5})", re.ASCII)

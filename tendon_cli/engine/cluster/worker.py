@@ -2,7 +2,7 @@
 
 Nothing here knows the cluster's library. A worker answers with what it made or why it did not; it never raises. As the
 cluster may give a part to a second worker while a first one, thought dead, still writes, each worker writes under names
-of its own and renames at the very end, where the run still stands.
+that nobody else has and renames at the very end, where the run still stands.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _LOCK = threading.Lock()
 
 @dataclass(frozen=True)
 class Assignment:
-    """What a worker is told of a run; small, as it goes with every part."""
+    """What a worker must know of a run; small, as it goes with every part."""
 
     run: str
     """A name that no other run has."""
