@@ -24,7 +24,7 @@ from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
 
-TABLES = ("designs", "choices", "states", "conditions", "persons")
+TABLES = ("designs", "choices", "states", "conditions", "persons", "draws")
 _OF_A_RUN = ("designs", "states")
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
@@ -82,7 +82,7 @@ def table_at(
 
 def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> TableFiles | StatesOf:
     """A table of designs or states, to be drawn; raises as `table_in` does."""
-    if path.is_dir() and not _tables_of(path, _OF_A_RUN):
+    if path.is_dir() and path.suffix != ".parquet" and not _tables_of(path, _OF_A_RUN):
         hint = "run `tendon sweep`"
         raise InputError("holds neither designs.parquet nor states.parquet", where=str(path), hint=hint)
     return table_at(path, wanted, asked, order=("states", "designs"))

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from tendon_cli import cli
+from tendon_cli import files as files_module
 from tendon_cli.engine import run as run_module
 from tendon_cli.engine.run import worked_out
 from tendon_cli.engine.sweep import Sweep
@@ -181,6 +182,10 @@ def test_an_error_with_a_record_is_exit_5_and_with_a_figure_a_warning(
     words = ("sweep", place / "study.toml", "--out", place / "run", "--json", "--jobs", "1")
     with monkeypatch.context() as patch:
         faults = Faults(patch, place / "run")
+        named = files_module.temporary_of
+        patch.setattr(
+            files_module, "temporary_of", lambda path, **how: named(path, **how).with_suffix(f".{path.name}.tmp")
+        )
 
         def meet(operation, where):
             faults.seen.append((operation, str(where)))

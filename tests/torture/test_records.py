@@ -8,7 +8,7 @@ import random
 
 import pytest
 
-from tendon_cli.engine import records as record_module
+from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine.journal import _line
 from tendon_cli.errors import TendonError
 
@@ -97,14 +97,14 @@ def a_folder(journal, _patch):
 
 def forbidden(journal, patch):
     """The superuser may read everything, so it is injected."""
-    read = record_module.read_file
+    read = journal_module.read_file
 
     def call(path, most):
         if path.name == journal.name:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
         return read(path, most)
 
-    patch.setattr(record_module, "read_file", call)
+    patch.setattr(journal_module, "read_file", call)
     return os.strerror(errno.EACCES)
 
 
