@@ -15,7 +15,7 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Numbers
 from tendon_cli.space.space import Space
 from tendon_cli.studies.people.population import Population
-from tendon_cli.studies.uncertain import quantile
+from tendon_cli.studies.values import quantile
 
 BODY = "body"
 """All dimensions of a body together: they are correlated, so that none has an index of its own."""

@@ -1,4 +1,4 @@
-"""`tendon init`: a study to start from."""
+"""`tendon init` and `tendon schema`: a study to start from, and what editors need of one."""
 
 from pathlib import Path
 from typing import Annotated
@@ -44,3 +44,10 @@ def init(
         write_starter(file, template)
         verb = "sweep" if template in ("sweep", "motor") else "design"
     print_result(f"{file} written; next: tendon {verb} {file}")
+
+
+def schema() -> None:
+    """Print the JSON Schema of the study file, for editors."""
+    from tendon_cli.studies.schema import schema_text
+
+    print_result(schema_text())

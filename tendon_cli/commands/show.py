@@ -1,5 +1,6 @@
-"""`tendon show`: rows of a table in the terminal."""
+"""`tendon show` and `tendon export`: rows of a table in the terminal, and as CSV."""
 
+import contextlib
 import io
 import math
 import shutil
@@ -54,3 +55,34 @@ def _finite(row: dict[str, object]) -> dict[str, object]:
     """A row that JSON can hold."""
     odd = {name for name, value in row.items() if isinstance(value, float) and not math.isfinite(value)}
     return {name: None if name in odd else value for name, value in row.items()}
+
+
+CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]
+Locale = Annotated[
+    str, typer.Option(metavar="LANGUAGE", help="decimal sign and separator of a language: de has 1,5 and semicolons")
+]
+InUnits = Annotated[str, typer.Option("--units", metavar="si|study", help="SI units, or those of studies, such as mm")]
+
+
+def export(
+    source: options.Table,
+    file: CsvFile,
+    table: options.TableName = None,
+    where: options.Where = None,
+    columns: options.Columns = None,
+    locale: Locale = "en",
+    units: InUnits = "si",
+    as_json: options.AsJson = False,
+) -> None:
+    """Write a table as CSV, in SI units, for tools that cannot read Parquet."""
+    from tendon_cli.cube.rows import CsvForm, rows_in
+    from tendon_cli.cube.rows import export as written
+
+    form = CsvForm(locale, units)
+    rows = rows_in(source, table, where or (), options.listed(columns))
+    with contextlib.suppress(OSError):
+        if file.samefile(source):
+            raise UsageError(f"{file.name}, which is read, would be written over", hint="choose another name")
+    count = written(rows, file, form)
+    text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
+    print_result(as_json_text({"file": str(file), "rows": count, "columns": rows.names}) if as_json else text)

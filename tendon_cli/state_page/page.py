@@ -23,7 +23,7 @@ from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_sect
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.people.person import Step, Worn, with_numbers, worn_by
 from tendon_cli.studies.study import Study
-from tendon_cli.studies.uncertain import drawn
+from tendon_cli.studies.values import drawn
 from tendon_cli.units import shorten
 
 

@@ -29,8 +29,7 @@ from tendon_cli.space.axis import (
 from tendon_cli.space.space import Space
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.studies.uncertain import drawn
-from tendon_cli.studies.values import Grid
+from tendon_cli.studies.values import Grid, drawn
 
 _WORDS = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
 _WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}

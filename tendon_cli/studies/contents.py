@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, get_args
+import math
+from collections.abc import Iterable, Iterator
+from types import UnionType
+from typing import Annotated, Any, get_args
 
+from pydantic import AfterValidator, Field, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
-from tendon_cli.studies.fields import Single
-from tendon_cli.studies.parts import Part
+from tendon_cli.quantities import PLAUSIBLE
+from tendon_cli.studies.fields import Single, fault
+from tendon_cli.studies.parts import Anchor, Arm, Joint, Load, Model, Part, Setting, Sheath, Spool, Spring, Tendon
 from tendon_cli.studies.values import Values
 
 
@@ -64,3 +68,77 @@ def document(part: Part) -> dict[str, Any]:
         elif value is not None:
             shown[name] = value
     return shown
+
+
+_SHARE_TO_TELL = 1e-3
+
+
+def remarks(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
+    """A sentence for each number that is far from any arm, or whose distribution reaches where it is impossible."""
+    for key, number, values in numbers:
+        low, high = PLAUSIBLE.get(number.name, (number.low, number.high))
+        unit = f" {number.quantity.unit}".removesuffix(" 1")
+        for value in dict.fromkeys(values.extremes):
+            if not low <= value <= high and not math.isinf(value):
+                yield f"{key} = {value:g} is {value:g}{unit}, far from any arm ({low:g} to {high:g}{unit})"
+                break
+        known = values.uncertain
+        if known is not None and known.cut_share > _SHARE_TO_TELL:
+            span = f"{known.low:g} to {known.high:g}{unit}"
+            yield f"{key} can only be {span}: {known.cut_share:.1%} of its distribution is cut off"
+
+
+def printable(text: str) -> str:
+    """Text that can stand in a table's metadata, a figure and a terminal."""
+    if not text.isprintable():
+        raise fault("holds characters that cannot be printed, expected plain text")
+    return text
+
+
+CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)]
+
+
+def _not_dots(name: str) -> str:
+    if set(name) == {"."}:
+        raise fault(f'"{name}" cannot name a run folder, expected a name such as fig07')
+    return name
+
+
+RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
+Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
+
+
+def _single_valued(part: type[Part]) -> type[Part]:
+    """The same table where no key has a default and none may be an axis: what a case may override."""
+    fields: dict[str, Any] = {}
+    for name, field in part.model_fields.items():
+        number, nested = mark_of(field), part_of(field)
+        if number is not None:
+            kind: Any = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
+        else:
+            kind = _single_valued(nested) if nested else field.annotation
+        optional = kind if isinstance(kind, UnionType) else kind | None
+        fields[name] = (optional, Field(default=None, description=field.description))
+    return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
+
+
+DESIGN_PARTS: dict[str, type[Part]] = {
+    "arm": Arm,
+    "sheath": Sheath,
+    "tendon": Tendon,
+    "spring": Spring,
+    "anchor": Anchor,
+    "joint": Joint,
+    "spool": Spool,
+    "load": Load,
+    "model": Model,
+    "setting": Setting,
+}
+
+
+def case_tables() -> Any:
+    """The type of `[[cases]]`, which few studies have."""
+    fields: dict[str, Any] = {"name": (CaseName, Field(description="name of the case, each once"))}
+    fields |= {name: (_single_valued(part) | None, None) for name, part in DESIGN_PARTS.items()}
+    doc = "One case, such as a person: a name, and the keys in which it differs."
+    return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]

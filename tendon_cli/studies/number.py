@@ -10,8 +10,7 @@ from typing import Any, Literal
 from pydantic_core import PydanticCustomError
 
 from tendon_cli.studies.fields import Single, fault, within
-from tendon_cli.studies.uncertain import Uncertain
-from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Values, in_si
+from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Uncertain, Values, in_si
 from tendon_cli.units import Measure, described, terminating, to_float
 
 _GRID = ("from", "to", "num", "step", "spacing")

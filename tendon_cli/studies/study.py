@@ -13,8 +13,18 @@ from pydantic import AfterValidator, Field, PrivateAttr
 from tendon_cli.display import Displayed, face
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
 from tendon_cli.studies import parts
-from tendon_cli.studies.cases import DESIGN_PARTS, RunName, Title, case_tables
-from tendon_cli.studies.contents import document, mark_of, marked, numbers_in, part_of
+from tendon_cli.studies.contents import (
+    DESIGN_PARTS,
+    RunName,
+    Title,
+    case_tables,
+    document,
+    mark_of,
+    marked,
+    numbers_in,
+    part_of,
+    remarks,
+)
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
 from tendon_cli.studies.fields import Later, Single
 from tendon_cli.studies.figure_checks import check_figures
@@ -22,9 +32,7 @@ from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import People
-from tendon_cli.studies.remarks import remarks
-from tendon_cli.studies.uncertain import Uncertain
-from tendon_cli.studies.values import Values
+from tendon_cli.studies.values import Uncertain, Values
 
 _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
 """Tables of what a designer does not decide, and the number of these that one does."""

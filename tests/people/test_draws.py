@@ -11,7 +11,7 @@ from tendon_cli.model.actuator import State
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.uncertain import drawn, quantile
+from tendon_cli.studies.values import drawn, quantile
 from tests.model import designs
 
 STIFF = {"spring": {"stiffness": {"value": "3 kN/m", "tolerance": "10 %"}}}
