@@ -26,6 +26,8 @@ def population_lines(problem: Problem, record: Row) -> Iterator[tuple[str, str]]
     yield "", ""
     yield "For whom" if "person" in population["counts"] else "How sure", ""
     yield f"{what}: {_served(population)}" if what else _served(population), "  "
+    if population["by"]:
+        yield "; ".join(map(_of_sex, population["by"])), "  "
     for reason in population["not_served"]:
         yield _not_served(problem, population, reason), "  "
     if population["counts"].get("person", 0) > 1:
@@ -44,6 +46,16 @@ def _served(population: Row) -> str:
     if most - served < ROUNDING:
         return words
     return f"{words}; {say.number(population['largest_share_at'])} N would serve {say.percent(most)}"
+
+
+def _of_sex(share: Row) -> str:
+    """The share of men, or of women."""
+    nouns = {"male": ("man", "men"), "female": ("woman", "women")}[share["sex"]]
+    whom = f"{share['persons']:,} {nouns[share['persons'] != 1]}"
+    low, high = (say.percent(end) for end in share["interval_95"])
+    if share["served"] >= 1.0:
+        return f"all of {whom} (at least {low})"
+    return f"{say.percent(share['served'])} of {whom} ({low} to {high})"
 
 
 def population_share(population: Row) -> str:

@@ -144,11 +144,29 @@ def _population(answer: Findings, population: PopulationResult) -> dict[str, Any
         "interval_95": _interval(population.share, weighting),
         "largest_share": population.best_share,
         "largest_share_at": finite(population.curve.best) if population.best_share > 0.0 else None,
+        "by": _by_sex(population) if answer.problem.study.design.by == "sex" else [],
         "curve": _thinned_curve(population.curve),
         "not_served": [_reason(population, reason) for reason in population.reasons],
         "sizes": {each.column: [_size(each, best) for best in each.best] for each in population.sizes},
         "sobol": [_sobol(each) for each in population.indices],
     }
+
+
+def _by_sex(population: PopulationResult) -> list[dict[str, Any]]:
+    """The share that the pretension serves among men and among women."""
+    weighting, shares = population.problem.weighting, []
+    people = population.problem.person_of(np.arange(len(weighting)))
+    sexes = np.array(population.people.sexes if population.people is not None else ())[people]
+    served = population.windows.served(population.pretension)
+    for sex in dict.fromkeys(sexes.tolist()):
+        of_sex = np.flatnonzero(sexes == sex)
+        weights = coverage.normalised(weighting[of_sex])
+        share = 1.0 if served[of_sex].all() else float(min(weights[served[of_sex]].sum(), 1.0))
+        persons = len(np.unique(people[of_sex]))
+        effective = coverage.effective_count(weighting[of_sex]) * persons / len(of_sex)
+        interval = list(say.interval(share, effective))
+        shares.append({"sex": sex, "persons": persons, "served": share, "interval_95": interval})
+    return shares
 
 
 def _thinned_curve(curve: coverage.Curve) -> dict[str, list[float]]:

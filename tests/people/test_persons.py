@@ -79,3 +79,15 @@ def test_draws_have_a_table_of_their_own():
     draws = answer.table("draws")
     assert draws.num_rows == 32
     assert "weight" not in draws.schema.names
+
+
+def test_shares_by_sex_are_those_of_the_table():
+    asked = {**SUIT, "spring": {"stiffness": 5e3}, "people": {"count": 80, "seed": 3}, "design": {"by": "sex"}}
+    answer = tendon.design(tendon.study(asked))
+    shares = {each["sex"]: each for each in answer.record["population"]["by"]}
+    served = answer.persons.groupby("sex", observed=True)["served"]
+    for sex, mean in served.mean().items():
+        assert shares[sex]["served"] == pytest.approx(mean, abs=1e-12)
+        assert shares[sex]["interval_95"][0] <= mean <= shares[sex]["interval_95"][1]
+        assert shares[sex]["persons"] == served.count()[sex]
+    assert "women (" in answer.text
