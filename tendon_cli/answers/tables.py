@@ -110,4 +110,4 @@ def as_value(column: Column, value: Any) -> Any:
     """A value of a record as its column holds it."""
     if column.kind == "text":
         return column.choices.index(value or "")
-    return np.nan if value is None else value
+    return np.inf if value == RIGID else np.nan if value is None else value

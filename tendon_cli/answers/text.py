@@ -134,9 +134,7 @@ def _worst(row: Row) -> str:
         "peak_motor_torque": "a motor torque of", "min_elbow_stiffness": "an elbow stiffness of",
         "max_contact_pressure": "a strap pressure of",
     }  # fmt: skip
-    return say.listed(
-        [f"{word} {say.quantity(name, row[name])}" for name, word in names.items() if row[name] is not None]
-    )
+    return say.listed([f"{word} {say.quantity(name, row[name])}" for name, word in names.items() if row[name]])
 
 
 def _study_pretension(problem: Problem, record: Row, best: Row) -> Iterator[str]:

@@ -16,6 +16,7 @@ TEMPLATES = {
     "sweep": "which pretension and springs keep both tendons taut? (every key, with a comment)",
     "design": "which spring, spool and pretension work for every load?",
     "people": "for whom does a suit work?",
+    "robust": "which suit works for real arms: soft tissue, an imprecise fit, a tilted upper arm?",
     "motor": "which motor does it need? (torque, speed, power, work, backlash)",
     "friction": "what do friction and bend of the sheath do, and their uncertainty?",
 }
