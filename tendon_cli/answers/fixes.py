@@ -77,7 +77,7 @@ class Fix:
 def fixes(problem: Problem, choice: Candidates) -> list[Fix]:
     """What each parameter alone does for one choice, the least change first."""
     trials = Trials.of(problem, choice)
-    before = {key: value for key in PARAMETERS if (value := _now(problem, trials.numbers, key)) > 0.0}
+    before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, trials.numbers, key)) < np.inf}
     return sorted((_fix(trials, key, value) for key, value in before.items()), key=lambda fix: fix.size)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from tendon_cli import say
@@ -11,6 +12,7 @@ from tendon_cli.answers.uncertainty import BODY
 from tendon_cli.answers.words import Row, condition_words, everyone, parameter, row_words
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
+from tendon_cli.studies.values import RIGID
 
 _MOST_NAMED = 3
 _DIFFERENT = 0.5
@@ -120,6 +122,8 @@ def _sizes(problem: Problem, population: Row) -> Iterator[tuple[str, str]]:
 
 
 def _value(factor: Axis, value: float | str) -> str:
+    if value == RIGID and not factor.names:
+        return parameter(factor.key, math.inf)
     return value if isinstance(value, str) else parameter(factor.key, value)
 
 

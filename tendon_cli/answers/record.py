@@ -21,6 +21,7 @@ from tendon_cli.answers.remarks import bench_record
 from tendon_cli.answers.sizes import Sizes
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.answers.uncertainty import Indices
+from tendon_cli.studies.values import RIGID
 
 _MOST_OF_CURVE = 1000
 _NEEDS = {MORE: "more", LESS: "less", NEITHER: "another suit"}
@@ -202,7 +203,7 @@ def _reason(population: PopulationResult, reason: Reason) -> dict[str, Any]:
 def _size(each: AxisSizes, best: Sizes) -> dict[str, Any]:
     return {
         "suits": [
-            {"value": each.values[choice], "pretension": at}
+            {"value": RIGID if each.values[choice] == np.inf else each.values[choice], "pretension": at}
             for choice, at in zip(best.choices, best.pretensions, strict=True)
         ],
         "served": best.share,
