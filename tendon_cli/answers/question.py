@@ -10,6 +10,8 @@ from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 
+_ENDS_SUFFICE = ("load.mass", "load.scale", PRETENSION)
+"""Of an interval of a load the ends suffice, as tensions and torques are linear in it; pretension is solved for."""
 _SEVERAL = ("peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency")
 
 
@@ -38,6 +40,9 @@ def _left_out(study: Study) -> list[str]:
         notes.append("the study's values of pretension are left out: the window is solved exactly, without them")
     if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
         notes.append("the pretensions of the study's cases are left out: one of all is solved for")
+    ends = [key for key in study.intervals if split_side(key)[0] not in _ENDS_SUFFICE]
+    if ends:
+        notes.append(f"{', '.join(ends)}: solved at both ends of the interval; what lies between is not proved")
     several = [name for name in _SEVERAL if name in study.limits]
     if several:
         notes.append(f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used")

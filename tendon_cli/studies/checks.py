@@ -69,7 +69,7 @@ def without_intervals(study: Study) -> Study:
         if not values.is_interval or not isinstance(values.source, Grid):
             continue
         ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
-        problem = "is an interval, for all of which `tendon design` answers; `tendon sweep` needs single values"
+        problem = "is an interval, a condition of `tendon design`; `tendon sweep` needs single values"
         faults.append(Fault(key, problem, f"give it a num, as in {{ {ends}, num = 5 }}"))
     if faults:
         raise StudyError(faults)

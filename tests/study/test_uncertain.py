@@ -2,11 +2,13 @@
 
 import json
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import tendon_cli as tendon
+from tendon_cli.answers.question import question
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import load_study, study_from
@@ -65,6 +67,18 @@ def test_an_interval_is_two_ends_and_always_a_condition():
     assert study_from(json.loads(json.dumps(study.document()))).hash == study.hash
     with pytest.raises(StudyError, match=r'from = "2 kN/m", to = "3 N/mm", num = 5'):
         tendon.sweep(study)
+    assert "spring.stiffness: solved at both ends" in " ".join(question(study).notes)
+
+
+def test_an_interval_is_answered_for_as_the_list_of_its_ends():
+    numbers = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
+    answers = [
+        tendon.design(study_from(numbers | {"load": {"mass": mass}}))
+        for mass in ({"from": "0 kg", "to": "10 kg"}, ["0 kg", "10 kg"])
+    ]
+    windows = [each.choices[["pretension_from", "pretension_to"]].to_numpy() for each in answers]
+    np.testing.assert_array_equal(*windows)
+    assert not any("interval" in note for note in question(study_from(numbers)).notes)
 
 
 @pytest.mark.parametrize("said", [{"value": 1.0, "tolerance": "0 %"}, {"mean": 1.0, "std": 0}])
