@@ -56,6 +56,8 @@ _OF_STUDIES = (
     _quantity("upper_arm_angle", "ψ", "angle", "inclination of the upper arm, forward positive, 0 = hanging"),
     _quantity("contact_width", "w", "length", "width of the extensor's strap around the elbow"),
     _quantity("contact_radius", "R_s", "length", "radius of curvature of the extensor's strap on the joint"),
+    _quantity("excursion_noise", "σ_H", "length", "standard deviation of the noise of measured excursions"),
+    _quantity("load_scale", "s", "number", "times the torque of a task"),
     _quantity("joint_stiffness", "k_j", "rotational stiffness", "stiffness of the joint itself"),
     _quantity("rest_angle", "θ_r", "angle", "angle at which the joint's own stiffness asks for no torque"),
     # Sheath, tendon, spring, spool, load.

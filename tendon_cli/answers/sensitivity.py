@@ -17,7 +17,9 @@ from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import excess
 from tendon_cli.model.setting import shown
+from tendon_cli.model.spline import Spline
 from tendon_cli.space.axis import PRETENSION, WORDS, of_side
+from tendon_cli.studies.study import keys
 
 End = Literal["from", "to"]
 
@@ -135,7 +137,7 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
     space = alone.points(numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.of_the_model.items():
-        if key not in (PRETENSION, *WORDS):
+        if key not in (PRETENSION, *WORDS) and key in keys() and not isinstance(number.value, Spline):
             name = of_side(key, side) if side and key in space.of_sides else key
             values[name] = float(np.asarray(number.within(space.whole)).item())
     return {key: value for key, value in values.items() if np.isfinite(value)}

@@ -13,6 +13,7 @@ from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.spline import Spline
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.space.axis import DRAW_AXIS, NAMED_AXES, PERSON_AXIS, SIDES, split_side
@@ -130,12 +131,16 @@ class Tables:
     def _columns_of(self, key: str) -> dict[Column, Values]:
         """The column of a key, or where the sides differ the two of the sides and a null one."""
         plain, quantity = keys()[key].column, keys()[key].number.quantity
+        if isinstance(self.plan.space.number(key).value, Spline):  # a bend that follows the joint is no number
+            return {Column.of(quantity, plain, is_axis=True): _null}
         if key not in self.plan.space.of_sides:
             return {Column.of(quantity, plain, is_axis=True, nullable=False): _within(self.plan.space.number(key))}
         columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
         for side in SIDES:
-            column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=False)
-            columns[column] = _within(self.plan.space.number(key, side))
+            number = self.plan.space.number(key, side)
+            is_curve = isinstance(number.value, Spline)
+            column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=is_curve)
+            columns[column] = _null if is_curve else _within(number)
         return columns
 
 

@@ -195,7 +195,7 @@ _USUAL = ("biceps_circumference", "weight")
 
 def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str, Any] | None:
     """What the page draws of the persons of an answer, from their table; None if it was not asked of people."""
-    population = record.get("population")
+    population = record["population"]
     if population is None or persons is None or population["pretension"] is None:
         return None
     kept = evenly(persons.num_rows, MOST_PERSONS)

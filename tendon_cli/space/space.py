@@ -20,6 +20,7 @@ from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
 from tendon_cli.model.kinematics import Anchors, Array, Flag, Real
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import set_by
+from tendon_cli.model.spline import Excursion
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -49,8 +50,8 @@ Place = tuple[str, str | None]
 class Varying:
     """What a number is for each design: a value, or values along the axes that it depends on."""
 
-    value: float
-    """Where no axis sets it; NaN where nothing does."""
+    value: Any
+    """Where no axis sets it; NaN where nothing does. A curve, or None for none, is what no axis sets."""
     sets: tuple[tuple[int, Array], ...] = ()
     """Axes with what they set, the later over the earlier, which counts where the later is NaN."""
     scales: tuple[tuple[int, Array], ...] = ()
@@ -83,7 +84,7 @@ class Space:
 
     axes: tuple[Axis, ...] = ()
     """Slowest first."""
-    single: Mapping[str, float] = field(default_factory=dict)
+    single: Mapping[str, Any] = field(default_factory=dict)
     """By dotted key, SI; those that a study gives once for all."""
     groups: Rows | None = None
     """Which rows must be served together to count, numbered from 0 and ascending; None where each counts by itself."""
@@ -195,6 +196,13 @@ class Space:
         """The axes that the numbers of the model whose keys are wanted depend on."""
         return frozenset(at for (key, _), number in self.of_the_model.items() if wanted(key) for at in number.axes)
 
+    def _excursion(self, given: Mapping[Place, Any]) -> Excursion | None:
+        """The joint of a study that has its travels measured."""
+        flexor, extensor = (given[f"joint.{side}_excursion", None] for side in SIDES)
+        if flexor is None or extensor is None:
+            return None
+        return Excursion(flexor, extensor, origin=given["setting.angle", None], scale=given[EXCURSION, None])
+
     def design(self, box: Box | None = None) -> Design:
         """The designs of a box, else of the whole product, each number shaped as it varies to (*box, 1, 1)."""
         place = self.whole if box is None else box
@@ -215,7 +223,7 @@ class Space:
         )
         made = Design(
             arm=Limb(
-                Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)),
+                self._excursion(given) or Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)),
                 **arm(_WEIGHTS),
                 **{name: given[f"joint.{name}", None] for name in _JOINT},
             ),
@@ -224,6 +232,8 @@ class Space:
             flexor_radius=given["spool.flexor_radius", None],
             ratio=given["spool.ratio", None],
             load_mass=given["load.mass", None],
+            load_torque=given["load.torque", None],
+            load_scale=given["load.scale", None],
             unilateral=is_so(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
             setting=Posture(
@@ -234,15 +244,20 @@ class Space:
         return set_by(made)
 
 
+EXCURSION = "joint.excursion"
+"""Measured travels, times which those of a body are."""
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width", "contact_radius")
-_JOINT = ("stiffness", "rest_angle")
+_JOINT = ("stiffness", "rest_angle", "torque")
+_CURVES = ("joint.flexor_excursion", "joint.extensor_excursion", "load.torque")
 _SETTING = {"angle": "angle", "upper_arm_angle": "upper_arm_angle", "load_mass": "load"}
-_DEFAULTS = (
-    {f"setting.{key}": 0.0 for key in _SETTING.values()}
-    | {AFTER: 0.0}
-    | {"joint.stiffness": 0.0, "joint.rest_angle": 0.0, "anchor.stiffness": np.inf, SPRING_AT: 0.0}
-)
+_DEFAULTS: dict[str, Any] = {
+    **{f"setting.{key}": 0.0 for key in _SETTING.values()},
+    **dict.fromkeys(("joint.stiffness", "joint.rest_angle", SPRING_AT, AFTER), 0.0),
+    **dict.fromkeys((EXCURSION, "load.scale"), 1.0),
+    **dict.fromkeys((*_CURVES, "joint.torque")),
+    "anchor.stiffness": np.inf,
+}
 """What a number is that nothing gives; others are not a number then."""
 _OF_A_SIDE = {
     "friction": "sheath.friction",
@@ -263,7 +278,7 @@ _PLACES: tuple[Place, ...] = (
     *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass", REFERENCE, SLACK)),
     *((f"joint.{name}", None) for name in _JOINT),
     *((f"setting.{key}", None) for key in _SETTING.values()),
-    (AFTER, None),
+    *((key, None) for key in (AFTER, *_CURVES, EXCURSION, "load.scale")),
     *((key, side) for key in (*_OF_A_SIDE.values(), SPRING_AT) for side in SIDES),
     *_GIVEN,
 )

@@ -11,6 +11,7 @@ from typing import Any
 from tendon_cli.errors import Fault, InputError, StudyError
 from tendon_cli.files import read_file
 from tendon_cli.space.axis import SIDES
+from tendon_cli.studies import curves
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.asked import People
@@ -33,9 +34,32 @@ class Attachments:
         update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
         if study.cases:
             update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
+        update |= self._curves(study)
         if study.people is not None:
             update["people"] = self._people(self._statistics(study.people))
         return study.replaced(update) if self.sources else study
+
+    def _curves(self, study: Study) -> dict[str, Any]:
+        """The tables of joint and load with the curves of their files; raises InputError."""
+        update: dict[str, Any] = {}
+        of = curves.TORQUE
+        for table, name, columns in (
+            ("joint", "torque", of),
+            ("joint", "excursion", curves.EXCURSION),
+            ("load", "torque", of),
+        ):
+            part = update.get(table) or getattr(study, table)
+            file, key = getattr(part, name), f"{table}.{name}"
+            content = self._read(file, key, curves.MAX_BYTES) if isinstance(file, str) else None
+            if content is None:
+                continue
+            where = shorten(file, 200)
+            found = curves.read_curve(content, where, columns)
+            curves.check_covers(study, found, key, where)
+            warnings = curves.warnings_of(found, where) if name == "excursion" else []
+            self._note(key, file, content, rows=len(found.angles), warnings=warnings)
+            update[table] = part.model_copy(update={name: found})
+        return update
 
     def _statistics(self, people: People) -> People:
         name = people.statistics

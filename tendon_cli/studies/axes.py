@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -26,8 +27,9 @@ from tendon_cli.space.axis import (
     scale_of,
     split_side,
 )
-from tendon_cli.space.space import Space
+from tendon_cli.space.space import EXCURSION, Space
 from tendon_cli.studies.contents import case_numbers
+from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid, drawn
 
@@ -50,12 +52,12 @@ def lengths_of(study: Study) -> tuple[int, ...]:
     return tuple(named[key] if key in named else len(study.numbers[key]) for key in study.axes)
 
 
-def single_numbers(study: Study) -> dict[str, float]:
+def single_numbers(study: Study) -> dict[str, Any]:
     """What a study gives once for all of its designs, by dotted key, SI."""
     words = {key: given == word for key, word in _WORDS.items() if (given := _word(study, key)) is not None}
     numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
     read = {READ: float(READINGS.index(study.setting.read))}
-    return numbers | {key: float(is_so) for key, is_so in words.items()} | read
+    return numbers | {key: float(is_so) for key, is_so in words.items()} | read | curves_of(study)
 
 
 def _word(table: object, key: str) -> str | None:
@@ -99,6 +101,9 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
         raise ValueError("a study without people has no axis of persons")
     people = study.people.population
     sets, scales = arms_of(people, study.of_the_body)
+    if (dimension := study.joint.scale_with) is not None:
+        mine, theirs = getattr(people.reference, dimension), getattr(people.body, dimension)
+        scales[EXCURSION] = np.asarray(theirs) / mine
     numbers = {**drawn_once, **sets, **{scale_of(key): values for key, values in scales.items()}}
     return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
 

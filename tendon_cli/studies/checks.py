@@ -13,9 +13,10 @@ from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.model.setting import Reading
 from tendon_cli.space.axis import CASE_AXIS, NAMED_AXES, PRETENSION, SIDES, of_side, split_side
-from tendon_cli.space.space import Space
+from tendon_cli.space.space import ANCHORS, Space
 from tendon_cli.studies.axes import case_axis, number_axis, single_numbers, space_of
 from tendon_cli.studies.contents import case_numbers
+from tendon_cli.studies.curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study, keys
@@ -38,6 +39,7 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_limit_faults(study, at_fault),
         *_joint_faults(study, at_fault),
         *_setting_faults(study),
+        *_curve_faults(study),
         *_goal_faults(study, at_fault),
         *_people_faults(study),
         *_draw_faults(study),
@@ -128,6 +130,33 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
                 yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
 
 
+def _curve_faults(study: Study) -> Iterator[Fault]:
+    """Curves beside what says the same, or that do not reach as far as the joint moves."""
+    joint = study.joint
+    if joint.torque is not None and joint.stiffness is not None:
+        yield Fault("joint.torque", "stands beside stiffness, which gives it too", "leave one of them out")
+    if joint.excursion is None:
+        for key in ("smoothing", "scale_with"):
+            if getattr(joint, key) is not None:
+                yield Fault(f"joint.{key}", "is of measured travels, but the study has none", "add joint.excursion")
+    else:
+        for name in sorted(set(ANCHORS) & study.arm.model_fields_set):
+            yield Fault(f"arm.{name}", "stands beside joint.excursion, which gives the travels", "leave it out")
+        if "max_contact_pressure" in study.limits and study.arm.contact_radius is None:
+            problem = "needs the radius of the strap, which measured travels do not tell"
+            yield Fault("limits.max_contact_pressure", problem, 'such as arm.contact_radius = "45 mm"')
+        if "min_spring_room" in study.limits:
+            yield Fault(
+                "limits.min_spring_room", "needs the anchors, which measured travels do not tell", "leave it out"
+            )
+    inline = {"joint.torque": joint.torque, "joint.excursion": joint.excursion, "load.torque": study.load.torque}
+    for key, table in (inline | bends_of(study)).items():
+        if isinstance(table, CurveTable):
+            beyond = not_covered(study, table, is_travel=key == "joint.excursion")
+            if beyond is not None:
+                yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
+
+
 def _setting_faults(study: Study) -> Iterator[Fault]:
     """A reading beside pretensions of the sides, of which it is one, or of one case alone."""
     if study.setting.read != F0:
@@ -135,9 +164,6 @@ def _setting_faults(study: Study) -> Iterator[Fault]:
             if key in study.numbers or any(key in case_numbers(case) for case in study.cases):
                 problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
                 yield Fault(key, problem, "leave it out")
-    for at, case in enumerate(study.cases):
-        if getattr(getattr(case, "setting", None), "read", None) is not None:
-            yield Fault(f"cases.{at}.setting.read", "is one for all cases", "set it in [setting]")
 
 
 def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:

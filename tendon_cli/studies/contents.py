@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Field, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import PLAUSIBLE
+from tendon_cli.studies.curves import CurveColumns, CurveTable
 from tendon_cli.studies.fields import Single, fault
 from tendon_cli.studies.parts import Anchor, Arm, Joint, Load, Model, Part, Setting, Sheath, Spool, Spring, Tendon
 from tendon_cli.studies.values import Values
@@ -58,8 +59,8 @@ def document(part: Part) -> dict[str, Any]:
         value = getattr(part, name)
         if field.exclude:
             continue
-        if isinstance(value, Part):
-            shown[name] = document(value)
+        if isinstance(value, (Part, CurveTable)):
+            shown[name] = value.document() if isinstance(value, CurveTable) else document(value)
         elif isinstance(value, Values) and (number := mark_of(field)):
             shown[name] = value.document(number.quantity.dimension)
         elif isinstance(value, tuple):
@@ -108,11 +109,16 @@ RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", st
 Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
 
+_NOT_OF_CASES = ("smoothing", "scale_with", "read")
+
+
 def _single_valued(part: type[Part]) -> type[Part]:
     """The same table where no key has a default and none may be an axis: what a case may override."""
     fields: dict[str, Any] = {}
     for name, field in part.model_fields.items():
         number, nested = mark_of(field), part_of(field)
+        if name in _NOT_OF_CASES or any(isinstance(mark, CurveColumns) for mark in field.metadata):
+            continue  # a case has numbers of its own, not another joint
         if number is not None:
             kind: Any = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
         else:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
 
 from tendon_cli.quantities import OF_STATES
+from tendon_cli.studies.curves import EXCURSION, TORQUE, BendNumber, CurveTable
 from tendon_cli.studies.fields import Single, fault, nearest
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.values import RIGID, Values
@@ -25,7 +26,7 @@ POSITIVE_LENGTH = {"low": 1e-6, "high": 100.0}
 FULL_TURNS = {"low": -6.283185307179587, "high": 6.283185307179587}
 
 Friction = Annotated[Values, Number("friction", 0.0, 10.0)]
-BendAngle = Annotated[Values, Number("bend_angle", 0.0, 100.0)]
+BendAngle = Annotated[Values | CurveTable, BendNumber("bend_angle", 0.0, 100.0)]
 Smoothing = Annotated[Values, Single("path_smoothing", 0.0, 1.0)]
 TendonLength = Annotated[Values, Number("tendon_length", **POSITIVE_LENGTH)]
 TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
@@ -33,6 +34,10 @@ YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
 Pretension = Annotated[Values, Number("pretension", 0.0, 1e7)]
 Stiffness = Annotated[Values, Number("spring_stiffness", 1e-3, 1e12, word=RIGID)]
 AnchorStiffness = Annotated[Values, Number("anchor_stiffness", 1e-3, 1e12, word=RIGID)]
+Dimension = Literal[
+    "stature", "weight", "acromion_radiale_length", "radiale_stylion_length", "forearm_grip_length",
+    "biceps_circumference", "forearm_circumference", "wrist_circumference",
+]  # fmt: skip
 SpringPlace = Literal["joint", "motor"]
 FreeLength = Annotated[Values | None, Number("spring_free_length", **LENGTH)]
 
@@ -179,8 +184,21 @@ class Anchor(AnchorSide):
 
 
 class Joint(Part):
-    """The joint that the suit moves: what it asks for by itself."""
+    """The joint that the suit moves: what it is called, how its tendons travel, what it asks for by itself."""
 
+    name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = Field(
+        default="elbow", description="the joint's name in texts and figures"
+    )
+    excursion: Annotated[str | CurveTable | None, EXCURSION] = Field(
+        default=None, description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen"
+    )
+    smoothing: Annotated[Values | None, Single("excursion_noise", 0.0, 0.1)] = None
+    scale_with: Dimension | None = Field(
+        default=None, description="with people: the dimension of the body that travels are in proportion to"
+    )
+    torque: Annotated[str | CurveTable | None, TORQUE] = Field(
+        default=None, description="a CSV of angle, torque: what the joint itself asks for to be flexed further"
+    )
     stiffness: Annotated[Values | None, Number("joint_stiffness", 0.0, 1e6)] = None
     rest_angle: Annotated[Values | None, Number("rest_angle", **FULL_TURNS)] = None
 
@@ -208,6 +226,10 @@ class Load(Part):
     """What the hand carries."""
 
     mass: Annotated[Values, Number("load_mass", 0.0, 1e4)] = written("0 kg")
+    torque: Annotated[str | CurveTable | None, TORQUE] = Field(
+        default=None, description="a CSV of angle, torque: what a task asks for besides"
+    )
+    scale: Annotated[Values, Number("load_scale", -1e3, 1e3)] = written(1.0)
 
 
 class Motion(Part):

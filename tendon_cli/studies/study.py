@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
+from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
     DESIGN_PARTS,
@@ -197,6 +198,8 @@ class Study(Displayed, Part):
         said = document(self)
         for key in self.of_the_body:
             del said["arm"][key.removeprefix("arm.")]
+        if self.joint.excursion is not None:  # which says what the anchors would
+            said["arm"] = {name: value for name, value in said["arm"].items() if name not in ANCHORS}
         return said
 
     @property

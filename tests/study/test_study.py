@@ -41,6 +41,7 @@ BASELINE = {
     "spool.flexor_radius": 0.03,
     "spool.ratio": 1.0,
     "load.mass": 0.0,
+    "load.scale": 1.0,
     "setting.angle": 0.0,
     "setting.upper_arm_angle": 0.0,
     "setting.load": 0.0,

@@ -114,7 +114,6 @@ async function startTable() {
       place("filter-fault").textContent = fault.message; // the rows stay as they were until it is one
     }
   });
-  if (!page.design) place("brushed-only").parentElement.remove(); // nothing can be marked
-  else place("brushed-only").addEventListener("change", (event) => { listed.brushedOnly = event.target.checked; drawTable(); });
+  place("brushed-only").addEventListener("change", (event) => { listed.brushedOnly = event.target.checked; drawTable(); });
   drawTable();
 }

@@ -1,0 +1,177 @@
+"""Joints, torques and bends from curves: through files and commands, and every fault of a file."""
+
+import json
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.studies.load import load_study, recorded_study
+
+
+def rows(header, *columns):
+    return "\n".join([header, *(",".join(repr(float(v)) for v in row) for row in zip(*columns, strict=True))]) + "\n"
+
+
+def first():
+    """Section 15's first joint, as 400 rows that reach 0.1 rad beyond the motion."""
+    t = np.linspace(-0.1, 2.0, 400)
+    shortens = 0.035 * t - 0.04 / 0.9 * np.cos(0.9 * t)
+    lengthens = 0.028 * t + 0.008 / 1.3 * np.sin(1.3 * t - 0.4)
+    asked = 9.0 * np.sin(t) - 1.5 * (t - 0.9) + 0.6 * np.exp(2.0 * (t - 1.6))
+    excursion = rows("angle (rad),flexor (mm),extensor [mm]", t, 1e3 * shortens, 1e3 * lengthens)
+    return excursion, rows("# task\nangle_deg,torque_Nm", np.degrees(t), asked)
+
+
+STUDY = """
+[joint]
+name = "ankle"
+excursion = "exc.csv"
+{torque}
+[load]
+{load}
+[arm]
+forearm_mass = 0
+[sheath]
+friction = 0.12
+bend_angle = {{ angle = ["0 rad", "1.9 rad"], bend = ["2.4 rad", "3.73 rad"] }}
+[tendon]
+length = "1.4 m"
+pretension = "140 N"
+[spring]
+flexor = {{ stiffness = "6 kN/m" }}
+extensor = {{ stiffness = "9 kN/m" }}
+[spool]
+ratio = 0.55
+flexor_radius = "25 mm"
+[setting]
+angle = "0.3 rad"
+[motion]
+elbow_angle = {{ from = "0 rad", to = "1.9 rad", num = 20 }}
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text=STUDY, torque='torque = "tau.csv"', load="", **files):
+        excursion, asked = first()
+        for name, content in ({"exc": excursion, "tau": asked} | files).items():
+            (tmp_path / f"{name}.csv").write_text(content, encoding="utf-8")
+        path = tmp_path / "ankle.toml"
+        path.write_text(text.format(torque=torque, load=load), encoding="utf-8")
+        return path
+
+    return written
+
+
+def test_a_joint_of_files_is_the_one_of_the_checks(write):
+    study = load_study(write())
+    states = tendon.sweep(study.vary(**{"motion.elbow_angle": "0.9 rad", "motion.direction": "flexion"})).states
+    state = states.iloc[0]
+    assert state["flexor_tension_distal"] == pytest.approx(181.516858512, rel=1e-6)
+    assert state["extensor_tension_distal"] == pytest.approx(130.811298850, rel=1e-6)
+    assert state["elbow_stiffness"] == pytest.approx(32.426351369, rel=1e-6)
+    found = tendon.design(study).choices.iloc[0]
+    assert (found.pretension_from, found.pretension_to) == pytest.approx((84.654056308, 777.431276238), rel=2e-6)
+
+
+def test_a_task_is_a_joints_torque_but_for_the_setting(write):
+    whole = tendon.sweep(load_study(write())).states
+    task = tendon.sweep(load_study(write(torque="", load='torque = "tau.csv"'))).states
+    for name in ("flexor_tension_distal", "motor_torque", "elbow_torque", "elbow_stiffness"):
+        np.testing.assert_array_equal(whole[name], task[name])
+    half = tendon.sweep(load_study(write(torque="", load='torque = "tau.csv"\nscale = [0.5, 1.0]'))).states
+    torque = half["elbow_torque"].to_numpy().reshape(2, -1)
+    np.testing.assert_allclose(torque[0], 0.5 * torque[1], rtol=1e-12)
+
+
+def test_what_a_run_keeps_needs_no_files(write):
+    study = load_study(write())
+    again = recorded_study(json.loads(json.dumps(study.record)))
+    assert again.hash == study.hash
+    np.testing.assert_array_equal(
+        tendon.sweep(again).states["motor_torque"], tendon.sweep(study).states["motor_torque"]
+    )
+
+
+def test_travels_are_proportional_to_a_dimension_of_the_body(write):
+    text = STUDY.replace('name = "ankle"', 'name = "ankle"\nscale_with = "forearm_circumference"')
+    text += "[people]\nsource = 'ansur2'\ncount = 3\n"
+    study = load_study(write(text))
+    states = tendon.sweep(study).states
+    people = study.people.population
+    scale = people.body.forearm_circumference / people.reference.forearm_circumference
+    travel = states["flexor_travel"].to_numpy().reshape(3, -1)
+    np.testing.assert_allclose(travel[1] * scale[0], travel[0] * scale[1], rtol=1e-12)
+
+
+def test_noise_of_a_tape_is_smoothed_on_request(write):
+    excursion, _ = first()
+    rng = np.random.default_rng(1)
+    lines = excursion.splitlines()
+    noisy = [lines[0]]
+    for line in lines[1:]:
+        angle, flexor, extensor = map(float, line.split(","))
+        noisy.append(f"{angle!r},{flexor + rng.normal(0, 0.5)!r},{extensor + rng.normal(0, 0.5)!r}")
+    text = STUDY.replace('excursion = "exc.csv"', 'excursion = "exc.csv"\nsmoothing = "0.5 mm"')
+    exact = tendon.sweep(load_study(write())).states["flexor_moment_arm"]
+    smooth = tendon.sweep(load_study(write(text, exc="\n".join(noisy)))).states["flexor_moment_arm"]
+    rough = tendon.sweep(load_study(write(exc="\n".join(noisy)))).states["flexor_moment_arm"]
+    assert np.abs(smooth - exact).max() < 0.1 * exact.max() < np.abs(rough - exact).max()
+
+
+@pytest.mark.parametrize(
+    ("content", "problem", "line"),
+    [
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n90,9,9\n", "2 rows, expected 3 at least", 3),
+        ("angle,flexor (mm),extensor (mm)\n0,0,0\n9,1,1\n", "the column angle has no unit", 1),
+        ("angle (deg),flexor (N),extensor (mm)\n0,0,0\n", 'the column flexor has the unit "N"', 1),
+        ("angle (deg),flexor (mm)\n0,0\n", "no column extensor", 1),
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,1,1\n40,2,2\n120,3,3\n", "angles that go back and forth", 4),
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,1,1\n50,2,2\n120,3,3\n", "the same angle twice", 4),
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,nan,1\n120,3,3\n", "flexor is nan", 3),
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,x,1\n120,3,3\n", 'flexor is "x", expected a number', 3),
+        (
+            "angle (deg),flexor (mm),extensor (mm)\n0,0,0\n30,1,1\n60,2,2\n",
+            "elbow_angle asks for 108.862 deg",
+            0,
+        ),
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n60,-9,9\n120,-20,20\n", "the flexor falls throughout", 0),
+    ],
+)
+def test_each_fault_of_a_file_is_refused_with_its_line(write, content, problem, line):
+    with pytest.raises(tendon.TendonError) as caught:
+        load_study(write(exc=content))
+    assert caught.value.exit == 3
+    assert problem in str(caught.value)
+    assert "exc.csv" in str(caught.value.where)
+    assert not line or f"line {line}" in str(caught.value.where)
+
+
+def test_where_a_travel_does_not_rise_a_warning_names_the_angles(write):
+    t = np.linspace(0.0, 2.0, 60)
+    study = load_study(write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * np.sin(1.2 * t), 0.03 * t)))
+    assert any("the flexor's travel does not rise at" in warning for warning in study.warnings)
+    states = tendon.sweep(study).states
+    assert (states["status"] == "no equilibrium").any()
+
+
+@pytest.mark.parametrize(
+    ("more", "problem"),
+    [
+        ('[arm]\na1 = "40 mm"\n', "stands beside joint.excursion"),
+        (
+            '[limits]\nmax_contact_pressure = "30 kPa"\n[arm]\ncontact_width = "40 mm"\n',
+            "needs the radius of the strap",
+        ),
+        ("[joint]\nstiffness = 1\nrest_angle = '70 deg'\n", "stands beside stiffness"),
+    ],
+)
+def test_what_contradicts_a_curve_is_refused(write, more, problem):
+    text = STUDY
+    for block in more.split("[")[1:]:
+        name, _, keys = block.partition("]\n")
+        head = f"[{name}]\n"
+        text = text.replace(head, head + keys, 1) if head in text else text + head + keys
+    with pytest.raises(tendon.TendonError, match=problem):
+        load_study(write(text))
