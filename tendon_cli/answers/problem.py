@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.errors import Stopped
-from tendon_cli.model import window
+from tendon_cli.model import between, window
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design
+from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
@@ -29,6 +29,8 @@ Flags = npt.NDArray[np.bool_]
 
 _STATES_AT_ONCE = 2**21
 """So that the model's arrays stay within a few megabytes each."""
+_NEAR = 0.01
+"""Share within which windows of conditions are looked at between the angles; these move ends by a thousandth."""
 _MOTOR_IN_NUMPY = 8
 """By how much fewer are at once with limits on the motor, of which all states have arrays."""
 
@@ -52,10 +54,10 @@ class Problem:
     stop: threading.Event = field(default_factory=threading.Event)
     """Set when whoever asked wants no answer any more."""
 
-    @property
+    @cached_property
     def angles(self) -> Array:
-        """Elbow angles, (1, K), rad."""
-        return self.study.motion.elbow_angle.array.reshape(1, -1)
+        """Elbow angles at which states are taken, (1, K), rad: the same between the study's first and last."""
+        return between.grid(self.study.motion.elbow_angle.array)
 
     @property
     def flexion(self) -> Flags:
@@ -186,11 +188,8 @@ class Problem:
         return whole
 
     def _window(self, design: Design, shape: tuple[int, int]) -> Window:
-        if kernel.kind() is None:
-            found = window.window(design, self.angles, self.flexion, self.bounds)
-        else:
-            ends = self._of_states(design, shape)
-            found = window.named(ends, design, self.angles, self.flexion, self.bounds)
+        ends = self._of_states(design, shape)
+        found = window.named(ends, design, self.angles, self.flexion, self.bounds)
         if self.bounds.of_motion:
             found = narrowed(found, design, self.angles, self.flexion, self.bounds).window
         return window.as_read(found, design)
@@ -201,7 +200,18 @@ class Problem:
     def _of_states(self, design: Design, shape: tuple[int, int]) -> Ends:
         found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
         kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
-        return window.finished(found, design, self.bounds)
+        ends = window.finished(found, design, self.bounds)
+        return between.refined(ends, design, self.angles, self.flexion, self.bounds, self._may_bind(ends, design))
+
+    def _may_bind(self, ends: Ends, design: Design) -> Flags:
+        """Which windows, (choices, conditions), may set those of their choices, whichever angles lie between."""
+        if design.read != F0:  # whose order may be another one
+            return np.ones(ends.low.shape, dtype=np.bool_)
+        if self.enough < 1.0:  # any may: a share is counted over the angles of the grid
+            return np.zeros(ends.low.shape, dtype=np.bool_)
+        low, high = ends.low.max(axis=1, keepdims=True), ends.high.min(axis=1, keepdims=True)
+        with np.errstate(invalid="ignore"):
+            return np.asarray((ends.low >= low - _NEAR * (1.0 + low)) | (ends.high <= high + _NEAR * (1.0 + high)))
 
     def heed(self) -> None:
         """Raises Stopped where that is asked for."""

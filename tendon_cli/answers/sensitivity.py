@@ -26,6 +26,8 @@ End = Literal["from", "to"]
 _STEP = 1e-30
 """Of an imaginary change: a complex step has no error of difference, so it may be as small as can be."""
 _SHARE = 0.01
+_NEAR = 3
+"""States apart that count as the same, for the angle that binds moves with most numbers."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,10 @@ def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: in
     pretension = float(getattr(choice.solutions, f"pretension_{end}")[0])
     design, name, slopes = alone.design(numbers), LIMIT_NAMES[code], []
     of_motor = _OfMotor(alone, design, code, state, pretension) if _is_of_motion(name) else None
-    bound = of_motor or _OfState(alone, code, state, end == "to")
+    direction, place = divmod(state, alone.angles.size)
+    beside = float(getattr(choice.solutions, f"{end}_angle")[0])
+    angle = float(alone.angles[0, place]) if np.isnan(beside) else beside
+    bound = of_motor or _OfState(alone, code, angle, bool(alone.flexion[direction, 0]), end == "to")
     for key, value in _numbers_at(alone, numbers).items():
         changed = {key: np.array([value + _STEP * 1j])}
         slope = bound.slope(alone.design(numbers, {**alone.condition_numbers, **changed}))
@@ -87,13 +92,13 @@ class _OfState:
 
     alone: Problem
     code: int
-    state: int
+    angle: float
+    flexion: bool
     upper: bool
 
     def slope(self, design: Design, bound: str | None = None) -> float:
         """How it moves with what is complex in a design, or with the bound itself."""
-        flexion, angle = divmod(self.state, self.alone.angles.size)
-        at = self.alone.angles[:, [angle]], self.alone.flexion[[flexion]]
+        at = np.array([[self.angle]]), np.array([[self.flexion]])
         bounds = self.alone.bounds if bound is None else _stepped(self.alone.bounds, bound)
         end = limit_end(self.code, design, *at, bounds, upper=self.upper)
         read = end if self.code == LIMIT_PRETENSION else shown(design, end)
@@ -151,6 +156,7 @@ def _is_steady(
         given = problem.condition_numbers.get(key)
         scaled = np.full(len(problem.conditions), value) if given is None else np.where(np.isnan(given), value, given)
         solutions = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
-        if (int(getattr(solutions, f"{end}_by")[0]), int(getattr(solutions, f"{end}_state")[0])) != binding:
+        by, state = int(getattr(solutions, f"{end}_by")[0]), int(getattr(solutions, f"{end}_state")[0])
+        if by != binding[0] or abs(state - binding[1]) > _NEAR:
             return False
     return True

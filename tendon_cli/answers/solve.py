@@ -49,6 +49,9 @@ class Solutions:
     from_state: Rows
     """The state that binds, by its place among directions and angles; -1 if the limit belongs to none."""
     to_state: Rows
+    from_angle: Array
+    """The elbow angle that binds, rad, if it lies beside that of the state; else NaN."""
+    to_angle: Array
     served: Array
     """The largest share that one pretension serves."""
     served_at: Array
@@ -133,6 +136,8 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
         to_condition=to_condition,
         from_state=_taken(ends.low_state, from_condition),
         to_state=_taken(ends.high_state, to_condition),
+        from_angle=_taken(ends.low_angle, from_condition),
+        to_angle=_taken(ends.high_angle, to_condition),
         served=served,
         served_at=served_at,
         pretension=pretension,

@@ -63,7 +63,9 @@ def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_fro
         rows[f"{end}_by"] = getattr(found, f"{end}_by").astype(np.int64) + 1
         rows[f"{end}_condition"] = getattr(found, f"{end}_condition")
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
-        rows[f"{end}_elbow_angle"] = np.where(state < 0, np.nan, problem.angles[0, angle])
+        beside = getattr(found, f"{end}_angle")
+        of_state = np.where(state < 0, np.nan, problem.angles[0, angle])
+        rows[f"{end}_elbow_angle"] = np.where(np.isnan(beside), of_state, beside)
     rows |= {name: getattr(found, name) for name in ("served", "served_at", "pretension", *WORST)}
     rows |= setting_columns(
         problem, numbers_of(problem, candidates.columns), found.pretension_from, found.pretension_to, found.pretension

@@ -43,11 +43,11 @@ def cut_to_widest(found: Window, measures: dict[int, Measure]) -> npt.NDArray[np
     cut_below, cut_above = some & (first > 0), some & (last < _SAMPLES - 1)
     low, low_by = _edge(places[first, rows], places[np.maximum(first - 1, 0), rows], measures)
     high, high_by = _edge(places[last, rows], places[np.minimum(last + 1, _SAMPLES - 1), rows], measures)
-    for cut, ends, end, by, code, state in (
-        (cut_below, found.low, low, found.low_by, low_by, found.low_state),
-        (cut_above, found.high, high, found.high_by, high_by, found.high_state),
+    for cut, ends, end, by, code, state, angle in (
+        (cut_below, found.low, low, found.low_by, low_by, found.low_state, found.low_angle),
+        (cut_above, found.high, high, found.high_by, high_by, found.high_state, found.high_angle),
     ):
-        ends[cut], by[cut], state[cut] = end[cut], code[cut], -1
+        ends[cut], by[cut], state[cut], angle[cut] = end[cut], code[cut], -1, np.nan
     worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
     shut(found, np.array(list(broken))[worst], found.is_open & ~some)
     return intervals

@@ -48,6 +48,12 @@ def _largest_end(capstan: Array) -> Array:
     return np.maximum(1.0, 1.0 / capstan)
 
 
+def _room(at: Any) -> Array:
+    """Between the flexor's anchors beside its spring without load, m; without end where the joint tells no path."""
+    path = np.inf if at.motion.flexor_path is None else at.motion.flexor_path
+    return np.asarray(path - at.design.given[FREE_LENGTH.key])
+
+
 def _turning(at: Any, speed: Real) -> Form:
     """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J_f/c_f + η J_e/c_e)."""
     tied = at.coupling
@@ -107,7 +113,7 @@ _ALL = (
             "keeps {} between spring and anchors", "leaves less than {} between spring and anchors",
         ), needs=(FREE_LENGTH,), optional=True,
         forms=lambda at, _: (
-            Form(flexor=-at.flexor.spring, constant=at.motion.flexor_path - at.design.given[FREE_LENGTH.key]),
+            Form(flexor=-at.flexor.spring, constant=_room(at)),
         ),
     ),
     DesignLimit(

@@ -174,5 +174,6 @@ def _cut(found: Window, code: int, lines: Lines, most: Real) -> None:
     higher, lower = low > found.low, high < found.high
     found.low[higher], found.low_by[higher], found.low_state[higher] = low[higher], code, below.argmax(axis=1)[higher]
     found.high[lower], found.high_by[lower], found.high_state[lower] = high[lower], code, above.argmin(axis=1)[lower]
+    found.low_angle[higher], found.high_angle[lower] = np.nan, np.nan
     hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
     shut(found, code, hopeless)

@@ -50,6 +50,9 @@ class Ends:
     """The state that binds, by its place among the design's states, or where no pretension could do, the first in
     which that is so; -1 where the limit belongs to no state."""
     high_state: Positions
+    low_angle: Array
+    """The elbow angle that binds, rad, if it is not that of the state but beside it (`between`); else NaN."""
+    high_angle: Array
 
     @property
     def is_open(self) -> npt.NDArray[np.bool_]:
@@ -72,7 +75,7 @@ class Window(Ends):
 def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> Window:
     """The windows of designs over their states, which lie along the last two axes of the broadcast product."""
     at = Situation.of(design, elbow_angle, flexion)
-    low, high, low_by, high_by, blocked = _of_states(at, bounds)
+    low, high, low_by, high_by, blocked = ends_of_states(at, bounds)
     ceiling, fixed = _ceiling(design, bounds), _broken_by_design(design, bounds)
     shape = np.broadcast_shapes(*(each.shape for each in (low, high, low_by, high_by, blocked, fixed, ceiling)), (1, 1))
     found = begin(shape[:-2])
@@ -93,7 +96,7 @@ def begin(shape: tuple[int, ...]) -> Found:
 
 def fold(found: Found, at: Situation, bounds: Bounds, states: Positions) -> None:
     """Take in states, which lie along the last two axes and whose places among the design's are `states`."""
-    low, high, _, _, blocked = _of_states(at, bounds)
+    low, high, _, _, blocked = ends_of_states(at, bounds)
     whole = (*found["low"].shape, *states.shape)
     numbers = states.ravel().astype(np.float64)
 
@@ -127,6 +130,8 @@ def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
         high=np.where(empty, np.nan, np.minimum(high, ceiling)),
         low_state=low_state.astype(np.int64),
         high_state=high_state.astype(np.int64),
+        low_angle=np.full(low.shape, np.nan),
+        high_angle=np.full(high.shape, np.nan),
     )
 
 
@@ -167,10 +172,11 @@ def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds
     The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1).
     """
     limits, fixed = [], _broken_by_design(design, bounds)
-    for state, upper in ((ends.low_state, False), (ends.high_state, True)):
-        direction, angle = np.divmod(np.maximum(state, 0)[..., np.newaxis, np.newaxis], elbow_angle.size)
-        at = Situation.of(design, elbow_angle.ravel()[angle], flexion.ravel()[direction])
-        _, _, low_by, high_by, blocked = _of_states(at, bounds)
+    for state, beside, upper in ((ends.low_state, ends.low_angle, False), (ends.high_state, ends.high_angle, True)):
+        direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
+        angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[..., np.newaxis, np.newaxis]
+        at = Situation.of(design, angle, flexion.ravel()[direction][..., np.newaxis, np.newaxis])
+        _, _, low_by, high_by, blocked = ends_of_states(at, bounds)
         limits.append(_by(state, high_by if upper else low_by, ends, blocked, fixed, upper=upper))
     return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
 
@@ -185,7 +191,7 @@ def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, fixed: Codes
     return np.where(np.isnan(ends.low), np.where(state < 0, _over_design(fixed), reason), open_by).astype(np.int8)
 
 
-def _of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
+def ends_of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
     """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep."""
     shortfall, slack = at.response.shortfall, _slack_code(at)
     low, high, low_by, high_by = np.zeros(()), np.full((), np.inf), slack, slack
