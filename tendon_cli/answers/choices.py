@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -21,10 +20,8 @@ from tendon_cli.answers.population import GroupWindows, population, windows_of
 from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.question import question
 from tendon_cli.answers.record import as_record, named_rows
-from tendon_cli.answers.result import Answer
 from tendon_cli.answers.tables import as_value, choice_columns, choice_rows, condition_columns, condition_rows
 from tendon_cli.answers.text import text_of
-from tendon_cli.engine.run import Draw, Progress, carried_out
 from tendon_cli.engine.task import LastFile, Note, RowSink, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import writer_of
@@ -39,40 +36,6 @@ MOST_IN_MEMORY = 2**21
 """Choices of an answer without a folder."""
 _LEAST_BYTES = 40
 """Of a choice."""
-
-
-def design(
-    study: Study,
-    out: Path | None = None,
-    *,
-    jobs: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    lock: bool = True,
-    scheduler: str | None = None,
-    draw: Draw | None = None,
-    progress: Progress = lambda _done, _all: None,
-    stop: threading.Event | None = None,
-) -> Answer:
-    """Answer the question of a study into the folder `out`, or without one in memory; see `carried_out`."""
-    asked: list[Choices] = []
-
-    def task(ended: threading.Event) -> Choices:
-        asked.append(Choices(replace(question(study), stop=ended)))
-        return asked[-1]
-
-    def drawn(study: Study, folder: Path, place: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
-        files, faults, _ = draw(study, folder, place, record) if draw is not None else ([], [], None)
-        if asked[-1].persons is not None:
-            from tendon_cli.answers.population_figures import draw_population  # only who draws pays for its import
-
-            files = files + draw_population(asked[-1].problem, record, folder, place)
-        return files, faults, None
-
-    return carried_out(
-        task, Answer, out, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
-        draw=None if draw is None else drawn, progress=progress, stop=stop,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +56,9 @@ class Choices(Task):
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
 
     @classmethod
-    def of(cls, study: Study) -> Self:
-        """That of a study, as a worker elsewhere rebuilds it."""
-        return cls(question(study))
+    def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
+        """That of a study; raises TendonError."""
+        return cls(replace(question(study), stop=stop or threading.Event()))
 
     @property
     def study(self) -> Study:

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.sweep import sweep
+from tendon_cli.engine.results import Run
+from tendon_cli.engine.run import carried_out
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import varied_study
 from tendon_cli.studies.study import Study
@@ -32,7 +34,7 @@ def states_at(study: Study, angle: npt.ArrayLike, flexion: npt.ArrayLike) -> dic
         "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()], "motion.direction": list(_MOVES),
         "output": {"tables": ["states"]},
     })  # fmt: skip
-    table = sweep(asked).table("states")
+    table = carried_out(Sweep, Run, asked).table("states")
     sizes = [len(asked.numbers[key]) if key in asked.numbers else -1 for key in asked.axes]
     rows = np.where(moves, 0, 1).ravel() * len(different) + at.ravel()
     found = {}

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from contextlib import nullcontext
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,47 +31,57 @@ Progress = Callable[[int, int], None]
 Kind = TypeVar("Kind", bound=Result)
 
 
+@dataclass(frozen=True)
+class How:
+    """How a task is carried out; everything has its default."""
+
+    jobs: int | None = None
+    """Parts made at once; None for one for each core."""
+    resume: bool = False
+    """Finish an unfinished run, and make damaged files of a finished one anew."""
+    overwrite: bool = False
+    """Replace the run that stands in the folder."""
+    lock: bool = True
+    scheduler: str | None = None
+    """The address of a Dask cluster whose workers make the parts."""
+    draw: Draw | None = None
+    progress: Progress = lambda _done, _all: None
+    stop: threading.Event | None = None
+    """Ends the run with Stopped; without it Ctrl-C does, which is then raised as KeyboardInterrupt."""
+
+
 def carried_out(
-    task_of: Callable[[threading.Event], Task],
-    kind: type[Kind],
-    out: Path | None,
-    *,
-    jobs: int | None,
-    resume: bool,
-    overwrite: bool,
-    lock: bool,
-    scheduler: str | None,
-    draw: Draw | None,
-    progress: Progress,
-    stop: threading.Event | None,
+    task: type[Task], kind: type[Kind], study: Study, out: Path | None = None, how: How | None = None
 ) -> Kind:
     """Carry a task out into the folder `out`, or without one in memory; returns when all stands and is recorded.
 
-    Ctrl-C ends it cleanly, and is then raised as KeyboardInterrupt; if `stop` is given, that event ends it instead,
-    and Stopped is raised. Raises TendonError otherwise.
+    Raises TendonError.
     """
-    with ended_by_keyboard(stop) as ended:
+    how = how or How()
+    with ended_by_keyboard(how.stop) as ended:
         if ended.is_set():
             raise Stopped
-        task = task_of(ended)
+        jobs = how.jobs or available_cores()
         if out is None:
-            if scheduler is not None:
+            if how.scheduler is not None:
                 raise UsageError("a cluster writes into a run folder", hint="name one")
-            record, tables = _in_memory(task, jobs or available_cores(), progress)
+            record, tables = _in_memory(task.of(study, ended), jobs, how.progress)
             return kind(record, tables=tables)
-        folder = RunFolder(out, task)
-        if lock:
+        folder = RunFolder(out, task.of(study, ended))
+        if how.lock:
             folder.check_free()
-        check_folder(folder, resume=resume, overwrite=overwrite)  # before the lock: a refused folder stays as it was
+        check_folder(
+            folder, resume=how.resume, overwrite=how.overwrite
+        )  # before the lock: a refused one stays as it was
         folder.check_space()
-        with cluster_at(scheduler, jobs) as cluster, folder.locked(use_lock=lock):
+        with cluster_at(how.scheduler, how.jobs) as cluster, folder.locked(use_lock=how.lock):
             record, stands = worked_out(
-                folder, jobs=jobs or available_cores(), progress=progress, resume=resume, overwrite=overwrite,
+                folder, jobs=jobs, progress=how.progress, resume=how.resume, overwrite=how.overwrite,
                 runner=None if cluster is None else cluster.results,
             )  # fmt: skip
             note = None
-            if not stands or (draw is not None and _wants_figures(folder, record)):
-                note = _with_figures(folder, record, draw, up_to_date=stands)
+            if not stands or (how.draw is not None and _wants_figures(folder, record)):
+                note = _with_figures(folder, record, how.draw, up_to_date=stands)
                 folder.finish(record)
             return kind(record, out, up_to_date=stands, note=note)
 

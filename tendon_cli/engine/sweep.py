@@ -7,7 +7,6 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -19,8 +18,7 @@ from tendon_cli.engine.choices import choices, feasible_choices, is_flags, noted
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.folds import DesignRows, PlanWindows, Totals
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Plan
-from tendon_cli.engine.results import Run, share
-from tendon_cli.engine.run import Draw, Progress, carried_out
+from tendon_cli.engine.results import share
 from tendon_cli.engine.task import Note, RowSink, Task
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
@@ -30,26 +28,6 @@ _BLOCKS_AT_ONCE = 8
 """Blocks of a plan that compiled code best takes at once, together a part; the rows do not depend on it."""
 _LEAST_BYTES = {"designs": 10, "states": 20}
 """Of a row."""
-
-
-def sweep(
-    study: Study,
-    out: Path | None = None,
-    *,
-    jobs: int | None = None,
-    resume: bool = False,
-    overwrite: bool = False,
-    lock: bool = True,
-    scheduler: str | None = None,
-    draw: Draw | None = None,
-    progress: Progress = lambda _done, _all: None,
-    stop: threading.Event | None = None,
-) -> Run:
-    """Run a study into the folder `out`, or without one in memory; see `carried_out`."""
-    return carried_out(
-        lambda ended: Sweep(Plan(study), ended), Run, out, jobs=jobs, resume=resume, overwrite=overwrite, lock=lock,
-        scheduler=scheduler, draw=draw, progress=progress, stop=stop,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +46,9 @@ class Sweep(Task):
         object.__setattr__(self, "windows", PlanWindows(self.plan))
 
     @classmethod
-    def of(cls, study: Study) -> Self:
-        """That of a study, as a worker elsewhere rebuilds it."""
-        return cls(Plan(study))
+    def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
+        """That of a study; raises SizeError."""
+        return cls(Plan(study), stop or threading.Event())
 
     @property
     def study(self) -> Study:

@@ -50,8 +50,8 @@ class Task(ABC):
 
     @classmethod
     @abstractmethod
-    def of(cls, study: Study) -> Self:
-        """That of a study, as a worker elsewhere rebuilds it."""
+    def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
+        """That of a study; raises TendonError."""
 
     @property
     @abstractmethod

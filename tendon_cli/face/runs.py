@@ -49,15 +49,16 @@ def sweep(
     >>> run.designs.attrs["units"]["required_pretension"]
     'N'
     """
-    from tendon_cli.engine.sweep import sweep as run
+    from tendon_cli.engine.results import Run
+    from tendon_cli.engine.run import How, carried_out
+    from tendon_cli.engine.sweep import Sweep
     from tendon_cli.studies.checks import without_intervals
 
     asked, folder = without_intervals(any_study(study)), _folder(out, "sweep", figures=figures)
     _check_figures(asked, figures=figures)
-    return run(
-        asked, folder, jobs=count_of_jobs(jobs), resume=resume, overwrite=overwrite, lock=lock, scheduler=scheduler,
-        draw=_draw_run if figures else None, progress=progress, stop=stop,
-    )  # fmt: skip
+    draw = _draw_run if figures else None
+    how = How(count_of_jobs(jobs), resume, overwrite, lock, scheduler, draw, progress, stop)
+    return carried_out(Sweep, Run, asked, folder, how)
 
 
 def design(
@@ -86,13 +87,13 @@ def design(
        pretension_from  pretension_to         from_by                to_by
     0            122.1          173.9  extensor slack  min_elbow_stiffness
     """
-    from tendon_cli.answers.choices import design as answer
+    from tendon_cli.answers.choices import Choices
+    from tendon_cli.answers.result import Answer
+    from tendon_cli.engine.run import How, carried_out
 
-    return answer(
-        any_study(study), _folder(out, "design", figures=figures), jobs=count_of_jobs(jobs), resume=resume,
-        overwrite=overwrite, lock=lock, scheduler=scheduler, draw=_draw_answer if figures else None, progress=progress,
-        stop=stop,
-    )  # fmt: skip
+    asked, folder, draw = any_study(study), _folder(out, "design", figures=figures), _draw_answer if figures else None
+    how = How(count_of_jobs(jobs), resume, overwrite, lock, scheduler, draw, progress, stop)
+    return carried_out(Choices, Answer, asked, folder, how)
 
 
 def open_run(path: Name) -> Run:
@@ -208,10 +209,16 @@ def _draw_run(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> 
     return [file.name for file in drawn.files], list(drawn.warnings), no_map
 
 
-def _draw_answer(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> Drawn:  # noqa: ARG001
+def _draw_answer(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> Drawn:
     from tendon_cli.figures.answer import draw_answer  # only who draws pays for its import
 
-    return *draw_answer(folder, record, out), None
+    files, warnings = draw_answer(folder, record, out)
+    if record["population"] is not None:
+        from tendon_cli.answers.population_figures import draw_population
+        from tendon_cli.answers.question import question
+
+        files = files + draw_population(question(study), record, folder, out)
+    return files, warnings, None
 
 
 def estimate(study: AnyStudy, jobs: int | None = None, figures: bool = False) -> Estimate:

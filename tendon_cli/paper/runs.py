@@ -13,7 +13,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.sweep import sweep
+from tendon_cli.engine.results import Run
+from tendon_cli.engine.run import How, carried_out
+from tendon_cli.engine.sweep import Sweep
 from tendon_cli.model.design import Design
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.study import Study
@@ -115,5 +117,5 @@ def swept(
     """Sweep studies into folders of `area`, one after the other, and read their tables back, every byte verified."""
     for name in names:
         study = load(name)
-        done = sweep(study, area / name, jobs=jobs, stop=stop, lock=lock)
+        done = carried_out(Sweep, Run, study, area / name, How(jobs=jobs, stop=stop, lock=lock))
         yield name, PaperTables(study, area / name, done.states, done.designs)
