@@ -20,7 +20,7 @@ def answer():
 
 
 def test_a_person_in_the_table_is_the_person_alone(answer):
-    best = answer.best["served"]
+    best = answer.best
     for row in answer.persons.sample(4, random_state=1).itertuples():
         given = {**SUIT, "spring": {"stiffness": best["spring_stiffness"]}, "people": {"count": 40, "seed": 3}}
         swept = tendon.sweep(tendon.study({**given, "tendon": {"pretension": best["pretension"]}})).designs
@@ -43,7 +43,7 @@ def test_shares_of_the_record_are_those_of_the_table(answer):
 
 
 def test_the_tensions_to_set_are_of_each_body(answer):
-    best, persons = answer.best["served"], answer.persons
+    best, persons = answer.best, answer.persons
     assert persons["set_flexor_tension"].nunique() == 40
     asked = {**SUIT, "spring": {"stiffness": best["spring_stiffness"]}, "people": {"count": 40, "seed": 3}}
     asked |= {"load": {"mass": 0.0}, "motion": {"direction": "extension", "elbow_angle": 0.0}}
