@@ -74,19 +74,22 @@ def is_settled(side: Integers) -> bool:
     return rows_of_runs(side) <= _SETTLED
 
 
-def ways_of(log_ratio: Floats, middle: float, half: float, noise: float) -> Integers:
+def ways_of(log_ratio: Floats, middle: Floats | float, half: Floats | float, noise: float = 0.0) -> Integers:
     """+1 and -1 by a trigger about the middle, so that noise does not turn a stroke."""
-    width = int(
-        np.clip((noise / (0.1 * max(half, 1e-300))) ** 2, 1, min(15, rows_of_runs(np.sign(log_ratio - middle))))
-    )
-    smooth = log_ratio - middle
-    if width > 1:
-        padded = np.pad(smooth, (width // 2, width - 1 - width // 2), mode="edge")
-        smooth = np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
-    beyond = np.where(smooth > _TRIGGER * half, 1, np.where(smooth < -_TRIGGER * half, -1, 0))
+    height = (log_ratio - middle) / half
+    ways = _triggered(height)
+    width = int(np.clip((noise / (0.1 * float(np.min(half)))) ** 2, 1, min(15, max(rows_of_runs(ways), 1))))
+    if width == 1:
+        return ways
+    padded = np.pad(height, (width // 2, width - 1 - width // 2), mode="edge")
+    return _triggered(np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))
+
+
+def _triggered(height: Floats) -> Integers:
+    """The side on which each row last was beyond the trigger; the first rows are on that of those after them."""
+    beyond = np.where(height > _TRIGGER, 1, np.where(height < -_TRIGGER, -1, 0))
     last = np.maximum.accumulate(np.where(beyond != 0, np.arange(len(beyond)), -1))
-    first = int(np.argmax(beyond != 0))
-    return np.asarray(beyond[np.maximum(last, first)], dtype=np.int64)
+    return np.asarray(beyond[np.maximum(last, int(np.argmax(beyond != 0)))], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)

@@ -132,19 +132,12 @@ def _sides(
         noise[mine] = max(
             noise_of(y, np.sign(y - middle[mine]) if known is None else known[mine]), min(step, 0.1 * half[mine][0])
         )
-    raw = (
-        known
-        if known is not None
-        else sides_by_sign(readings, log_ratio)
-        if short
-        else np.sign(log_ratio - middle).astype(np.int64)
-    )
-    settled = (typed and known is not None) or is_settled(
-        raw + 3 * np.cumsum(np.concatenate([[0], np.diff(group) != 0]))
-    )
     half = np.maximum(half, 1e-12)
-    if not settled and short:  # a log of few rows: the trigger, not the sign
-        raw = np.sign(log_ratio - middle).astype(np.int64)
+    raw = ways_of(log_ratio, middle, half) if known is None else known
+    if short:
+        raw = sides_by_sign(readings, log_ratio)
+    other = np.cumsum(np.concatenate([[0], np.diff(group) != 0]))
+    settled = (typed and known is not None) or is_settled(raw + 3 * other)
     if settled and known is None and not short:
         away = np.abs(log_ratio - middle)
         if float(np.mean(away)) < _TWO_LIMITS * float(np.std(away)):

@@ -30,8 +30,6 @@ _TOP_ROWS, _TOP_CODES, _TOP_NOISE = 20, 5.0, 0.4
 """A rail has at least 20 rows and five times the rows of the codes below it. A cell whose noise is under 0.4 of its
 step
 repeats values without any rail: two codes then hold over half of its rows each."""
-_NOISELESS = 1e-5
-"""Of the force, in fourth differences: no converter is as quiet, and a simulated motion by a crank is."""
 _NEAR_RAIL = 3.0
 """Standard deviations of noise below the rail, where readings are those that noise happened to lower."""
 _SPIKE_MEDIANS, _SPIKE_NOISE, _SPIKE_SHARE, _SPIKE_STEPS = 10.0, 6.0, 0.05, 3.0
@@ -133,13 +131,13 @@ def _saturated(cell: Floats) -> npt.NDArray[np.bool_]:
     known = cell[np.isfinite(cell)]
     none = np.zeros(len(cell), dtype=bool)
     values, counts = np.unique(known, return_counts=True)
-    if len(values) < _ENOUGH_VALUES:
+    if len(values) < _ENOUGH_VALUES or counts[-1] < _TOP_ROWS or counts[-1] <= _TOP_CODES * counts[-6:-1].mean():
         return none
-    step, noise = resolution_of(cell), noise_of(known)
-    smooth = np.median(np.abs(np.diff(known, 4))) <= _NOISELESS * np.median(np.abs(known))
-    below = counts[-6:-1].mean()
-    # A cell without noise stands wherever the tendon sticks, at both ends of the strokes.
-    if counts[-1] < _TOP_ROWS or counts[-1] <= _TOP_CODES * below or noise <= _TOP_NOISE * step or smooth:
+    noise = noise_of(known)
+    # A cell without noise stands wherever the tendon sticks, at both ends of the strokes, and not at the top alone.
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(known) != 0.0) + 1, [len(known)]])
+    stands, top = np.diff(starts), known[starts[:-1]] == values[-1]
+    if noise <= _TOP_NOISE * resolution_of(cell) or stands[top].max() < 2 * stands[~top].max():
         return none
     return np.asarray(cell >= values[-1] - _NEAR_RAIL * noise)
 

@@ -93,17 +93,20 @@ class Attachments:
         for side in SIDES:
             inner: Part | None = getattr(sheath, side, None)
             if inner is not None:
-                update[side] = inner.model_copy(update=self._numbers(inner, f"{key}.{side}"))
+                bend = update.get("bend_angle") or sheath.bend_angle
+                update[side] = inner.model_copy(update=self._numbers(inner, f"{key}.{side}", bend))
         return sheath.model_copy(update=update)
 
-    def _numbers(self, sheath: Any, key: str) -> dict[str, Any]:
+    def _numbers(self, sheath: Any, key: str, bend: Values | None = None) -> dict[str, Any]:
+        """The numbers that files give; `bend` is the bend angle of both sides, which one of its own goes before."""
         update: dict[str, Any] = {}
         if sheath.path is not None:
             smoothing = sheath.path_smoothing.single if sheath.path_smoothing is not None else 0.0
             bend_angle = self._bend_angle(sheath.path, smoothing, f"{key}.path")
             update |= {"bend_angle": bend_angle, "path": None, "path_smoothing": None}
         if sheath.friction_from is not None:
-            friction = self._friction(sheath.friction_from, f"{key}.friction_from")
+            bend = update.get("bend_angle") or sheath.bend_angle or bend
+            friction = self._friction(sheath.friction_from, f"{key}.friction_from", bend)
             update |= {"friction": friction, "friction_from": None}
         return update
 
@@ -122,14 +125,21 @@ class Attachments:
         )  # fmt: skip
         return _estimate("sheath.bend_angle", f"{found.bend_angle!r} rad", f"{found.standard_error!r} rad", key)
 
-    def _friction(self, name: str, key: str) -> Values | None:
+    def _friction(self, name: str, key: str, bend: Values | None) -> Values | None:
         content = self._read(name, key, MAX_BYTES)
         if content is None:
             return None
         hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
         try:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
-            coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
+            if "coefficient" not in fit and "friction_bend" in fit:
+                angle = self._bend_of(bend, key)
+                if angle is None:
+                    return None
+                coefficient = _number(fit["friction_bend"]) / angle
+                error = _number(fit["friction_bend_standard_error"]) / angle
+            else:
+                coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
             problem = "not a friction fragment, expected a table [friction] with coefficient and standard_error"
             raise InputError(problem, where=shorten(name, 200), hint=hint) from None
@@ -146,6 +156,15 @@ class Attachments:
             fitted_from=shorten(source) if isinstance(source, str) else None,
         )  # fmt: skip
         return _estimate("sheath.friction", coefficient, error, key)
+
+    def _bend_of(self, bend: Values | None, key: str) -> float | None:
+        """The one bend angle, rad, of the sheath that μφ was measured on; a fault if it is not stated."""
+        angle = None if bend is None else bend.single
+        if angle is None or not angle > 0.0:
+            hint = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
+            self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", hint))
+            return None
+        return float(angle)
 
     def _read(self, name: str, key: str, most: int) -> bytes | None:
         """A regular file next to the study; what cannot be read is a fault of the key that names it."""
