@@ -16,7 +16,7 @@ from tendon_cli.figures.frame import Frame, Page
 from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style
 
 _PULLED, _DRAGGED, _ASIDE, _LINE = "#0063a6", "#b4490a", "#a6a6a6", "#1a1a1a"
-_HEIGHT = 165.0
+_HEIGHT = 205.0
 """Of the panels, mm."""
 MARK = "tendon fit-friction"
 """In what a figure says of itself; a file without it is nobody's to write over."""
@@ -74,6 +74,14 @@ class DrawnFit(Protocol):
         """What was inferred and fitted."""
 
     @property
+    def speed(self) -> Any:
+        """How the coefficient goes with speed, or None."""
+
+    @property
+    def stroke_table(self) -> Any:
+        """Strokes with `direction`, `speed` and `friction`."""
+
+    @property
     def sha256(self) -> str:
         """Of the file."""
 
@@ -107,13 +115,18 @@ def fit_page(fit: DrawnFit) -> Page:
 
 def _compose(figure: Figure, fit: DrawnFit) -> Axes:
     """Draw the panels; gives the uppermost."""
-    grid = figure.add_gridspec(3, 2, height_ratios=[2.2, 1.0, 1.2])
+    grid = figure.add_gridspec(4, 2, height_ratios=[2.2, 1.0, 1.2, 1.4])
     upper = figure.add_subplot(grid[0, :])
     lower = figure.add_subplot(grid[1, :], sharex=upper)
     upper.tick_params(labelbottom=False)
     by_force, by_rate = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
     by_rate.sharey(by_force)
     _draw_checks(by_force, by_rate, fit)
+    _draw_loop(figure.add_subplot(grid[3, 0]), fit)
+    if fit.speed is not None:
+        _draw_speed(figure.add_subplot(grid[3, 1]), fit)
+    else:
+        _draw_budget(figure.add_subplot(grid[3, 1]), fit)
     if fit.is_log:
         _draw_log(upper, lower, fit)
     else:
@@ -177,6 +190,48 @@ def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
         axes.locator_params(axis="x", nbins=5)
     by_force.set_ylabel("residual before\noffsets and delay")
     by_rate.tick_params(labelleft=False)
+
+
+def _draw_loop(axes: Axes, fit: DrawnFit) -> None:
+    """The loop of hysteresis: the motor's force over its position if it is read, else over the load's."""
+    rows, unit = fit.rows, f", {fit.unit}" if fit.unit else ""
+    moved = rows.position is not None and not rows.position_is_speed
+    across = rows.position if moved else rows.load
+    known = np.flatnonzero(np.isfinite(rows.log_ratio) & np.isfinite(across))
+    known = known[:: max(1, len(known) // _MOST_POINTS)]
+    for mine, colour in (
+        (known[~rows.used[known]], _ASIDE),
+        *((known[(rows.used & (rows.way == way))[known]], colour) for way, colour, _, _ in _WAYS),
+    ):
+        axes.plot(across[mine], rows.motor[mine], ".", color=colour, markersize=2.5, rasterized=True)
+    axes.set_xlabel("position of the motor, as in the file" if moved else f"force at load{unit}")
+    axes.set_ylabel(f"force at motor{unit}")
+    if np.ptp(across[known]) < _LEVEL * float(np.max(np.abs(across[known]), initial=0.0)):
+        axes.margins(x=2.0)
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _draw_budget(axes: Axes, fit: DrawnFit) -> None:
+    """What the standard error is made of, in per cent of the number."""
+    parts = sorted(fit.uncertainty.parts, key=lambda part: part.contribution)
+    widths = [100.0 * part.contribution / fit.fitted for part in parts]
+    axes.barh(range(len(parts)), widths, color=_PULLED, height=0.55)
+    for row, (part, width) in enumerate(zip(parts, widths, strict=True)):
+        axes.text(0.0, row + 0.42, f" {part.name} (type {part.type}), {width:.2g} %", fontsize=6.5, va="center")
+    axes.set_ylim(-0.6, len(parts) - 0.1)
+    axes.set_yticks([])
+    axes.set_xlabel("part of the standard error, % of the number")
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _draw_speed(axes: Axes, fit: DrawnFit) -> None:
+    """The coefficient of each stroke over the motor's speed."""
+    for _, colour, marker, name in _WAYS:
+        mine = [(each.speed, each.friction) for each in fit.stroke_table if each.direction == name and each.friction]
+        if mine:
+            axes.plot(*zip(*mine, strict=True), marker, color=colour, markersize=3.5)
+    axes.set_xlabel("speed of the motor, as in the file")
+    axes.set_ylabel("coefficient of a stroke")
 
 
 def _draw_settled(upper: Axes, lower: Axes, fit: DrawnFit) -> None:

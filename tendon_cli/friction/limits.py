@@ -22,6 +22,8 @@ _FINE = 0.006
 """Noise of a block over the half distance; a block is no longer than it need be, or corners blur."""
 _BLOCKS, _MOST_BLOCKS = 25, 120
 """Of a stroke: at least 25, so that 8 % of them are two; more than 120 tell no more."""
+_COARSE, _LEAST_BLOCKS = 0.08, 8
+"""Noise of a block beyond which plateau and ramp run into each other: then a stroke may have as few as 8 blocks."""
 _NOISY = 4.0
 """Times the median noise of blocks: such a block has a jump in it."""
 _STARTS = (0.85, 0.92, 0.75, 0.60, 0.50)
@@ -115,9 +117,9 @@ def on_limit(height: Floats, strokes: Strokes) -> tuple[Mask, Mask]:
     """
     number, size = strokes.number, strokes.rows
     place = np.arange(len(number)) - np.repeat(np.concatenate([[0], np.cumsum(size)[:-1]]), size)
-    per_block = np.maximum(
-        np.clip((strokes.noise / _FINE) ** 2, 1.0, np.maximum(size / _BLOCKS, 1.0)), size / _MOST_BLOCKS
-    ).astype(np.int64)
+    most = np.maximum(size / _BLOCKS, np.minimum((strokes.noise / _COARSE) ** 2, size / _LEAST_BLOCKS))
+    per_block = np.clip((strokes.noise / _FINE) ** 2, np.maximum(size / _MOST_BLOCKS, 1.0), np.maximum(most, 1.0))
+    per_block = per_block.astype(np.int64)
     count = -(-size // per_block)
     block = np.repeat(np.concatenate([[0], np.cumsum(count)[:-1]]), size) + place // per_block[number]
     rows = np.bincount(block)

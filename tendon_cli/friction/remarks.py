@@ -75,7 +75,8 @@ class Remarks:
                 self.warnings.append(
                     f"delay: the {'load' if check.value > 0.0 else 'motor'}'s cell is {abs(check.value):.3g}"
                     f" {unit} late,"
-                    f" {abs(check.value) / duration:.0%} of a stroke; {self.name} is corrected for it; log both"
+                    f" {100.0 * abs(check.value) / duration:.0f} % of a stroke; {self.name} is corrected for it;"
+                    " log both"
                     " cells by"
                     " one clock and filter"
                 )
@@ -132,7 +133,8 @@ class Remarks:
         what = {0: self.name, 2: "the gain of the cells"}
         for at in (at for at in what if at < len(values) and drifts[at]):
             self.warnings.append(
-                f"drift: {what[at]} changes by {values[at]:+.1%} along the file, {self.name} is a mean; warm up"
+                f"drift: {what[at]} changes by {100.0 * values[at]:+.1f} % along the file, {self.name} is a mean;"
+                " warm up"
                 " the cells,"
                 " run the tendon in, and measure again"
             )
@@ -148,11 +150,12 @@ class Remarks:
         newton = 1.0 / (force_factor(self.unit) or 1.0) if self.unit else 0.01 * float(np.mean(points.load))
         moved = max(abs(slope) * newton / self.friction for slope in average.models[0].zero)
         amount = "1 N" if self.unit else "1 % of the force"
-        text = f"{amount} of zero error in a cell would move {self.name} by {moved:.1%}"
+        text = f"{amount} of zero error in a cell would move {self.name} by {100.0 * moved:.1f} %"
         up, down = (float(np.mean(np.log(points.load[points.way == way]))) for way in (1, -1))
         if abs(up - down) > _APART and moved > _MATTERS:
             self.warnings.append(
-                f"the forces of the two directions lie {abs(up - down):.0%} apart: {text}; state the cells' zeros"
+                f"the forces of the two directions lie {100.0 * (abs(up - down)):.0f} % apart: {text}; state the"
+                " cells' zeros"
                 " (--zero-motor, --zero-load)"
             )
         elif moved > _WORTH_A_NOTE:
@@ -164,16 +167,19 @@ class Remarks:
         if not points.both_ways:
             share = 0.01 / float(points.bend.max()) / self.friction
             self.checks.append(Check("gain", None, None, "1", None, None))
-            self.notes.append(
-                "one direction only: gain and zero errors of the cells hide in it; 1 % between the gains would change"
-                f" {self.name} by {share:.1%}"
+            several = len(np.unique(self.log.way)) == 2
+            what = "only one direction reaches a limit" if several else "one direction only"
+            (self.warnings if several else self.notes).append(
+                f"{what}: gain and zero errors of the cells hide in it; 1 % between the gains would change"
+                f" {self.name} by"
+                f" {100.0 * share:.1f} %"
             )
             return
         gain, error = math.exp(average.log_gain), math.sqrt(max(float(average.best.covariance[1, 1]), 0.0))
         found = points.strokes > 2 and abs(average.log_gain) > max(3.0 * error, 1e-3)
         self.checks.append(Check("gain", gain, error, "1", found, 0.0))
         more = max(gain, 1.0 / gain) - 1.0
-        text = f"one cell reads {more:.0%} more than the other at the same force"
+        text = f"one cell reads {100.0 * more:.0f} % more than the other at the same force"
         if more > _GAIN_WARNING:
             self.warnings.append(
                 f"{text}: one of them is not calibrated, or not of this tendon; load both with one weight"
@@ -190,11 +196,12 @@ class Remarks:
         ):
             share = float(np.mean(self.codes == code))
             if share > most:
-                self.warnings.append(f"{share:.0%} of the rows {what}; {cure}")
+                self.warnings.append(f"{100.0 * share:.0f} % of the rows {what}; {cure}")
         climb = climbing(self.log, self.estimate)
         if climb > _CLIMBS:
             self.warnings.append(
-                f"the force ratio still climbs on the limit, by {climb:.0%} of its way in a stroke: {self.name}"
+                f"the force ratio still climbs on the limit, by {100.0 * climb:.0f} % of its way in a stroke:"
+                f" {self.name}"
                 " may be too"
                 " small; make the strokes longer"
             )
@@ -204,17 +211,20 @@ class Remarks:
         friction, name, strokes = self.friction, self.name, self.estimate.points.strokes
         coarse = self.uncertainty.of(RESOLUTION) / friction
         if coarse > _MATTERS:
-            self.warnings.append(f"the steps of the cells leave {name} open by {coarse:.0%}; use a finer converter")
+            self.warnings.append(
+                f"the steps of the cells leave {name} open by {100.0 * coarse:.0f} %; use a finer converter"
+            )
         if strokes < FEW:
             self.warnings.append(
-                f"{counted(strokes, 'stroke')} cannot show how strokes scatter: {FEW_SHARE:.0%} of {name} is"
+                f"{counted(strokes, 'stroke')} cannot show how strokes scatter: {100.0 * FEW_SHARE:.0f} % of {name} is"
                 " assumed; repeat"
                 " the measurement"
             )
         away = friction / self.plain.friction - 1.0 if self.plain.friction else 0.0
         if abs(away) > _PLAIN_AWAY:
             self.warnings.append(
-                f"{name} is {away:+.0%} from the plain answer, {self.plain.friction:.3g}; look which rows are used"
+                f"{name} is {100.0 * away:+.0f} % from the plain answer, {self.plain.friction:.3g}; look which"
+                " rows are used"
                 " (--plot)"
             )
         own, slack = [part.friction for part in self.directions.values()], 2.0 * self.uncertainty.standard_error
