@@ -110,7 +110,8 @@ def fit_readings(
     rows = _rows(readings, prepared, found, angles)
     files = readings.files or (readings.source,)
     strokes = strokes_of(rows, found.average.friction, given, files, readings.file)
-    apart = disagreement(strokes, files)
+    each_file = by_file(strokes, files) if len(files) > 1 else ()
+    apart = disagreement(each_file)
     return Fit(
         friction_bend=found.average.friction * mean,
         bend_angle=mean if given else None,
@@ -129,7 +130,7 @@ def fit_readings(
         stroke_table=strokes,
         speed=speed_of(strokes),
         presliding=presliding_of(rows) if not log.settled else None,
-        files=by_file(strokes, files) if len(files) > 1 else (),
+        files=each_file,
         parts=_parts(found),
         set_aside=_set_aside(codes, readings),
         checks=tuple(seen.checks),

@@ -43,6 +43,9 @@ less."""
 _INSIDE, _DEVIATIONS, _SHORT = 0.10, 4.0, 0.25
 """A stroke is partial if its limit lies 10 % and 4 median deviations inside the others', or its length is under a
 quarter."""
+_HALF = 0.5
+"""Further inside than half way no limit lies, however the strokes scatter: friction does not halve from stroke to
+stroke."""
 _FEW = 14
 """Blocks under which a stroke's own plateau is three rows or noise; the strokes of one way are then pooled."""
 _SETTLED = 3
@@ -118,8 +121,8 @@ def on_limit(height: Floats, strokes: Strokes) -> tuple[Mask, Mask]:
     number, size = strokes.number, strokes.rows
     place = np.arange(len(number)) - np.repeat(np.concatenate([[0], np.cumsum(size)[:-1]]), size)
     most = np.maximum(size / _BLOCKS, np.minimum((strokes.noise / _COARSE) ** 2, size / _LEAST_BLOCKS))
-    per_block = np.clip((strokes.noise / _FINE) ** 2, np.maximum(size / _MOST_BLOCKS, 1.0), np.maximum(most, 1.0))
-    per_block = per_block.astype(np.int64)
+    wanted = np.clip((strokes.noise / _FINE) ** 2, np.maximum(size / _MOST_BLOCKS, 1.0), np.maximum(most, 1.0))
+    per_block = np.asarray(wanted, dtype=np.int64)
     count = -(-size // per_block)
     block = np.repeat(np.concatenate([[0], np.cumsum(count)[:-1]]), size) + place // per_block[number]
     rows = np.bincount(block)
@@ -227,7 +230,7 @@ def _reached(level: Floats, group: Integers, few: Mask) -> Mask:
         if np.count_nonzero(mine) > 1:
             middle = float(np.median(level[mine]))
             away = float(np.median(np.abs(level[mine] - middle)))
-            good[mine] = level[mine] >= middle - max(_INSIDE, _DEVIATIONS * away)
+            good[group == each] = level[group == each] >= middle - min(max(_INSIDE, _DEVIATIONS * away), _HALF)
     return good
 
 

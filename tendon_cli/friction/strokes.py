@@ -19,10 +19,12 @@ _SPEEDS = 0.2
 """Largest speed over the least, less 1, from which strokes say anything about it."""
 _FEWEST = 6
 """Strokes from which a slope over them, or a difference between files, is more than one odd stroke."""
+_EXACT = 0.002
+"""Of μ: no rig's strokes agree more closely."""
 _BY_CHANCE, _MATTERS = 0.003, 0.02
 """Files differ if chance would make it so in three of a thousand sets, and by more than 2 %."""
-_STICK = (0.2, 0.8)
-"""Part of the way from limit to limit in which the motor's force over its position is straight."""
+_STICK = (0.05, 0.35)
+"""Part of the way from limit to limit in which the motor's force over its position is still nearly straight."""
 MARK = "# strokes of a log, by tendon fit-friction"
 
 
@@ -131,12 +133,8 @@ def presliding_of(rows: FittedRows) -> Presliding | None:
         return None
     slopes, lost = [], []
     kept = np.flatnonzero(rows.used)
-    starts = np.flatnonzero(np.diff(rows.run) != 0) + 1
-    for start in starts:
-        at = int(np.searchsorted(kept, start))
-        if rows.run[start] < 0 or rows.run[start - 1] < 0 or at == len(kept):
-            continue
-        end, first = int(kept[at]), int(kept[at - 1]) if at else int(start) - 1
+    for at in np.flatnonzero(np.diff(rows.way[kept]) != 0):
+        first, end = int(kept[at]), int(kept[at + 1])
         force, x = rows.motor[first : end + 1], rows.position[first : end + 1]
         share = (force - force[0]) / (force[-1] - force[0]) if force[-1] != force[0] else np.zeros(len(force))
         straight = (share > _STICK[0]) & (share < _STICK[1])
@@ -152,35 +150,33 @@ def presliding_of(rows: FittedRows) -> Presliding | None:
 
 
 def by_file(strokes: tuple[StrokeRow, ...], files: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
-    """μ of each file's strokes, and their number."""
+    """μ of each file's strokes and its standard error: the mean of both directions, in which a file's gain cancels."""
     found = []
     for name in files:
-        own = [each.friction for each in strokes if each.file == name and each.friction is not None]
-        found.append({"file": name, "friction": float(np.mean(own)) if own else None, "strokes": len(own)})
+        own = [(each.direction, each.friction) for each in strokes if each.file == name and each.friction is not None]
+        names = sorted({direction for direction, _ in own})
+        ways = [np.array([friction for direction, friction in own if direction == each]) for each in names]
+        many = min((len(way) for way in ways), default=0)
+        error = math.sqrt(sum(float(np.var(way, ddof=1)) / len(way) for way in ways)) / len(ways) if many > 1 else None
+        mean = float(np.mean([way.mean() for way in ways])) if ways else None
+        found.append({"file": name, "friction": mean, "standard_error": error, "strokes": sum(map(len, ways))})
     return tuple(found)
 
 
-def disagreement(strokes: tuple[StrokeRow, ...], files: tuple[str, ...]) -> str | None:
-    """What to say if the files do not agree, by an analysis of variance of their strokes."""
-    from scipy.special import fdtrc
+def disagreement(files: tuple[dict[str, Any], ...]) -> str | None:
+    """What to say if the files do not agree: their scatter about the mean against their errors (chi-square)."""
+    from scipy.special import chdtrc
 
-    groups = [
-        np.array([each.friction for each in strokes if each.file == name and each.friction is not None])
-        for name in files
-    ]
-    groups = [group for group in groups if len(group)]
-    total = sum(len(group) for group in groups)
-    if len(groups) < 2 or total - len(groups) < 2:
+    told = [(each["friction"], each["standard_error"]) for each in files if each["standard_error"] is not None]
+    if len(told) < 2:
         return None
-    every = np.concatenate(groups)
-    between = sum(len(group) * (group.mean() - every.mean()) ** 2 for group in groups) / (len(groups) - 1)
-    within = sum(float(np.sum((group - group.mean()) ** 2)) for group in groups) / (total - len(groups))
-    chance = float(fdtrc(len(groups) - 1, total - len(groups), between / max(within, 1e-300)))
-    means = [float(group.mean()) for group in groups]
-    apart = (max(means) - min(means)) / abs(float(every.mean()))
-    if chance >= _BY_CHANCE or apart <= _MATTERS:
+    value, error = (np.array(column, dtype=np.float64) for column in zip(*told, strict=True))
+    weight = 1.0 / np.maximum(error, _EXACT * np.abs(value)) ** 2
+    mean = float(weight @ value / weight.sum())
+    chance = float(chdtrc(len(value) - 1, weight @ (value - mean) ** 2))
+    if chance >= _BY_CHANCE or np.ptp(value) <= _MATTERS * abs(mean):
         return None
-    shown = ", ".join(f"{mean:.4g}" for mean in means[:6])
+    shown = ", ".join(f"{each:.4g}" for each in value[:6])
     return f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"
 
 
