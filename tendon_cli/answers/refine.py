@@ -100,7 +100,8 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Candidates) -> Can
 def _infeasible(problem: Problem, solutions: Solutions) -> Array:
     """What a choice without a window costs: the less, the nearer it is to one."""
     low, high = solutions.pretension_from, solutions.pretension_to
-    gap = (low - high) / (np.abs(low) + np.abs(high))
+    with np.errstate(invalid="ignore"):  # nothing bounds the window
+        gap = (low - high) / (np.abs(low) + np.abs(high))
     return 2.0 * _PENALTY + (gap if problem.enough >= 1.0 else problem.enough - solutions.served)
 
 

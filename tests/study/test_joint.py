@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.studies.curves import EXCURSION, read_curve
 from tendon_cli.studies.load import load_study, recorded_study
 
 
@@ -175,3 +176,19 @@ def test_what_contradicts_a_curve_is_refused(write, more, problem):
         text = text.replace(head, head + keys, 1) if head in text else text + head + keys
     with pytest.raises(tendon.TendonError, match=problem):
         load_study(write(text))
+
+
+def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
+    from verification.excursions import from_opensim
+
+    t = np.linspace(-20.0, 120.0, 300)
+    flexor, extensor = 0.035 + 0.04 * np.sin(0.9 * np.radians(t)), -(0.028 + 0.008 * np.cos(1.3 * np.radians(t) - 0.4))
+    values = zip(t.tolist(), flexor.tolist(), extensor.tolist(), strict=True)
+    lines = ["moment arms", "nRows=300", "inDegrees=yes", "endheader", "time\tknee\tflex\text"]
+    lines += [f"{at}\t{a!r}\t{b!r}\t{c!r}" for at, (a, b, c) in enumerate(values)]
+    found = read_curve(from_opensim("\n".join(lines), "knee", "flex", "ext").encode(), "excursion.csv", EXCURSION)
+    at = np.radians(np.linspace(0.0, 90.0, 31))
+    np.testing.assert_allclose(found.spline("flexor")(at, 1), 0.035 + 0.04 * np.sin(0.9 * at), atol=1e-6)
+    np.testing.assert_allclose(found.spline("extensor")(at, 1), 0.028 + 0.008 * np.cos(1.3 * at - 0.4), atol=1e-6)
+    with pytest.raises(ValueError, match="no column shin"):
+        from_opensim("\n".join(lines), "knee", "shin", "ext")
