@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.engine.results import share
@@ -77,7 +78,8 @@ def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
     texts = [name, "" if unit == "1" else unit]
     for value in values:
         if isinstance(value, float):
-            texts.append("-" if value != value else f"{value / factor:.6g}")  # noqa: PLR0124 - NaN differs from itself
+            text = "rigid" if math.isinf(value) else f"{value / factor:.6g}"
+            texts.append("-" if math.isnan(value) else text)
         else:
             texts.append("-" if value is None else str(value).lower() if isinstance(value, bool) else str(value))
     width = max(map(len, texts))

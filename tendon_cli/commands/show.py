@@ -53,8 +53,8 @@ def show(
 
 def _finite(row: dict[str, object]) -> dict[str, object]:
     """A row that JSON can hold."""
-    odd = {name for name, value in row.items() if isinstance(value, float) and not math.isfinite(value)}
-    return {name: None if name in odd else value for name, value in row.items()}
+    odd = {name: value for name, value in row.items() if isinstance(value, float) and not math.isfinite(value)}
+    return row | {name: "rigid" if value == math.inf else None for name, value in odd.items()}
 
 
 CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]

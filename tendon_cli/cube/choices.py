@@ -40,7 +40,9 @@ def choices_of(table: TableFiles) -> Cube:
 
 def position(axis: RowAxis, value: Any) -> Ints:
     """The position of a value on an axis, or of the nearest, as an array of one."""
-    apart = np.array(axis.values != value) if axis.is_text else np.abs(axis.values - value)
+    same = np.array(axis.values == value)
+    apart = ~same if axis.is_text else np.where(same, 0.0, np.abs(axis.values - (0.0 if same.any() else value)))
+    apart = np.where(same, -1.0, apart)
     return np.array([int(np.argmin(apart))], dtype=np.int64)
 
 

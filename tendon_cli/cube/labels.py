@@ -86,6 +86,8 @@ class Shown:
 
     def text(self, value: float) -> str:
         """One SI value with its unit: "5 kg"."""
+        if np.isposinf(value) and self.quantity.name == "spring_stiffness":
+            return "rigid"
         unit = "" if self.unit == "1" else f" {plain(self.unit)}"
         return f"{number(value / self.factor)}{unit}"
 

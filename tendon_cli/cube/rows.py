@@ -128,8 +128,8 @@ class CsvForm:
         unit = "1" if quantity is None else quantity.shown_in if self.units == "study" else quantity.unit
         return name if unit == "1" else f"{name} ({unit})"
 
-    def column(self, column: pa.ChunkedArray, quantity: Quantity | None) -> pa.ChunkedArray:
-        """A column as it is written; text that a spreadsheet would run has a ' before it."""
+    def column(self, column: pa.ChunkedArray, quantity: Quantity | None, *, is_rigid: bool) -> pa.ChunkedArray:
+        """A column as it is written; text that a spreadsheet would run has a ' before it, an endless number "rigid"."""
         if pa.types.is_dictionary(column.type):
             column = column.cast(pa.string())
         if pa.types.is_string(column.type):
@@ -138,12 +138,9 @@ class CsvForm:
             return column
         if self.units == "study" and quantity is not None and factor_of(quantity.shown_in) != 1.0:
             column = pc.divide(column, factor_of(quantity.shown_in))
-        is_endless = pc.any(pc.is_inf(column)).as_py()
-        if not (self._has_comma or is_endless):
+        if not (self._has_comma or is_rigid):
             return column
-        texts = column.cast(pa.string())
-        if is_endless and quantity is not None and quantity.name == "spring_stiffness":
-            texts = pc.replace_substring(texts, "inf", "rigid")
+        texts = pc.replace_substring(column.cast(pa.string()), "inf", "rigid")
         return pc.replace_substring(texts, ".", ",") if self._has_comma else texts
 
 
@@ -169,6 +166,13 @@ def rows_in(
     return TableRows(table_in(path, table, asked), tuple(where), tuple(columns))
 
 
+def _is_rigid(table: Source, name: str, quantity: Quantity | None) -> bool:
+    """Whether a column of springs has a rigid one anywhere."""
+    if quantity is None or quantity.name != "spring_stiffness":
+        return False
+    return any(bool(np.isposinf(as_numpy(stretch[name])).any()) for stretch in table.stretches([name], 1 << 16))
+
+
 def write_csv(
     rows: TableRows, file: Any, stretches: Iterator[pa.Table] | None = None, form: CsvForm | None = None
 ) -> int:
@@ -177,11 +181,15 @@ def write_csv(
 
     form = form or CsvForm()
     held = [rows.of.held[name] for name in rows.names]
+    is_rigid = [_is_rigid(rows.table, name, quantity) for name, quantity in zip(rows.names, held, strict=True)]
     heads = [f'"{form.header(name, quantity)}"' for name, quantity in zip(rows.names, held, strict=True)]
     file.write((form.separator.join(heads) + "\n").encode())
     writer, count = None, 0
     for stretch in stretches or rows.batches():
-        columns = [form.column(column, quantity) for column, quantity in zip(stretch.columns, held, strict=True)]
+        columns = [
+            form.column(column, quantity, is_rigid=rigid)
+            for column, quantity, rigid in zip(stretch.columns, held, is_rigid, strict=True)
+        ]
         table = pa.table(columns, names=stretch.column_names)
         if writer is None:
             options = csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator)

@@ -193,4 +193,6 @@ def _cells(panel: Axes, part: Slice, values: Any, colours: Any, most: float, lab
 def place_of(cube: Cube, axis: RowAxis, value: Any, scale: Scale) -> float:
     """Where a value stands on a figure."""
     how = shown_on(cube, axis)
-    return float(scale.names.index(str(value))) if how is None else float(how.scaled(value))
+    if scale.names:
+        return float(scale.names.index(str(value) if how is None else how.text(float(value))))
+    return float(cube.shown(axis.column).scaled(value))

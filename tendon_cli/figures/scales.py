@@ -86,6 +86,9 @@ def scale_of(values: npt.NDArray[Any], shown: Shown | None, *, is_log: bool) -> 
         count = np.arange(len(names))
         return Scale("case", count.astype(np.float64), count, names=names)
     order = np.argsort(values, kind="stable")
+    if not np.isfinite(values).all():  # a rigid spring is off every scale
+        names = tuple(shown.text(float(value)) for value in values[order])
+        return Scale(shown.titled, np.arange(len(names), dtype=np.float64), order, names=names)
     return Scale(shown.label, shown.scaled(values)[order], order, is_log=is_log and bool(np.all(values > 0.0)))
 
 

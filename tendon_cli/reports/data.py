@@ -51,8 +51,9 @@ class PageAxis:
         """As the page has it."""
         values = self.axis.values[self.kept]
         about = _about(self.shown) | {"key": self.axis.key}
-        if self.axis.is_text:
-            return {**about, "values": None, "names": [str(value) for value in values], "is_log": False}
+        if self.axis.is_text or not np.isfinite(values).all():
+            names = [str(value) if self.axis.is_text else self.shown.text(float(value)) for value in values]
+            return {**about, "values": None, "names": names, "is_log": False}
         numbers = [float(f"{value:.10g}") for value in self.shown.scaled(values)]
         return {**about, "values": numbers, "names": None, "is_log": self.axis.is_log}
 

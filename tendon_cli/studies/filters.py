@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable
@@ -56,6 +57,8 @@ class Filter:
         return wanted
 
     def _number(self, text: str, quantity: Quantity) -> float:
+        if quantity.name == "spring_stiffness" and _unquoted(text) == "rigid":
+            return math.inf
         try:
             return parse_measure(text, quantity.dimension).si
         except UnitError as error:
@@ -81,7 +84,7 @@ class Condition:
                 found |= _equals(values, wanted, of_axis=of_axis)
             return ~found & _is_known(values) if self.relation == "!=" else found
         bound = float(self.wanted[0])
-        near = _ROUNDING * max(abs(bound), _largest(values))
+        near = _ROUNDING * max(abs(bound) if math.isfinite(bound) else 0.0, _largest(values))
         beyond = _ORDER[self.relation[0]](values, bound)
         close = np.abs(values - bound) <= near
         return np.asarray(beyond | close if self.relation.endswith("=") else beyond & ~close)
@@ -109,6 +112,8 @@ def _unquoted(word: str) -> str:
 def _equals(values: npt.NDArray[Any], wanted: float | str, *, of_axis: bool) -> Truth:
     if isinstance(wanted, str):
         return np.asarray(values == wanted, dtype=np.bool_)
+    if math.isinf(wanted):
+        return np.asarray(values == wanted, dtype=np.bool_)
     distance = np.abs(values - wanted)
     close = distance <= _AS_PRINTED * abs(wanted) + _ROUNDING * _largest(values)
     return np.asarray(close & (distance == np.nanmin(distance)) if of_axis and close.any() else close)
@@ -120,4 +125,4 @@ def _largest(values: npt.NDArray[Any]) -> float:
 
 
 def _is_known(values: npt.NDArray[Any]) -> Truth:
-    return np.asarray(values != "" if values.dtype == object else np.isfinite(values), dtype=np.bool_)
+    return np.asarray(values != "" if values.dtype == object else ~np.isnan(values), dtype=np.bool_)
