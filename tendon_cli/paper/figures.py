@@ -61,9 +61,9 @@ def _mark_ratio(axes: Axes) -> None:
 
 def _mark_crossings(page: Figure, run: PaperTables) -> None:
     """The first angles of flexion, where the motor torque is the larger one."""
-    for letter, axes, load in zip(_LETTERS, page.axes, run.values("load_mass"), strict=False):
+    for mark, axes, load in zip(_LETTERS, page.axes, run.values("load_mass"), strict=False):
         angle = crossing(run, load_mass=load)
-        axes.set_title(f"({letter}) {axes.get_title()}")
+        axes.set_title(f"({mark}) {axes.get_title()}")
         if np.isfinite(angle):
             axes.axvspan(0.0, angle, facecolor="#efefef", linewidth=0.0, zorder=0.4, gid="first angles")
             axes.text(angle + 1.0, 0.97, f"in flexion $\\tau_m > \\tau_a$\nonly below {angle:.1f}°", va="top",

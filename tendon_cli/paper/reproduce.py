@@ -34,7 +34,7 @@ class Evaluation:
 
     runs: dict[str, PaperTables]
     fit: Fit
-    letter: Evidence
+    printed: Evidence
     ledger: Ledger
 
 
@@ -105,10 +105,10 @@ def evaluate(
         runs[name] = run
         step()
     fit, at_pi = (fit_file(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE))
-    letter = evidence(runs["fig07"])
+    printed = evidence(runs["fig07"])
     places = Places(failing_by_place(runs))
-    ledger = Ledger(findings(runs, fit), claims(runs), slips(runs, letter, at_pi, fit), places)
-    return Evaluation(runs, fit, letter, ledger)
+    ledger = Ledger(findings(runs, fit), claims(runs), slips(runs, printed, at_pi, fit), places)
+    return Evaluation(runs, fit, printed, ledger)
 
 
 def _draw(found: Evaluation, out: Path, step: Callable[[], None]) -> list[str]:
@@ -121,7 +121,7 @@ def _draw(found: Evaluation, out: Path, step: Callable[[], None]) -> list[str]:
         step()
     draw_fit(found.fit, out / "table_a1.png")
     step()
-    files += ["table_a1.png", draw_slips(found.runs, found.letter, out / FIGURE).name]
+    files += ["table_a1.png", draw_slips(found.runs, found.printed, out / FIGURE).name]
     step()
     return files
 

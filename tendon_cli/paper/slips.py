@@ -1,17 +1,22 @@
-"""Where the letter of the paper fails: each slip run as it is printed, beside the reading used."""
+"""Where the paper as printed fails: each slip is run as it is printed, and compared with the reading used.
+
+NOTHING of what is printed is used for any result: the reading is in `tendon_cli.model`; docs/physics.md compares them.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.friction.result import Fit
-from tendon_cli.paper import letter
+from tendon_cli.model import statics
+from tendon_cli.model.actuator import couple
+from tendon_cli.model.design import Design
 from tendon_cli.paper.entry import Entry, judge
-from tendon_cli.paper.letter import Tensions
 from tendon_cli.paper.measures import apart, least
 from tendon_cli.paper.runs import Array, PaperTables
 
@@ -22,18 +27,29 @@ _NEGATIVE = -500.0
 """N; no study of the paper comes near it."""
 
 
+Flags = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Tensions:
+    """Distal tensions by equations as printed, N, in the shape of designs, directions and elbow angles."""
+
+    flexor: Array
+    extensor: Array
+
+
 @dataclass(frozen=True)
 class Evidence:
-    """The letter's tensions of the study of Fig. 7: loads, directions, elbow angles."""
+    """The tensions of equations as printed, for the study of Fig. 7: loads, directions, elbow angles."""
 
     eq_12: Tensions
     eq_11: Tensions
 
 
 def evidence(fig07: PaperTables) -> Evidence:
-    """Run the two letters that give whole curves."""
+    """Run the two slips that give whole curves."""
     inputs = fig07.inputs()
-    return Evidence(letter.eq_12_as_printed(*inputs), letter.eq_11_first(*inputs))
+    return Evidence(eq_12_as_printed(*inputs), eq_11_first(*inputs))
 
 
 def slips(runs: Mapping[str, PaperTables], found: Evidence, at_pi: Fit, used: Fit) -> list[Entry]:
@@ -90,7 +106,7 @@ def _apart(side: Array) -> float:
 
 def _labels(run: PaperTables) -> Entry:
     flexor, extensor = (float(run.line(f"{side}_travel")[-1]) for side in ("flexor", "extensor"))
-    printed, used = letter.eq_3_as_labelled(flexor, extensor), extensor / flexor
+    printed, used = eq_3_as_labelled(flexor, extensor), extensor / flexor
     missed = [abs(1e3 * (extensor - ratio * flexor)) for ratio in (printed, used)]
     text = (
         "Eqs. 2 and 3 call H_f/H_e the ratio R_e/R_f. With η = R_e/R_f as in Eqs. 12–17 the ratio without slack is its "
@@ -133,8 +149,8 @@ def _stiffness(run: PaperTables, stiff: PaperTables) -> Entry:
 
 def _a_9() -> Entry:
     friction, bend = 0.07, math.pi
-    pressed = letter.normal_force(100.0, bend / 2.0, 1e-3, friction)
-    passed, exact = letter.transmitted(friction, bend), math.exp(-friction * bend)
+    pressed = normal_force(100.0, bend / 2.0, 1e-3, friction)
+    passed, exact = transmitted(friction, bend), math.exp(-friction * bend)
     text = "Eq. A.9 has a slip of sign: the magnitude |N_o| comes out negative. The result, A.17, stands"
     return judge(
         [pressed < 0.0 and abs(passed - exact) < 1e-3],
@@ -155,3 +171,51 @@ def _wrap_angle(at_pi: Fit, used: Fit) -> Entry:
         f"with π: μ = {{:4}}; with {used.bend_angle_text}: {{:4}}; printed: 0.073, 0.075 (rising, falling)",
         by_pi, ours,
     ).entry("S7", text, "table_a1.png")  # fmt: skip
+
+
+# --- Equations as they are printed ------------------------------------------------------------------------------------
+
+
+def eq_12_as_printed(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
+    """Eq. 12 with its printed right side, η H_f + H_e, where the reading used has H_e - η H_f; all else equal."""
+    motion, _, _, tied = couple(design, elbow_angle, flexion)
+    printed = replace(tied, mismatch=np.asarray(design.ratio * motion.flexor_travel + motion.extensor_travel))
+    balance = statics.solve(printed, design.flexor.pretension, design.extensor.pretension, unilateral=False)
+    return Tensions(balance.flexor, balance.extensor)
+
+
+def eq_11_first(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
+    """Eqs. 17 to 20 with the motor torque of Eq. 11, which leaves the extensor out of the elbow's balance.
+
+    τ_m / R_f = τ_a / (J α_t) is given; Eq. 20 then has both proximal tensions. The right side of Eq. 12 is that of the
+    reading used, so that this slip is seen by itself.
+    """
+    _, flexor, extensor, tied = couple(design, elbow_angle, flexion)
+    pull = tied.elbow_torque / (tied.moment_arm * flexor.capstan)
+    xi_t, xi_r = tied.flexor_compliance * flexor.capstan, tied.extensor_compliance * extensor.capstan
+    pretensioned = (
+        design.ratio * tied.flexor_compliance * design.flexor.pretension
+        + tied.extensor_compliance * design.extensor.pretension
+    )
+    right = tied.mismatch + pretensioned
+    at_motor = (right - design.ratio * xi_t * pull) / (np.square(design.ratio) * xi_t + xi_r)
+    return Tensions((pull + design.ratio * at_motor) * flexor.capstan, at_motor * extensor.capstan)
+
+
+def eq_3_as_labelled(flexor_travel: float, extensor_travel: float) -> float:
+    """R_e / R_f for no slack as Eq. 3 prints it, H_f / H_e."""
+    return flexor_travel / extensor_travel
+
+
+def normal_force(tension: float, curvature: float, length: float, friction: float) -> float:
+    """|N_o| by Eq. A.9 as printed, F κ ds + |N_o| - μ |N_o| κ ds / 2 = 0: the force that presses on the sheath, N."""
+    return -tension * curvature * length / (1.0 - friction * curvature * length / 2.0)
+
+
+def transmitted(friction: float, bend_angle: float, steps: int = 100_000) -> float:
+    """F_o / F_I by Eqs. A.8 and A.9 as printed, element by element along a sheath of length 1."""
+    tension, step = 1.0, 1.0 / steps
+    for _ in range(steps):
+        pressed = normal_force(tension, bend_angle, step, friction)
+        tension += pressed * (bend_angle * step / 2.0 + friction)
+    return tension

@@ -12,7 +12,7 @@ import pytest
 from tendon_cli.model import sheath
 from tendon_cli.model.actuator import couple
 from tendon_cli.model.kinematics import Travels
-from tendon_cli.paper import letter
+from tendon_cli.paper import slips
 from tendon_cli.paper.entry import Entry
 from tendon_cli.paper.ledger import ledger_json, ledger_page
 from tendon_cli.paper.reproduce import Reproduction, evaluate, reproduce
@@ -190,7 +190,7 @@ def test_a_broken_model_makes_findings_fail(monkeypatch, tmp_path, fault, fails)
 def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
     motion, _, _, tied = couple(design, angle, flexion)
-    printed = letter.eq_12_as_printed(design, angle, flexion)
+    printed = slips.eq_12_as_printed(design, angle, flexion)
     stretch = tied.flexor_compliance * (printed.flexor - 100.0) + tied.extensor_compliance * (printed.extensor - 100.0)
     np.testing.assert_allclose(stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape))
     balance = tied.moment_arm * printed.flexor - 0.045 * printed.extensor
@@ -200,7 +200,7 @@ def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
 def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
     _, flexor, extensor, tied = couple(design, angle, flexion)
-    found = letter.eq_11_first(design, angle, flexion)
+    found = slips.eq_11_first(design, angle, flexion)
     stretch = tied.flexor_compliance * (found.flexor - 100.0) + tied.extensor_compliance * (found.extensor - 100.0)
     np.testing.assert_allclose(stretch, np.broadcast_to(tied.mismatch, stretch.shape), atol=1e-15)
     motor = (found.flexor / flexor.capstan - found.extensor / extensor.capstan) * 0.03
@@ -211,7 +211,7 @@ def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(f
 
 @pytest.mark.parametrize("friction", [0.0, 0.07, 0.5])
 def test_a_9_gives_a_negative_magnitude_and_yet_a_17(friction):
-    pressed = letter.normal_force(100.0, 2.0, 1e-3, friction)
+    pressed = slips.normal_force(100.0, 2.0, 1e-3, friction)
     assert pressed < 0.0
     assert 100.0 * 2.0 * 1e-3 + pressed - friction * pressed * 2.0 * 1e-3 / 2.0 == pytest.approx(0.0, abs=1e-15)
-    assert letter.transmitted(friction, 2.0) == pytest.approx(np.exp(-friction * 2.0), rel=1e-4)
+    assert slips.transmitted(friction, 2.0) == pytest.approx(np.exp(-friction * 2.0), rel=1e-4)
