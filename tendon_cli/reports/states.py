@@ -15,7 +15,7 @@ from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Anchors, Array
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports.data import packed
 from tendon_cli.studies.study import Study
@@ -55,7 +55,8 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
     states = (*shape, flexion.size, angles.size)
     wanted = [column for label in labels for column in GROUPS[label]]
     result = {name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted}
-    measures = {name: getattr(design.arm.joint, name) for name in _ANCHORS}
+    joint = design.arm.joint
+    measures = {name: getattr(joint, name) for name in _ANCHORS} if isinstance(joint, Anchors) else {}
     measures["load_distance"] = design.arm.load_distance
     return result | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
 
@@ -80,7 +81,7 @@ def states_record(
         "directions": list(study.motion.direction),
         "groups": [group for at, each in enumerate(of_conditions) for group in _groups(at, *each)],
     }
-    arms = [{name: _short(result[name]) for name in _ARM} for _, result in of_conditions]
+    arms = [{name: _short(result[name]) for name in _ARM if name in result} for _, result in of_conditions]
     return record, arms
 
 

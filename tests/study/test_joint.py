@@ -192,3 +192,11 @@ def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
     np.testing.assert_allclose(found.spline("extensor")(at, 1), 0.028 + 0.008 * np.cos(1.3 * at - 0.4), atol=1e-6)
     with pytest.raises(ValueError, match="no column shin"):
         from_opensim("\n".join(lines), "knee", "shin", "ext")
+
+
+def test_a_page_is_written_of_a_joint_without_anchors_and_no_wrong_arm_is_drawn(write, tmp_path):
+    study = load_study(write())
+    for result in (tendon.sweep(study, tmp_path / "run"), tendon.design(study, tmp_path / "answer")):
+        assert tendon.report(result, tmp_path / "page.html").stat().st_size > 1000
+    with pytest.raises(tendon.TendonError, match="no anchors to draw"):
+        tendon.plot(study)

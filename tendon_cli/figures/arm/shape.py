@@ -135,6 +135,9 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
 
     Raises UsageError for a case that the study does not have.
     """
+    if study.joint.excursion is not None:
+        hint = "tendon plot RUN -y flexor_travel draws its curves"
+        raise UsageError("the study has its joint's travels, so there are no anchors to draw", where="--arm", hint=hint)
     keys = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance")}
     keys |= {"upper_arm_angle": "arm.upper_arm_angle", "flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
     chosen = chosen_case(study, case)

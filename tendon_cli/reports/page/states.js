@@ -67,6 +67,10 @@ function svg(name, attributes, text) {
 
 function drawArm() {
   const arm = armNow();
+  if (arm.b1 === undefined) { // measured travels have no anchors to draw
+    place("arm").replaceChildren(make("p", {}, "No picture: the study has this joint's travels, not its anchors."));
+    return;
+  }
   const theta = (angleNow() * Math.PI) / 180;
   const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
   const at = (x, y) => [x, -y]; // up the page is up the arm
