@@ -109,7 +109,10 @@ def worked_out(
     if record is not None:
         return _repaired(folder, record, maker, runner if resume else None)
     maker.tidy()
-    journal = _begun(folder, replaces=replaces)
+    journal = Journal.read(folder.path)
+    journal.parts = {} if replaces else folder.intact(journal)
+    journal.figures = () if replaces else journal.figures
+    journal.start(folder.header())
     resumed = len(journal.parts)
 
     def take(result: PartResult) -> None:
@@ -137,15 +140,6 @@ def _in_memory(task: Task, jobs: int, progress: Progress) -> tuple[dict[str, Any
     record = _recorded(RunFolder(Path(), task), maker, parts)
     record |= {"seconds": round(time.monotonic() - started, 3), "files": []}
     return record, maker.tables()
-
-
-def _begun(folder: RunFolder, *, replaces: bool) -> Journal:
-    """The journal of the run, on the disk, with what of an unfinished one stands."""
-    journal = Journal.read(folder.path)
-    journal.parts = {} if replaces else folder.intact(journal)
-    journal.figures = () if replaces else journal.figures
-    journal.start(folder.header())
-    return journal
 
 
 def _recorded(
