@@ -139,7 +139,8 @@ def main():
     if "hold" in settings:
         hold(settings["hold"], settings["held"], settings.get("seconds", 60.0), settings.get("skip", 0))
     if "go" in settings:
-        import tendon_cli.engine.sweep  # noqa: F401 - imported before the race, so that it is one
+        import tendon_cli.answers.choices
+        import tendon_cli.engine.sweep  # noqa: F401
 
         Path(f"{settings['go']}-{settings['runner']}").touch()
         while not Path(settings["go"]).exists():

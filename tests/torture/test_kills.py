@@ -219,15 +219,18 @@ RACES = {"empty": (), "resume": ("--resume",), "overwrite": ("--overwrite",)}
 
 
 @pytest.mark.parametrize("seed", some(range(3), range(3, 23)))
-def test_of_two_runs_on_one_folder_exactly_one_proceeds(place, uninterrupted, hashes_in, seed):
-    kind = list(RACES)[seed % 3]
+@pytest.mark.parametrize("name", VERBS)
+def test_of_two_runs_on_one_folder_exactly_one_proceeds(tmp_path, undisturbed, hashes_in, name, seed):
+    verb, expected = VERBS[name], undisturbed(name)
+    place, kind = verb.place(tmp_path), list(RACES)[seed % 3]
     if kind == "resume":
-        with running(place, SLOW, *SWEEP) as process:
+        with running(place, verb.slow, *verb.words) as process:
             wait_for(lambda: journalled(place / "run") >= 5)
             kill_group(process)
     elif kind == "overwrite":
-        assert launched(place, SMALL, *SWEEP)[0] == 0
-    both = [start(place, SLOW | {"go": "go", "runner": runner}, *SWEEP, *RACES[kind], "--json") for runner in "ab"]
+        assert launched(place, verb.settings, *verb.words)[0] == 0
+    words = (*verb.words, *RACES[kind], "--json")
+    both = [start(place, verb.slow | {"go": "go", "runner": runner}, *words) for runner in "ab"]
     try:
         wait_for(lambda: all((place / f"go-{runner}").exists() for runner in "ab"))
         (place / "go").touch()
@@ -239,7 +242,7 @@ def test_of_two_runs_on_one_folder_exactly_one_proceeds(place, uninterrupted, ha
     assert sorted(process.returncode for process in both) == [0, 7], results
     loser = json.loads(next(out for process, (out, _) in zip(both, results, strict=True) if process.returncode == 7))
     assert "another run is writing here" in loser["error"]["message"]
-    assert hashes_in(place / "run") == uninterrupted
+    assert hashes_in(place / "run") == expected
     assert not temporary_files(place / "run")
 
 
