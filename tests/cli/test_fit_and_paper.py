@@ -1,6 +1,7 @@
 """`tendon fit-friction` and `tendon paper`, as they are called."""
 
 import math
+import threading
 
 import pandas as pd
 import pytest
@@ -58,7 +59,7 @@ def test_a_fit_without_the_bend_angle_gives_the_product_and_never_guesses(tendon
 def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, workplace):
     (workplace / "readings.csv").write_bytes(readings.read_bytes())
     fit = ("fit-friction", "readings.csv", "--bend-angle", "144 deg")
-    for _ in range(2):
+    for _ in range(2):  # its own files are known again, in every format
         for ending in ("png", "svg", "pdf"):
             assert tendon(*fit, "--out", "friction.toml", "--plot", f"fit.{ending}").exit == 0
     (workplace / "mine.png").write_bytes(b"a picture")
@@ -83,17 +84,23 @@ def test_readings_that_are_none_are_exit_3(tendon, workplace):
     assert "junk.csv" in ran.err
 
 
-@pytest.mark.parametrize(("words", "folder"), [((), "results/paper"), (("--out", "paper"), "paper")])
-def test_the_paper_is_reproduced_into_a_folder(tendon, workplace, words, folder):
-    ran = tendon("paper", *words, "--json")
+def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(tendon, workplace, monkeypatch):
+    made, asked = [], []
+
+    def once(out, **_):
+        asked.append(out)
+        made.extend([] if made else [reproduce(out, jobs=None, progress=lambda *_: None, stop=threading.Event())])
+        return made[0]
+
+    reproduce = reproduction.reproduce
+    monkeypatch.setattr(reproduction, "reproduce", once)
+    ran = tendon("paper", "--json")
     assert ran.exit == 0
     assert ran.json["holds"] is True
-    assert {file.name for file in (workplace / folder).iterdir()} == set(ran.json["files"])
-
-
-def test_a_finding_that_fails_is_exit_4(tendon, monkeypatch):
+    assert {file.name for file in (workplace / "results/paper").iterdir()} == set(ran.json["files"])
     monkeypatch.setattr(reproduction.Reproduction, "holds", False)
     assert tendon("paper", "--out", "paper", "--quiet").exit == 4
+    assert [str(out) for out in asked] == ["results/paper", "paper"]
 
 
 def _half_turn(noise: float) -> str:

@@ -98,7 +98,7 @@ def test_a_slack_tendon_has_no_turn_on_the_page(page):
 def test_a_page_without_speed_and_reversal_is_as_before(tendon, workplace):
     (workplace / "study.toml").write_text("")
     sections = {line["section"].split()[0] for line in tendon("state", "study.toml", "--json").json["lines"]}
-    assert sections == {"Geometry", "Sheath,", "Load", "Balance", "Results"}
+    assert sections == {"Geometry", "Sheath,", "Load", "Balance", "Results", "Setting"}
 
 
 # --- The figure ------------------------------------------------------------------------------------------------------
