@@ -156,8 +156,10 @@ def _population(answer: Findings, population: PopulationResult) -> dict[str, Any
 def _by_sex(population: PopulationResult) -> list[dict[str, Any]]:
     """The share that the pretension serves among men and among women."""
     weighting, shares = population.problem.weighting, []
-    people = population.problem.person_of(np.arange(len(weighting)))
-    sexes = np.array(population.people.sexes if population.people is not None else ())[people]
+    if population.people is None:
+        return []
+    rows = population.problem.person_of(np.arange(len(weighting)))
+    sexes, people = np.array(population.people.sexes)[rows], rows // population.people.completions
     served = population.windows.served(population.pretension)
     for sex in dict.fromkeys(sexes.tolist()):
         of_sex = np.flatnonzero(sexes == sex)
@@ -183,8 +185,10 @@ def _interval(share: float, weighting: np.ndarray[Any, Any]) -> list[float]:
 
 def _reason(population: PopulationResult, reason: Reason) -> dict[str, Any]:
     people = population.people
-    persons = population.problem.person_of(reason.members)
-    names = [] if people is None else list(dict.fromkeys(people.names[at] for at in persons.tolist()))[:100]
+    names: list[str] = []
+    if people is not None:
+        of_persons, rows = people.persons, population.problem.person_of(reason.members)
+        names = list(dict.fromkeys(of_persons[at] for at in (rows // people.completions).tolist()))[:100]
     return {
         "needs": _NEEDS[reason.needs],
         "limits": list(reason.limits),
