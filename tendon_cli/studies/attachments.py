@@ -93,7 +93,7 @@ class Attachments:
         for side in SIDES:
             inner: Part | None = getattr(sheath, side, None)
             if inner is not None:
-                bend = update.get("bend_angle") or sheath.bend_angle
+                bend = update.get("bend_angle") or _stated_bend(sheath)
                 update[side] = inner.model_copy(update=self._numbers(inner, f"{key}.{side}", bend))
         return sheath.model_copy(update=update)
 
@@ -105,7 +105,7 @@ class Attachments:
             bend_angle = self._bend_angle(sheath.path, smoothing, f"{key}.path")
             update |= {"bend_angle": bend_angle, "path": None, "path_smoothing": None}
         if sheath.friction_from is not None:
-            bend = update.get("bend_angle") or sheath.bend_angle or bend
+            bend = update.get("bend_angle") or _stated_bend(sheath) or bend
             friction = self._friction(sheath.friction_from, f"{key}.friction_from", bend)
             update |= {"friction": friction, "friction_from": None}
         return update
@@ -159,7 +159,7 @@ class Attachments:
 
     def _bend_of(self, bend: Values | None, key: str) -> float | None:
         """The one bend angle, rad, of the sheath that μφ was measured on; a fault if it is not stated."""
-        angle = None if bend is None else bend.single
+        angle = None if bend is None or bend.is_axis else bend.single
         if angle is None or not angle > 0.0:
             hint = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
             self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", hint))
@@ -187,6 +187,11 @@ def _estimate(number: str, middle: float | str, error: float | str, key: str) ->
     """A number with its standard error; a case takes the number only."""
     said = middle if key.startswith("cases.") else {"mean": middle, "std": error}
     return keys()[number].number.read(said)
+
+
+def _stated_bend(sheath: Any) -> Values | None:
+    """The bend angle that stands in the table; None for its default, at which nobody measured."""
+    return sheath.bend_angle if "bend_angle" in sheath.model_fields_set else None
 
 
 def _number(value: object) -> float:
