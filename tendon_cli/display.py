@@ -27,6 +27,9 @@ class Displayed:
     def __repr__(self) -> str:
         return shortened(self.text)
 
+    def __str__(self) -> str:
+        return self.text
+
     def _repr_html_(self) -> str:
         """The text with the main picture, for a notebook."""
         picture = face().picture(self)

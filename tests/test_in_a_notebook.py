@@ -110,6 +110,7 @@ def test_every_result_has_a_short_repr_a_text_a_record_and_a_picture(results, na
     assert len(repr(result).splitlines()) <= 15
     assert result.text.startswith(repr(result).splitlines()[0])
     assert "<" not in repr(result)
+    assert str(result) == result.text
     assert isinstance(result.record, dict)
     figure = result.plot(out=tmp_path / "figure.png")
     assert (tmp_path / "figure.png").read_bytes()[:4] == figure._repr_png_()[:4] == b"\x89PNG"
