@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -128,6 +129,23 @@ def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         for need in LIMITS[name].needs:
             if not is_stated(study, need) and not any(key.endswith(need.key) for key in at_fault):
                 yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
+    if "min_spring_room" in study.limits and (problem := _no_room(study)):
+        yield Fault("limits.min_spring_room", problem, "leave it out")
+
+
+def _no_room(study: Study) -> str | None:
+    """Why there is no room between the anchors for the flexor's spring to speak of."""
+    if study.joint.excursion is not None:
+        return "needs the flexor's path, which measured travels do not tell"
+    springs = [study.spring, *(spring for case in study.cases if (spring := getattr(case, "spring", None)) is not None)]
+    for spring in springs:
+        side = spring.flexor
+        if (getattr(side, "at", None) or spring.at) == "motor":
+            return "is of a spring at the joint, but the flexor's sits at the motor"
+        stiffness = getattr(side, "stiffness", None) or spring.stiffness
+        if stiffness is not None and math.isinf(stiffness.extremes[1]):
+            return "is of a spring, but the flexor has none"
+    return None
 
 
 def _curve_faults(study: Study) -> Iterator[Fault]:

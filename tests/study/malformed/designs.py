@@ -12,6 +12,19 @@ DESIGNS = (
     toml("a negative limit", "limits.max_tension = '-3 N'\n", "limits.max_tension", "negative", line=1),
     toml("a limit of true", "limits.max_tension = true\n", "limits.max_tension", "truth value", line=1),
     toml("an efficiency above one", "limits.min_efficiency = 1.1\n", "limits.min_efficiency", "out of range", line=1),
+    toml("a room for a spring of no length", "limits.min_spring_room = '0 mm'\n", "spring_room", "free_length"),
+    toml(
+        "a room for a spring at the motor",
+        "limits.min_spring_room = '0 mm'\nspring = { free_length = '70 mm', at = 'motor' }\n",
+        "spring_room",
+        "at the motor",
+    ),
+    toml(
+        "a room for no spring",
+        "limits.min_spring_room = '0 mm'\nspring = { free_length = '70 mm', stiffness = 'rigid' }\n",
+        "spring_room",
+        "has none",
+    ),
     toml("a pressure on no width", "limits.max_contact_pressure = '30 kPa'\n", "contact_pressure", "contact_width"),
     toml(
         "a pressure on a width of one case",
