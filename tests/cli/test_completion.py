@@ -43,7 +43,9 @@ def test_every_number_of_a_study_can_be_set():
     assert {f"{key}=" for key in keys()} <= set(offered("tendon sweep --set "))
 
 
-def test_a_value_that_is_offered_is_taken():
+def test_a_value_that_is_offered_is_taken(tmp_path):
+    excursion = tmp_path / "excursion.csv"
+    excursion.write_text("angle (deg),flexor (mm),extensor (mm)\n-30,-10,-10\n0,0,0\n60,20,20\n150,50,50\n")
     checked = 0
     for key, (_, values) in key_words().items():
         *tables, name = key.split(".")
@@ -51,7 +53,11 @@ def test_a_value_that_is_offered_is_taken():
             content = {name: {"true": True, "false": False}.get(value, value)}
             for table in reversed(tables):
                 content = {table: content}
-            study_from({"people": {}, **content} if key == "design.by" else content)
+            if key == "design.by":
+                content["people"] = {}
+            if key == "joint.scale_with":  # of travels that were measured
+                content["joint"]["excursion"] = str(excursion)
+            study_from(content)
             checked += 1
     assert checked > 10
 
