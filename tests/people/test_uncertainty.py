@@ -92,7 +92,7 @@ def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
         return sobol(ends, inputs, names, count, seed)
 
     monkeypatch.setattr(uncertainty, "sobol", spied)
-    monkeypatch.setattr(uncertainty, "_STATES", 1024 * 5 * 28)
+    monkeypatch.setattr(uncertainty, "_STATES", 1024 * 5 * len(problem.conditions) * problem.states_per_design)
     found = indices(problem, numbers)
     assert taken["inputs"] == ("sheath.friction", "spring.stiffness", *([BODY] if people else []))
     random = np.random.default_rng(4)
