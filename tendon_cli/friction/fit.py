@@ -234,7 +234,7 @@ def _rows(readings: Readings, prepared: Prepared, found: Estimated, angles: Floa
     motor, load = prepared.cells
     log_ratio, residual = np.full(total, np.nan), np.full(total, np.nan)
     positive = (motor > 0.0) & (load > 0.0)
-    log_ratio[positive] = np.log(motor[positive] / load[positive])
+    log_ratio[positive] = np.log(motor[positive]) - np.log(load[positive])
     way, run, stroke = np.zeros(total, dtype=np.int64), np.full(total, -1), np.full(total, -1)
     way[rows], run[rows] = log.way, log.stroke
     used = rows[found.used]
