@@ -144,7 +144,8 @@ class Remarks:
     def _zeros(self) -> None:
         """What a zero error would do if the readings do not show it."""
         average, points = self.estimate.average, self.estimate.points
-        if OFFSETS in average.candidates.prior or self.zero_given or not points.both_ways:
+        shown = any(OFFSETS in model.effects for model in average.models)
+        if shown or self.zero_given or not points.both_ways:
             return
         # Without a unit, 1 % of the force stands for 1 N.
         newton = 1.0 / (force_factor(self.unit) or 1.0) if self.unit else 0.01 * float(np.mean(points.load))
@@ -159,7 +160,7 @@ class Remarks:
                 " (--zero-motor, --zero-load)"
             )
         elif moved > _WORTH_A_NOTE:
-            self.notes.append(f"{text}, and a constant force does not show it")
+            self.notes.append(f"{text}, and these forces do not show it")
 
     def _gains(self) -> None:
         """The cells against each other."""
