@@ -1,0 +1,431 @@
+"""A second rig for the friction fit: a tendon as a chain of elastic links with friction, and what labs do to it.
+
+The chain is massless and elastic. Link i turns by φ_i in its sheath, and ln T may differ across it by m_i = μ φ_i at
+most: what lies between is elastic history. The motor's end is moved; the load's end hangs from a weight, a spring, a
+band or a person. Nothing here knows how readings are fitted. `python -m tests.friction.chain` fits every kind of log.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+LINKS = 12
+RATE = 50.0
+"""Readings a second."""
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What stands on the bench, before anyone reads a cell."""
+
+    friction: float = 0.1
+    bend: float = 2.5
+    load: str = "weight"
+    """Or "spring", "band", "person"."""
+    force: float = 60.0
+    """The weight, the spring's preload, or what the person pulls on average, N."""
+    stiffness: float = 400.0
+    """Of the spring or band at the load, N/m."""
+    tendon: float = 4e4
+    """Stiffness of the whole tendon, N/m."""
+    drive: str = "triangle"
+    """Or "sine", "rests", "steps", "hand", "slow"."""
+    travel: float = 0.08
+    strokes: int = 12
+    seconds: float = 4.0
+    """Of a stroke."""
+    law: str = "coulomb"
+    """Or "dahl", "stribeck", "ageing"."""
+    entry: float = 0.0
+    """Friction outside of the bend, as a share of μφ at a bend of 2.4 rad."""
+    bends: tuple[float, ...] = ()
+    """Bend angles of the several runs of one log; empty: one bend."""
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What the readings are made of the forces."""
+
+    noise: float = 0.05
+    correlated: float = 0.0
+    """Standard deviation of noise that lasts a fifth of a second, N."""
+    gain: tuple[float, float] = (1.0, 1.0)
+    zero: tuple[float, float] = (0.0, 0.0)
+    delay: float = 0.0
+    """Of the load's cell, s."""
+    filter: float = 0.0
+    """Time constant of the low-pass of both cells, s."""
+    step: float = 0.0
+    """Of the converter, N."""
+    most: float = np.inf
+    """Where a cell saturates, N."""
+    spikes: float = 0.0
+    missing: float = 0.0
+    gain_drift: float = 0.0
+    """Of the motor's cell over the log, as a share."""
+    dead: bool = False
+    """The load's cell says nothing but noise about what it once read."""
+    hum: float = 0.0
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A rig, its sensors, the columns of its log, and whether any reading of it can tell μ."""
+
+    name: str
+    rig: Rig = field(default_factory=Rig)
+    sensors: Sensors = field(default_factory=Sensors)
+    columns: tuple[str, ...] = ("time",)
+    tells: bool = True
+    expects: str = ""
+    """A word of the warning that a user needs; empty where none is due."""
+    options: tuple[tuple[str, Any], ...] = ()
+
+
+def drive(rig: Rig, random: np.random.Generator) -> Array:
+    """Where the motor's end is at each reading, m."""
+    each, strokes = int(rig.seconds * RATE), rig.strokes
+    ramp = np.linspace(0.0, 1.0, each, endpoint=False)
+    parts: list[Array] = []
+    for stroke in range(strokes):
+        up = ramp if stroke % 2 == 0 else 1.0 - ramp
+        if rig.drive == "sine":
+            up = 0.5 - 0.5 * np.cos(np.pi * up)
+        elif rig.drive == "rests":
+            rest = np.full(int(each * random.uniform(0.1, 0.5)), up[-1])
+            up = np.concatenate([up, rest])
+        elif rig.drive == "steps":
+            up = np.round(up * 8) / 8
+        elif rig.drive == "hand":
+            knots = np.sort(random.uniform(0.0, 1.0, 4))
+            progress = np.interp(np.linspace(0, 1, each), np.linspace(0, 1, 6), [0.0, *knots, 1.0])
+            up = progress if stroke % 2 == 0 else 1.0 - progress
+        parts.append(up)
+    return rig.travel * np.concatenate(parts)
+
+
+def pulled(rig: Rig, count: int, random: np.random.Generator) -> Array:
+    """What the load's end pulls with, if it does not depend on where it is, N."""
+    time = np.arange(count) / RATE
+    if rig.load != "person":
+        return np.full(count, rig.force)
+    slow = sum(
+        np.sin(2 * np.pi * time * f + p) for f, p in zip((0.05, 0.11, 0.23), random.uniform(0, 6, 3), strict=True)
+    )
+    return rig.force * (1.0 + 0.2 * np.asarray(slow) / 3 + 0.01 * np.sin(2 * np.pi * 8.0 * time))
+
+
+def limits_of(rig: Rig, speed: Array, rest: Array) -> Array:
+    """Σ m over the sheath at each reading, by the law of friction, without the entry's part."""
+    whole = np.full(len(speed), rig.friction * rig.bend)
+    if rig.law == "stribeck":
+        whole *= 1.0 + 0.15 * np.exp(-np.abs(speed) / 0.004)
+    elif rig.law == "ageing":
+        whole *= 1.0 + 0.03 * np.log1p(rest / 0.5)
+    return whole
+
+
+def tensions(rigs: list[Rig], randoms: list[np.random.Generator]) -> tuple[Array, Array, Array]:
+    """Tension at the motor and at the load, N, and where the motor's end is, m: (rigs of one kind, readings)."""
+    drives = [drive(rig, random) for rig, random in zip(rigs, randoms, strict=True)]
+    count = min(map(len, drives))
+    at = np.array([each[:count] for each in drives])
+    speed = np.gradient(at, axis=1) * RATE
+    rest = np.array([_resting(each) for each in speed])
+    pull = np.array([pulled(rig, count, random) for rig, random in zip(rigs, randoms, strict=True)])
+    whole = np.array([limits_of(rig, v, r) for rig, v, r in zip(rigs, speed, rest, strict=True)])
+    shares = np.array([random.uniform(0.5, 1.5, LINKS) for random in randoms])
+    shares /= shares.sum(axis=1, keepdims=True)
+    shares[:, 0] += np.array([rig.entry * 2.4 / rig.bend for rig in rigs])  # the same at every bend
+    chain = Chain.of(rigs)
+    motor, load = np.empty_like(at), np.empty_like(at)
+    for row in range(count):
+        chain.move(whole[:, row, np.newaxis] * shares, at[:, row], pull[:, row])
+        motor[:, row], load[:, row] = np.exp(chain.log[0]), np.exp(chain.log[-1])
+    return motor, load, at
+
+
+def _resting(speed: Array) -> Array:
+    """For how long the motor's end has been at rest, s."""
+    rest, found = 0.0, np.empty(len(speed))
+    for row, v in enumerate(speed):
+        found[row] = rest
+        rest = rest + 1 / RATE if abs(v) < 1e-6 else rest * 0.8
+    return found
+
+
+@dataclass
+class Chain:
+    """Chains of one kind: ln T at each of their nodes, (nodes, chains), and where their load's ends are."""
+
+    kind: Rig
+    force: Array
+    log: Array
+    end: Array
+
+    @classmethod
+    def of(cls, rigs: list[Rig]) -> Chain:
+        """At rest, the same tension everywhere, the motor's end at 0."""
+        force = np.array([rig.force for rig in rigs])
+        chain = cls(rigs[0], force, np.tile(np.log(force), (LINKS + 1, 1)), np.zeros(len(rigs)))
+        if rigs[0].load in ("weight", "person"):
+            chain.end = -chain.stretch(chain.log)
+        return chain
+
+    def stretch(self, log: Array) -> Array:
+        """How much longer the tendon is than without tension, m."""
+        return np.asarray(np.exp(log).mean(axis=0) / self.kind.tendon)
+
+    def played(self, first: Array, m: Array) -> Array:
+        """ln T along the chain if the motor's end has this one: each link plays within its limit."""
+        log = np.empty_like(self.log)
+        log[0] = first
+        for i in range(1, len(log)):
+            if self.kind.law == "dahl":
+                change = log[i - 1] - self.log[i - 1]
+                goal = -np.sign(change) * m[:, i - 1]
+                apart = self.log[i] - self.log[i - 1]
+                log[i] = log[i - 1] + goal + (apart - goal) * np.exp(-3.0 * np.abs(change) / m[:, i - 1])
+            else:
+                log[i] = np.minimum(np.maximum(self.log[i], log[i - 1] - m[:, i - 1]), log[i - 1] + m[:, i - 1])
+        return log
+
+    def end_at(self, log: Array) -> Array:
+        """Where the load's end is at these tensions, m; of a weight and a person, where it was."""
+        tension = np.exp(log[-1])
+        if self.kind.load == "spring":
+            return np.asarray((tension - self.force) / self.kind.stiffness)
+        if self.kind.load == "band":
+            return np.asarray(0.05 * np.log(tension / self.force))
+        return self.end
+
+    def move(self, m: Array, x: Array, pull: Array) -> None:
+        """Move the motor's end to x, the load's end pulled with `pull` if it is a weight's or a person's."""
+        low, high = self.log[0] - 0.8, self.log[0] + 0.8
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            log = self.played(middle, m)
+            short = self.end_at(log) + self.stretch(log) < x
+            low, high = np.where(short, middle, low), np.where(short, high, middle)
+        log = self.played(0.5 * (low + high), m)
+        if self.kind.load in ("weight", "person"):  # the load's end moves until its tension is what it is pulled with
+            log[-1] = np.log(pull)
+            for i in range(LINKS - 1, -1, -1):
+                log[i] = np.minimum(np.maximum(log[i], log[i + 1] - m[:, i]), log[i + 1] + m[:, i])
+            slipped = np.abs(log[0] - 0.5 * (low + high)) > 1e-7
+            self.end = np.where(slipped, x - self.stretch(log), self.end)
+        else:
+            self.end = self.end_at(log)
+        self.log = log
+
+
+def logs(kind: Kind, seeds: int, first: int = 0) -> list[tuple[dict[str, Array], float]]:
+    """The columns of each log of a kind, and the μ that made it."""
+    randoms = [np.random.default_rng([seed, *kind.name.encode()]) for seed in range(first, first + seeds)]
+    rigs = [
+        replace(kind.rig, friction=kind.rig.friction * r.uniform(0.6, 1.6), force=kind.rig.force * r.uniform(0.7, 1.4))
+        for r in randoms
+    ]
+    runs = [tensions([replace(rig, bend=bend) for rig in rigs], randoms) for bend in kind.rig.bends or (kind.rig.bend,)]
+    bends = np.concatenate(
+        [np.full(run[0].shape[1], b) for run, b in zip(runs, kind.rig.bends or (kind.rig.bend,), strict=True)]
+    )
+    found = []
+    for of, (rig, random) in enumerate(zip(rigs, randoms, strict=True)):
+        motor, load, at = (np.concatenate([run[column][of] for run in runs]) for column in range(3))
+        readings = _read(kind.sensors, motor, load, random)
+        every = {
+            "time": np.arange(len(at)) / RATE, "position": at + 2e-5 * random.normal(size=len(at)),
+            "bend_angle_rad": bends, "direction": np.sign(np.gradient(at)), "motor": readings[0], "load": readings[1],
+        }  # fmt: skip
+        found.append(({name: every[name] for name in (*kind.columns, "motor", "load")}, rig.friction))
+    return found
+
+
+def _read(sensors: Sensors, motor: Array, load: Array, random: np.random.Generator) -> tuple[Array, Array]:
+    """What the two cells say of the forces."""
+    count = len(motor)
+    if sensors.dead:
+        load = np.full(count, load[0])
+    found = []
+    for cell, true in enumerate((motor, load)):
+        force = _late(true, (sensors.delay if cell else 0.0) * RATE)
+        if sensors.filter:
+            force = _lagged(force, 1.0 / (1.0 + sensors.filter * RATE))
+        force = force * sensors.gain[cell] + sensors.zero[cell]
+        if cell == 0:
+            force = force * np.linspace(1.0, 1.0 + sensors.gain_drift, count)
+        force = force + sensors.noise * random.normal(size=count)
+        if sensors.correlated:
+            slow = _lagged(random.normal(size=count), 0.1)
+            force = force + sensors.correlated * slow / slow.std()
+        force = force + sensors.hum * np.sin(2 * np.pi * 13.0 * np.arange(count) / RATE)
+        hit = random.random(count) < sensors.spikes
+        force = np.where(hit, force * random.uniform(0.2, 3.0, count), force)
+        if sensors.step:
+            force = np.round(force / sensors.step) * sensors.step
+        force = np.minimum(force, sensors.most)
+        found.append(np.where(random.random(count) < sensors.missing, np.nan, force))
+    return found[0], found[1]
+
+
+def _late(values: Array, rows: float) -> Array:
+    return np.interp(np.arange(len(values)) - rows, np.arange(len(values)), values)
+
+
+def _lagged(values: Array, share: float) -> Array:
+    found, last = np.empty(len(values)), values[0]
+    for row, value in enumerate(values):
+        last = last + share * (value - last)
+        found[row] = last
+    return found
+
+
+SOFT = 8e3
+PULLEY = Rig(tendon=SOFT, travel=0.05)
+SPRING = replace(PULLEY, load="spring", force=30.0, stiffness=900.0)
+BAND = replace(PULLEY, load="band", force=30.0)
+PERSON = replace(PULLEY, load="person", drive="hand")
+AT = ("time", "position")
+BENT = ("time", "bend_angle_rad")
+BENDS = (1.2, 2.4, 3.6)
+WAY = ("time", "direction")
+
+
+def _kinds() -> dict[str, Kind]:
+    """Every kind of log by its name."""
+    zero, gains = (0.8, -0.5), (1.04, 0.99)
+    kinds = [
+        *(Kind(f"{name}, {d}", replace(rig, drive=d)) for name, rig in
+          (("weight", PULLEY), ("spring", SPRING), ("band", BAND), ("person", PERSON))
+          for d in ("triangle", "sine", "rests", "hand", "steps")),
+        Kind("weight, with position", replace(PULLEY, drive="rests"), columns=AT),
+        Kind("spring, with position", replace(SPRING, drive="rests"), columns=AT),
+        Kind("spring, with direction", replace(SPRING, drive="sine"), columns=WAY),
+        Kind("two strokes", replace(SPRING, strokes=2), expects="stroke"),
+        Kind("four strokes", replace(PULLEY, strokes=4)),
+        Kind("forty strokes", replace(PULLEY, strokes=40, seconds=1.5)),
+        Kind("little friction", replace(SPRING, friction=0.03)),
+        Kind("much friction", replace(SPRING, friction=0.3)),
+        Kind("stiff tendon", replace(SPRING, tendon=1e5)),
+        Kind("very soft tendon", replace(SPRING, tendon=2e3, travel=0.12)),
+        Kind("dahl", replace(SPRING, law="dahl")),
+        Kind("dahl, weight", replace(PULLEY, law="dahl")),
+        Kind("stribeck", replace(SPRING, law="stribeck", drive="triangle")),
+        Kind("ageing", replace(PULLEY, law="ageing", drive="rests")),
+        Kind("entry, one bend", replace(SPRING, entry=0.15), tells=False),
+        Kind("entry, three bends", replace(SPRING, entry=0.15, bends=BENDS, strokes=6), columns=BENT, expects="bend"),
+        Kind("noise", SPRING, Sensors(noise=0.6)),
+        Kind("correlated noise", SPRING, Sensors(correlated=0.4)),
+        Kind("hum", SPRING, Sensors(hum=0.4)),
+        Kind("gains", SPRING, Sensors(gain=gains)),
+        Kind("gain far off", SPRING, Sensors(gain=(1.4, 1.0)), expects="calibrat"),
+        Kind("zero errors, spring", SPRING, Sensors(zero=zero)),
+        Kind("zero errors, band", BAND, Sensors(zero=zero)),
+        Kind("zero errors, weight", PULLEY, Sensors(zero=zero), tells=False),
+        Kind("gains and zero errors", replace(SPRING, drive="sine"), Sensors(gain=gains, zero=zero)),
+        Kind("late cell, 20 ms", replace(SPRING, drive="sine"), Sensors(delay=0.02)),
+        Kind("late cell, 150 ms", replace(SPRING, drive="sine"), Sensors(delay=0.15), expects="delay"),
+        Kind("filtered", replace(SPRING, drive="sine"), Sensors(filter=0.05)),
+        Kind("coarse converter", SPRING, Sensors(step=0.5)),
+        Kind("very coarse converter", replace(PULLEY, force=20.0), Sensors(step=2.0, noise=0.01), tells=False),
+        Kind("saturated", BAND, Sensors(most=150.0), expects="satur"),
+        Kind("spikes", SPRING, Sensors(spikes=0.01)),
+        Kind("many spikes", SPRING, Sensors(spikes=0.15), expects="spike"),
+        Kind("missing readings", SPRING, Sensors(missing=0.05)),
+        Kind("drifting gain", replace(SPRING, strokes=20), Sensors(gain_drift=0.1), expects="drift"),
+        Kind("a dead load cell", SPRING, Sensors(dead=True), tells=False),
+        Kind("never slips", replace(PULLEY, travel=2e-4, tendon=5e3), tells=False),
+        Kind("a short travel", replace(SPRING, travel=4e-3, stiffness=4e4)),
+    ]  # fmt: skip
+    return {kind.name: kind for kind in kinds}
+
+
+KINDS = _kinds()
+
+
+def verdict(kind: Kind, columns: dict[str, Array], truth: float, folder: Path) -> tuple[str, dict[str, float]]:
+    """How the fit of a log comes out, as its user would judge it, and the sizes of its error and its interval."""
+    import tendon_cli as tendon
+    from tendon_cli.errors import TendonError
+
+    path = folder / "log.csv"
+    names = {"time": "time_s", "position": "position_mm", "motor": "motor_N", "load": "load_N"}
+    table = np.column_stack([values * (1e3 if name == "position" else 1.0) for name, values in columns.items()])
+    np.savetxt(
+        path, table, delimiter=",", header=",".join(names.get(name, name) for name in columns), comments="", fmt="%.6g"
+    )
+    bend = None if "bend_angle_rad" in columns else f"{kind.rig.bend} rad"
+    try:
+        fit = tendon.fit_friction(path, bend_angle=bend, **dict(kind.options))
+    except TendonError as refusal:
+        return ("rightly refused" if not kind.tells else "wrongly refused"), {"why": str(refusal)[:100]}  # type: ignore[dict-item]
+    record: Any = getattr(fit, "record", None)
+    if not isinstance(record, dict):
+        from tendon_cli.friction import as_json
+
+        record = as_json(fit)
+    low, high = record["interval_95"]
+    error, half = record["friction"] / truth - 1.0, 0.5 * (high - low) / truth
+    sizes = {"error": error, "half": half, "held": float(low <= truth <= high), "warnings": record["warnings"]}
+    right = low <= truth <= high or abs(error) <= 0.01
+    if record["warnings"]:
+        words = " ".join(map(str, record["warnings"])).lower()
+        if kind.expects:
+            return ("warned" if kind.expects in words else "warned of something else"), sizes
+        return ("false alarm" if right else "warned of something else"), sizes
+    if not right:
+        return "silent" if kind.tells else "cannot tell", sizes
+    return ("wide" if half > 0.1 else "right"), sizes
+
+
+def main() -> int:
+    """Fit so many logs of each kind and print a table; the exit code says whether silent errors are few."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--why", action="store_true", help="print each log that did not come out right")
+    options = parser.parse_args()
+    all_counts: Counter[str] = Counter()
+    held, halves = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in (kind for name, kind in KINDS.items() if options.only in name):
+            counts: Counter[str] = Counter()
+            errors = []
+            for seed, (columns, truth) in enumerate(logs(kind, options.seeds, options.first), options.first):
+                outcome, sizes = verdict(kind, columns, truth, Path(folder))
+                counts[outcome] += 1
+                if kind.tells and "error" in sizes:
+                    errors.append(abs(sizes["error"]))
+                    if outcome in ("right", "silent", "wide"):
+                        held.append(sizes["held"])
+                        halves.append(sizes["half"])
+                if options.why and outcome not in ("right", "rightly refused", "warned"):
+                    sys.stdout.write(f"    {kind.name} {seed}: {outcome} {sizes}\n")
+            all_counts += Counter({(("" if kind.tells else "untold ") + name): n for name, n in counts.items()})
+            worst = f"median error {100 * np.median(errors):.2f} %" if errors else ""
+            sys.stdout.write(f"{kind.name:26} {dict(counts)} {worst}\n")
+            sys.stdout.flush()
+    told = sum(n for name, n in all_counts.items() if not name.startswith("untold"))
+    silent, alarms = (all_counts[name] / max(told, 1) for name in ("silent", "false alarm"))
+    sys.stdout.write(
+        f"{dict(all_counts)}\nsilent {100 * silent:.1f} % of {told}; false alarms {100 * alarms:.1f} %; "
+        f"intervals hold in {100 * np.mean(held):.1f} %; median half-width {100 * np.median(halves):.2f} %\n"
+    )
+    return int(silent > 0.02)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
