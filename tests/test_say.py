@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
@@ -99,3 +100,23 @@ def test_lines_end_between_quantities():
 )
 def test_columns_are_words(name, words):
     assert say.column(name) == words
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("Tension near the elbow", "Tension near the wrist"),
+        ("Elbow angle", "Wrist angle"),
+        ("an elbow bends", "a wrist bends"),
+        ("`peak_elbow_torque` of elbow_angle", "`peak_elbow_torque` of elbow_angle"),
+    ],
+)
+def test_texts_name_the_joint_of_the_study(text, shown):
+    study = tendon.study({"joint": {"name": "wrist"}})
+    assert say.of_joint(text, study) == say.of_joint(text, study.record) == say.of_joint(text, "wrist") == shown
+    assert say.of_joint(text, tendon.study({})) == text
+
+
+def test_the_article_fits_the_joint():
+    assert say.of_joint("of an elbow", "ankle") == "of an ankle"
+    assert say.joint_word(tendon.study({}).record) == "elbow"

@@ -9,8 +9,10 @@ from tendon_cli.say.words import (
     factor_of,
     filled,
     interval,
+    joint_word,
     listed,
     number,
+    of_joint,
     parameter,
     percent,
     quantity,
@@ -25,6 +27,6 @@ from tendon_cli.units import counted
 
 __all__ = [
     "WIDTH", "LimitWords", "column", "conflict", "conflict_label", "counted", "duration", "factor_of", "filled",
-    "interval", "limit_words", "listed", "number", "parameter", "percent", "quantity", "sampled_share", "share",
-    "side_of", "size", "window", "within",
+    "interval", "joint_word", "limit_words", "listed", "number", "of_joint", "parameter", "percent", "quantity",
+    "sampled_share", "share", "side_of", "size", "window", "within",
 ]  # fmt: skip

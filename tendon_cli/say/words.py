@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
+from typing import Any
 
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.units import UNITS, counted
@@ -190,3 +191,34 @@ def filled(text: str, indent: str = "") -> list[str]:
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip
     return [line.replace(_JOINED, " ") for line in lines]
+
+
+# --- The joint -------------------------------------------------------------------------------------------------------
+
+_ELBOW = re.compile(r"\b(?:(an?) )?(elbow)\b", re.IGNORECASE)
+
+
+def joint_word(study: Any) -> str:
+    """What a study calls its joint, "elbow" by default: of a `Study`, its document, or a record that holds one."""
+    while isinstance(study, Mapping) and "study" in study:
+        study = study["study"]
+    if isinstance(study, Mapping):
+        return str(study.get("joint", {}).get("name", "elbow"))
+    return str(study.joint.name)
+
+
+def of_joint(text: str, study: Any) -> str:
+    """A text of ours about the elbow, with the study's own joint in it: "the ankle", "a wrist"; keys and columns stay.
+
+    `study` is what `joint_word` takes, or the word itself.
+    """
+    word = study if isinstance(study, str) else joint_word(study)
+    if word == "elbow":
+        return text
+
+    def named(match: re.Match[str]) -> str:
+        article, elbow = match.groups()
+        put = word[0].upper() + word[1:] if elbow[0].isupper() else word
+        return put if article is None else f"{article[0]}{'n' if word[0].lower() in 'aeiou' else ''} {put}"
+
+    return _ELBOW.sub(named, text)
