@@ -12,6 +12,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers import coverage
 from tendon_cli.answers.answer import Findings
+from tendon_cli.answers.between import curves_of
 from tendon_cli.answers.candidates import Candidates
 from tendon_cli.answers.conflicts import Conflict
 from tendon_cli.answers.fixes import Fix
@@ -45,6 +46,7 @@ def as_record(answer: Findings, population: PopulationResult | None) -> dict[str
         "gains": answer.gains,
         "front": [] if answer.front is None else _rows(answer, answer.front),
         **({} if answer.chosen is None else bench_record(problem, answer.chosen)),
+        "between_samples": None if answer.chosen is None else {"curves": curves_of(problem, answer.chosen)},
         "fixes": [_fix(fix) for fix in answer.fixes],
         "conflicts": [_conflict(answer, each) for each in answer.conflicts],
         "sensitivities": [{**asdict(each), "per_percent": each.per_percent} for each in answer.sensitivities],

@@ -193,7 +193,7 @@ def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, fixed: Codes
 
 def ends_of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
     """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep."""
-    shortfall, slack = at.response.shortfall, _slack_code(at)
+    shortfall, slack = at.response.shortfall, slack_codes(at)
     low, high, low_by, high_by = np.zeros(()), np.full((), np.inf), slack, slack
     blocked = np.where(np.isnan(shortfall), np.int8(NO_EQUILIBRIUM), np.int8(NOTHING))
     for code, end, is_lower, gain, hopeless in ends_of(at, bounds):
@@ -205,7 +205,7 @@ def ends_of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, 
     return shortfall + low, shortfall + high, low_by, high_by, blocked
 
 
-def _slack_code(at: Situation) -> Codes:
+def slack_codes(at: Situation) -> Codes:
     """Which side goes slack first as pretension falls."""
     return np.where(at.coupling.elbow_torque < 0.0, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
 

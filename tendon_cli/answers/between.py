@@ -1,0 +1,37 @@
+"""What holds between the angles and loads that were taken: of the choices that an answer names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tendon_cli.answers.candidates import Candidates, numbers_of
+from tendon_cli.answers.problem import Problem
+from tendon_cli.model.between import end_curves
+from tendon_cli.model.kinematics import Array
+
+
+def curves_of(problem: Problem, choice: Candidates) -> dict[str, Any]:
+    """One choice over the elbow angle (rad): what each limit asks for, N, over all conditions and both directions.
+
+    `lower` and `upper` have by limit the least and the largest pretensions, null where it asks for nothing; `samples`
+    are the study's angles. Limits on the whole motion have no curve.
+    """
+    lower, upper = dict[str, Array](), dict[str, Array]()
+    numbers = numbers_of(problem, choice.columns)
+    for _, conditions in problem.chunks(1):
+        under = {key: values[conditions] for key, values in problem.condition_numbers.items()}
+        some = end_curves(problem.design(numbers, under), problem.angles, problem.flexion, problem.bounds)
+        for whole, part, tighter in zip((lower, upper), some, (np.maximum, np.minimum), strict=True):
+            whole |= {name: tighter(values, whole.get(name, values)) for name, values in part.items()}
+    return {
+        "elbow_angle": problem.angles.ravel().tolist(),
+        "samples": np.unique(problem.study.motion.elbow_angle.array).tolist(),
+        "lower": {name: _listed(values) for name, values in lower.items()},
+        "upper": {name: _listed(values) for name, values in upper.items()},
+    }
+
+
+def _listed(values: Array) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in values.tolist()]
