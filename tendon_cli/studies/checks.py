@@ -20,6 +20,7 @@ from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid, Values
 from tendon_cli.units import shorten
@@ -44,6 +45,9 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_goal_faults(study, at_fault),
         *_people_faults(study),
         *_draw_faults(study),
+        *figure_faults(
+            study.figure, {n: k.number.quantity for p, k in keys().items() for n in (p, k.column)}, at_fault
+        ),
     ]
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,14 +14,13 @@ from pydantic_core import CoreSchema, core_schema
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.spline import Spline
+from tendon_cli.studies.columns import read_columns
 from tendon_cli.studies.fields import Single, fault
-from tendon_cli.studies.number import Number
-from tendon_cli.units import UNITS, described, known_units, shorten
+from tendon_cli.studies.number import Number, schema_table
+from tendon_cli.units import described
 
 MAX_BYTES = 4_000_000
 MOST_ROWS = 20_000
-_FEWEST = 3
-_SEPARATORS = (";", "\t")
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,12 @@ class CurveColumns:
     """Marks a field as a curve: the name of a CSV, or a table with these columns; each with its dimension."""
 
     dimensions: tuple[tuple[str, str], ...]
-    fewest: int = _FEWEST
+    fewest: int = 3
+
+    @property
+    def names(self) -> list[str]:
+        """Of the columns, the angle first."""
+        return [name for name, _ in self.dimensions]
 
     def read(self, value: object) -> str | CurveTable | None:
         """A file's name as it stands, columns as a table; raises PydanticCustomError."""
@@ -72,16 +75,16 @@ class CurveColumns:
             return value
         if isinstance(value, str) and 0 < len(value) <= 4096:
             return value
-        names = [name for name, _ in self.dimensions]
-        if not isinstance(value, dict) or set(value) != set(names):
-            raise fault(f"{described(value)} is no curve, expected the name of a CSV, or lists of {', '.join(names)}")
-        found = {name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions}
-        if len({len(values) for values in found.values()}) > 1:
+        if not isinstance(value, dict) or set(value) != set(self.names):
+            names = ", ".join(self.names)
+            raise fault(f"{described(value)} is no curve, expected the name of a CSV, or lists of {names}")
+        columns = {name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions}
+        if len({len(values) for values in columns.values()}) > 1:
             raise fault("its lists have different lengths, expected one value of each for every angle")
-        wrong = disorder(np.array([found[name] for name in names]), self.fewest)
+        wrong = disorder(np.array([*columns.values()]), self.fewest)
         if wrong is not None:
             raise fault(wrong[0])
-        return CurveTable(_ascending(found))
+        return _curve(columns)
 
     def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
@@ -93,10 +96,12 @@ class CurveColumns:
         return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"anyOf": [{"type": "string", "minLength": 1}, self.json_table()]}
+
+    def json_table(self) -> dict[str, Any]:
+        """The schema of its columns."""
         values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": self.fewest}
-        names = [name for name, _ in self.dimensions]
-        table = {"type": "object", "properties": dict.fromkeys(names, values), "required": names}
-        return {"anyOf": [{"type": "string", "minLength": 1}, {**table, "additionalProperties": False}]}
+        return schema_table(dict.fromkeys(self.names, values), len(self.names))
 
 
 TORQUE = CurveColumns((("angle", "angle"), ("torque", "torque")))
@@ -117,16 +122,15 @@ class BendNumber(Number):
         return super().read(value)
 
     def _json_choices(self) -> list[dict[str, Any]]:
-        values = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2}
-        table = {"type": "object", "properties": {"angle": values, "bend": values}, "required": ["angle", "bend"]}
-        return [*super()._json_choices(), {**table, "additionalProperties": False}]
+        return [*super()._json_choices(), BEND.json_table()]
 
 
 def disorder(rows: Array, fewest: int) -> tuple[str, int] | None:
     """What is wrong with columns whose first are angles, and in which row; None if nothing is."""
     angles = rows[0]
-    if len(angles) < fewest:
-        return f"{len(angles)} rows, expected {fewest} at least", len(angles)
+    if not fewest <= len(angles) <= MOST_ROWS:
+        bound = f"{fewest} at least" if len(angles) < fewest else f"{MOST_ROWS:,} at most"
+        return f"{len(angles):,} rows, expected {bound}", len(angles)
     if not np.isfinite(rows).all():
         return "a value that is not a finite number", int(np.argmax(~np.isfinite(rows).all(axis=0)))
     order = np.argsort(angles, kind="stable")
@@ -139,74 +143,21 @@ def disorder(rows: Array, fewest: int) -> tuple[str, int] | None:
     return None
 
 
-def _ascending(columns: dict[str, tuple[float, ...]]) -> dict[str, tuple[float, ...]]:
-    rising = columns["angle"][0] < columns["angle"][-1]
-    return columns if rising else {name: values[::-1] for name, values in columns.items()}
+def _curve(columns: Mapping[str, Sequence[float]]) -> CurveTable:
+    """Columns in the order of rising angles."""
+    step = 1 if columns["angle"][0] < columns["angle"][-1] else -1
+    return CurveTable({name: tuple(values[::step]) for name, values in columns.items()})
 
 
 def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
-    """A curve from CSV: a header with a unit in each cell, such as `angle (deg)` or `torque_Nm`; # begins a comment.
-
-    Raises InputError with the line at fault.
-    """
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("not UTF-8 text", where=where, hint="save it as CSV in UTF-8") from None
-    lines = [(at, line) for at, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
-    names = ", ".join(name for name, _ in columns.dimensions)
-    if not lines or len(lines) > MOST_ROWS:
-        problem = f"holds {len(lines) - 1:,} rows, expected {MOST_ROWS:,} at most" if lines else "is empty"
-        raise InputError(problem, where=where, hint=f"a header {names} and a line for each angle")
-    separator = next((sign for sign in _SEPARATORS if sign in lines[0][1]), ",")
-    places = _places(next(csv.reader([lines[0][1]], delimiter=separator)), columns, f"{where}, line {lines[0][0]}")
-    rows = np.array([_row(line, separator, places, f"{where}, line {at}") for at, line in lines[1:]]).reshape(
-        -1, len(places)
-    )
-    wrong = disorder(rows.T, columns.fewest)
+    """A curve from CSV, as `read_columns` takes it; raises InputError with the line at fault."""
+    rows, lines = read_columns(content, where, dict(columns.dimensions), "angle")
+    wrong = disorder(rows, columns.fewest)
     if wrong is not None:
-        at = lines[min(wrong[1] + 1, len(lines) - 1)][0]
-        raise InputError(wrong[0], where=f"{where}, line {at}", hint=f"a row of {names} for each angle, in order")
-    found = {name: tuple(rows[:, at].tolist()) for at, (name, _) in enumerate(columns.dimensions)}
-    return CurveTable(_ascending(found))
-
-
-def _places(header: list[str], columns: CurveColumns, where: str) -> list[tuple[int, str, float]]:
-    """Where each column is, and SI values per value in it."""
-    found = []
-    for name, dimension in columns.dimensions:
-        pattern = re.compile(rf"\s*{name}\s*[\[(_ ]?\s*(?P<unit>.*?)\s*[\])]?\s*", re.IGNORECASE)
-        cells = [(at, match["unit"]) for at, cell in enumerate(header) if (match := pattern.fullmatch(cell))]
-        expected = f"such as {name} ({known_units(dimension)[0]})"
-        if not cells:
-            raise InputError(
-                f"no column {name}, the header reads: {shorten(', '.join(header))}", where=where, hint=expected
-            )
-        at, unit = cells[0]
-        if not unit:
-            raise InputError(f"the column {name} has no unit", where=where, hint=expected)
-        plain = {re.sub(r"[\s_·*.]", "", symbol).lower(): symbol for symbol in known_units(dimension)}
-        symbol = unit if unit in UNITS else plain.get(re.sub(r"[\s_·*.]", "", unit).lower(), "")
-        if symbol not in UNITS or UNITS[symbol].dimension != dimension:
-            hint = f"units of {dimension}: {', '.join(known_units(dimension))}"
-            raise InputError(f'the column {name} has the unit "{shorten(unit)}"', where=where, hint=hint)
-        found.append((at, name, float(UNITS[symbol].factor)))
-    return found
-
-
-def _row(line: str, separator: str, places: list[tuple[int, str, float]], where: str) -> list[float]:
-    cells = next(csv.reader([line], delimiter=separator))
-    numbers = []
-    for at, name, factor in places:
-        cell = cells[at].strip() if at < len(cells) else ""
-        try:
-            number = float(cell.replace(",", ".") if separator != "," else cell)
-        except ValueError:
-            raise InputError(f'{name} is "{shorten(cell)}", expected a number', where=where) from None
-        if not math.isfinite(number) or abs(number) > 1e9:
-            raise InputError(f"{name} is {number}, expected a finite number", where=where)
-        numbers.append(number * factor)
-    return numbers
+        line = lines[min(wrong[1], len(lines) - 1)] if lines else 1
+        names = ", ".join(columns.names)
+        raise InputError(wrong[0], where=f"{where}, line {line}", hint=f"a row of {names} for each angle, in order")
+    return _curve(dict(zip(columns.names, rows.tolist(), strict=True)))
 
 
 def curves_of(study: Any) -> dict[str, Spline]:

@@ -11,8 +11,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, cre
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.studies.fields import Single, fault
-from tendon_cli.studies.parts import Part, Words, written
+from tendon_cli.studies.fields import Single, fault, whole
+from tendon_cli.studies.parts import Part, Words
 from tendon_cli.studies.values import Values
 from tendon_cli.units import described
 
@@ -41,7 +41,7 @@ def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     number = Single(limit.name, *limit.accepts)
     if limit.default is None:
         return Annotated[Values | None, number], None
-    return Annotated[Values, number], written(f"{limit.default:g} {QUANTITIES[limit.name].unit}")
+    return Annotated[Values, number], Field(f"{limit.default:g} {QUANTITIES[limit.name].unit}")
 
 
 class _Limits(Part, Mapping[str, float]):
@@ -109,27 +109,10 @@ class Goals(Part):
     )
 
 
-def whole(value: object) -> object:
-    """A whole number, or its digits, as the command line has them."""
-    if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 20:
-        return int(value)
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise fault(f"{described(value)} is not a whole number")
-    return value
-
-
-def _draws(value: int) -> int:
-    if not 1 <= value <= MOST_DRAWS or value & (value - 1):
-        near = 1 << max(0, min(value, MOST_DRAWS).bit_length() - 1)
-        raise fault(
-            f"{described(value)} is not possible, expected a power of two, {MOST_DRAWS:,} at most", f"such as {near}"
-        )
-    return value
-
-
-def _seed(value: int) -> int:
-    if not 0 <= value < 2**63:
-        raise fault(f"{described(value)} is out of range, expected 0 to 2^63 - 1")
+def _power_of_two(value: int) -> int:
+    if value & (value - 1):
+        near = 1 << value.bit_length() - 1
+        raise fault(f"{value:,} is not possible, expected a power of two, {MOST_DRAWS:,} at most", f"such as {near}")
     return value
 
 
@@ -140,12 +123,7 @@ def _truth(value: object) -> object:
     raise fault(f"{described(value)} is not possible, expected true or false")
 
 
-Seed = Annotated[
-    int,
-    BeforeValidator(whole),
-    AfterValidator(_seed),
-    WithJsonSchema({"type": "integer", "minimum": 0, "maximum": 2**63 - 1}),
-]
+Seed = Annotated[int, *whole(0, 2**63 - 1)]
 Truth = Annotated[bool, BeforeValidator(_truth), WithJsonSchema({"type": "boolean"})]
 
 
@@ -154,8 +132,8 @@ class Uncertainty(Part):
 
     draws: Annotated[
         int,
-        BeforeValidator(whole),
-        AfterValidator(_draws),
+        *whole(1, MOST_DRAWS),
+        AfterValidator(_power_of_two),
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
     ] = Field(default=256, description="how many draws, a power of two")
     seed: Seed = Field(default=1, description="the same seed gives the same draws")

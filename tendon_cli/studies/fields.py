@@ -15,7 +15,14 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, TypeAdapter
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    TypeAdapter,
+    WithJsonSchema,
+)
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from tendon_cli.quantities import QUANTITIES, Quantity
@@ -51,6 +58,38 @@ def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str | None:
     """A hint with the known name most like one that is not known."""
     near = difflib.get_close_matches(name, list(known), n=1, cutoff=cutoff)
     return f'did you mean "{near[0]}"?' if near else None
+
+
+def one_or_many(
+    item: dict[str, Any], most: int | None = None, *, least: int = 1, each_once: bool = False
+) -> tuple[Any, ...]:
+    """What makes a field of a tuple take one word where a list of them may stand, with the schema of an `item`."""
+    bounds = {"minItems": least} | ({"maxItems": most} if most else {}) | ({"uniqueItems": True} if each_once else {})
+    schema = {"anyOf": [item, {"type": "array", "items": item, **bounds}]}
+    once = (AfterValidator(_each_once),) if each_once else ()
+    return (BeforeValidator(lambda value: [value] if isinstance(value, str) else value), *once, WithJsonSchema(schema))
+
+
+def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
+    twice = [word for word in words if words.count(word) > 1]
+    if twice:
+        raise fault(f'"{twice[0]}" stands in the list twice, expected each word once')
+    return words
+
+
+def whole(low: int, high: int) -> tuple[Any, ...]:
+    """What makes a field take a whole number from low to high, or its digits as the command line has it."""
+
+    def read(value: object) -> int:
+        if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 20:
+            value = int(value)
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise fault(f"{described(value)} is not a whole number")
+        if not low <= value <= high:
+            raise fault(f"{described(value)} is out of range, expected {low:,} to {high:,}")
+        return value
+
+    return BeforeValidator(read), WithJsonSchema({"type": "integer", "minimum": low, "maximum": high})
 
 
 @dataclass(frozen=True)

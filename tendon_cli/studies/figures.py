@@ -2,14 +2,12 @@
 
 # No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
 
-import difflib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
-    BeforeValidator,
     ConfigDict,
     Field,
     StringConstraints,
@@ -20,10 +18,10 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from tendon_cli import quantities
-from tendon_cli.errors import UsageError
+from tendon_cli.errors import Fault, UsageError
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.studies.derived import DERIVED
-from tendon_cli.studies.fields import fault, nearest
+from tendon_cli.studies.fields import fault, nearest, one_or_many
 from tendon_cli.studies.filters import Filter, read_filter
 from tendon_cli.studies.parts import Part
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
@@ -64,16 +62,6 @@ def read_size(text: str) -> tuple[float, float | None]:
     return sides[0], sides[1] if len(sides) > 1 else None
 
 
-def _as_list(value: object) -> object:
-    return [value] if isinstance(value, str) else value
-
-
-def near(name: str, known: Iterable[str]) -> str | None:
-    """A hint at the nearest of some names."""
-    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
-    return f'did you mean "{found[0]}"?' if found else None
-
-
 def _checked_by(read: Callable[[str], object]) -> Callable[[str], str]:
     """A validator that keeps the text, and gives the fault that `read` finds in it."""
 
@@ -102,7 +90,7 @@ def _quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]
         return names
     for name in names:
         if name not in OF_STATES and name not in OF_DESIGNS:
-            hint = near(name, (*OF_STATES, *OF_DESIGNS)) or "a result of the states or of the designs"
+            hint = nearest(name, (*OF_STATES, *OF_DESIGNS)) or "a result of the states or of the designs"
             raise fault(f'"{shorten(name)}" is not a quantity of a table', hint)
     state, design = (next((name for name in names if name in table), None) for table in (OF_STATES, OF_DESIGNS))
     if state and design:
@@ -114,7 +102,7 @@ def _quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]
 
 def _unit(symbol: str) -> str:
     if symbol not in UNITS:
-        hint = near(symbol, UNITS) or f"known units: {', '.join(UNITS)}"
+        hint = nearest(symbol, UNITS) or f"known units: {', '.join(UNITS)}"
         raise fault(f'unknown unit "{shorten(symbol)}"', hint)
     return symbol
 
@@ -136,10 +124,6 @@ _Column = Annotated[  # its length is counted, since the pattern of the schema t
 _Filter = Annotated[_Text, AfterValidator(_checked_by(read_filter))]
 
 
-def _one_or_many(item: dict[str, Any], most: int) -> WithJsonSchema:
-    return WithJsonSchema({"anyOf": [item, {"type": "array", "items": item, "minItems": 1, "maxItems": most}]})
-
-
 class FigureSpec(Part):
     """A figure as it is asked for, by `[[figure]]`, the command line or Python; the rest follows from the table."""
 
@@ -156,10 +140,9 @@ class FigureSpec(Part):
     )
     quantity: Annotated[
         tuple[_Text, ...],
-        BeforeValidator(_as_list),
         Field(max_length=MOST_QUANTITIES),
         AfterValidator(_quantities),
-        _one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES),
+        *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES),
     ] = Field(
         default=(), description="what is drawn: one or more results of the states, or of the designs; a panel each"
     )
@@ -171,19 +154,14 @@ class FigureSpec(Part):
     )
     colour: _Column | None = Field(default=None, description="axis with one colour per value; default the load")
     panels: _Column | None = Field(default=None, description="axis with one panel per value")
-    where: Annotated[tuple[_Filter, ...], BeforeValidator(_as_list), _one_or_many({"type": "string"}, 20)] = Field(
+    where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = Field(
         default=(), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
     )
-    unit: Annotated[
-        tuple[Annotated[_Text, AfterValidator(_unit)], ...],
-        BeforeValidator(_as_list),
-        _one_or_many({"type": "string"}, 20),
-    ] = Field(default=(), max_length=20, description="units to show, each for its dimension, such as cm")
+    unit: Annotated[tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)] = Field(
+        default=(), max_length=20, description="units to show, each for its dimension, such as cm"
+    )
     format: Annotated[
-        tuple[_Format, ...],
-        BeforeValidator(_as_list),
-        Field(min_length=1, max_length=3),
-        _one_or_many({"enum": ["png", "svg", "pdf"]}, 3),
+        tuple[_Format, ...], Field(min_length=1, max_length=3), *one_or_many({"enum": ["png", "svg", "pdf"]}, 3)
     ] = Field(default=("png",), description="png, svg, pdf, or several of them")
     size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = Field(
         default="page",
@@ -228,3 +206,41 @@ def figure_spec(**given: Any) -> FigureSpec:
 def quantity_of(name: str) -> Quantity:
     """A quantity that a figure may show, the derived ones included."""
     return DERIVED[name].quantity if name in DERIVED else QUANTITIES[name]
+
+
+def figure_faults(figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]) -> Iterator[Fault]:
+    """Every name in a study's figures that its tables do not have; `axes` are its numbers by their keys and columns."""
+    for at, figure in enumerate(figures):
+        key = f"figure.{at}"
+        if figure.name is None:
+            if f"{key}.name" not in at_fault:
+                yield Fault(f"{key}.name", "is missing, each entry of figure needs it")
+            continue
+        if figure.name in {other.name for other in figures[:at]}:
+            yield Fault(f"{key}.name", f'"{figure.name}" names two figures')
+        yield from _figure_faults(figure, key, axes)
+
+
+def _figure_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
+    results = OF_STATES if figure.table == "states" else OF_DESIGNS
+    known = (*axes, "direction", "elbow_angle", "case")
+    for key, names in (("x", (*known, *results)), ("colour", known), ("panels", known)):
+        name = getattr(figure, key)
+        if name is not None and name not in names:
+            yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', nearest(name, names))
+    dimensions = {quantity_of(name).dimension for name in figure.quantity}
+    if figure.overlay and figure.colour is not None:
+        problem = "stands beside overlay, which gives the colours to the quantities"
+        yield Fault(f"{place}.colour", problem, "leave one of them out; panels takes the axis")
+    if figure.overlay and len(dimensions) > 1:
+        problem = f"{' and '.join(sorted(dimensions))} cannot share a panel"
+        yield Fault(f"{place}.overlay", problem, "one dimension in each")
+    for each in figure.filters:
+        name, quantity = each.name, axes.get(each.name) or QUANTITIES.get(each.name)
+        if name not in (*known, *OF_STATES, *OF_DESIGNS, *WORDS):
+            problem = f'there is no column "{shorten(name)}"'
+            yield Fault(f"{place}.where", problem, nearest(name, (*known, *results)))
+        try:
+            each.on(name, quantity) if quantity else None
+        except UsageError as error:
+            yield Fault(f"{place}.where", error.message, error.hint)

@@ -194,20 +194,20 @@ class Number(Single):
         choices = [
             self._json_one(),
             {"type": "array", "items": self._json_one(), "minItems": 1, "uniqueItems": True},
-            _table({"from": one, "to": one, "num": count, "spacing": spacing}, 3),
-            _table({"from": one, "to": one, "step": one}, 3),
+            schema_table({"from": one, "to": one, "num": count, "spacing": spacing}, 3),
+            schema_table({"from": one, "to": one, "step": one}, 3),
         ]
         if self.uncertain:
-            choices.append(_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2))
-            choices.append(_table({"mean": one, "std": one}, 2))
-            choices.append(_table({"from": one, "to": one}, 2))
+            choices.append(schema_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2))
+            choices.append(schema_table({"mean": one, "std": one}, 2))
+            choices.append(schema_table({"from": one, "to": one}, 2))
             (pattern,) = (each["pattern"] for each in one["anyOf"] if "pattern" in each)
             inner = pattern.removeprefix("^").removesuffix("$")
             choices.append({"type": "string", "pattern": rf"^{inner}(\+/-|\+-|±|\s+to\s+){inner}$"})
         return choices
 
 
-def _table(properties: dict[str, Any], required: int) -> dict[str, Any]:
+def schema_table(properties: dict[str, Any], required: int) -> dict[str, Any]:
     """The schema of a table of which the first few keys are required."""
     names = list(properties)[:required]
     return {"type": "object", "properties": properties, "required": names, "additionalProperties": False}

@@ -7,11 +7,11 @@ Every key has a default, the paper's baseline with unilateral tendons and no loa
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 from tendon_cli.quantities import OF_STATES
 from tendon_cli.studies.curves import EXCURSION, TORQUE, BendNumber, CurveTable
-from tendon_cli.studies.fields import Single, fault, nearest
+from tendon_cli.studies.fields import Single, fault, nearest, one_or_many
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.values import RIGID, Values
 from tendon_cli.units import shorten
@@ -42,27 +42,9 @@ SpringPlace = Literal["joint", "motor"]
 FreeLength = Annotated[Values | None, Number("spring_free_length", **LENGTH)]
 
 
-def _as_list(value: object) -> object:
-    """One word where a list of words may stand."""
-    return [value] if isinstance(value, str) else value
-
-
-def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
-    twice = [word for word in words if words.count(word) > 1]
-    if twice:
-        raise fault(f'"{twice[0]}" stands in the list twice, expected each word once')
-    return words
-
-
 def written(default: object) -> Any:
     """A default as a study file would say it; the field's own validator reads it."""
     return Field(default)
-
-
-def _words_schema(*choices: str) -> WithJsonSchema:
-    """One of some words, or a list of them."""
-    one = {"enum": list(choices)}
-    return WithJsonSchema({"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]})
 
 
 def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -75,20 +57,21 @@ def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
-_WORDS = (BeforeValidator(_as_list), AfterValidator(_each_once), Field(min_length=1))
-_ALL_WORDS = {"type": "string", "minLength": 1, "maxLength": 100}
 Words = Annotated[
     tuple[Annotated[str, StringConstraints(strict=True, min_length=1, max_length=100)], ...],
-    BeforeValidator(_as_list),
-    AfterValidator(_each_once),
-    WithJsonSchema({"anyOf": [_ALL_WORDS, {"type": "array", "items": _ALL_WORDS, "uniqueItems": True}]}),
+    *one_or_many({"type": "string", "minLength": 1, "maxLength": 100}, least=0, each_once=True),
 ]
 """One word or a list of them, such as columns; what they may be is not known to the field."""
-Directions = Annotated[tuple[Direction, ...], *_WORDS, _words_schema("flexion", "extension")]
-Tables = Annotated[tuple[Table, ...], *_WORDS, _words_schema("designs", "states")]
-StateColumns = Annotated[
-    tuple[str, ...], *_WORDS, AfterValidator(_columns_of_states), _words_schema("status", *OF_STATES)
-]
+
+
+def _some_of(*words: str) -> tuple[Any, ...]:
+    """What makes a field of a tuple take one of some words, or a list of several."""
+    return *one_or_many({"enum": list(words)}, each_once=True), Field(min_length=1)
+
+
+Directions = Annotated[tuple[Direction, ...], *_some_of("flexion", "extension")]
+Tables = Annotated[tuple[Table, ...], *_some_of("designs", "states")]
+StateColumns = Annotated[tuple[str, ...], *_some_of("status", *OF_STATES), AfterValidator(_columns_of_states)]
 
 
 class Part(BaseModel):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -12,7 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.route import MeasuredRoute, measured_route
-from tendon_cli.units import UNITS, shorten
+from tendon_cli.studies.columns import read_columns
 
 MAX_BYTES = 16_000_000
 MAX_BEND = 100.0
@@ -20,28 +18,14 @@ MAX_BEND = 100.0
 NOISE_TO_WARN_OF, ERROR_TO_WARN_OF = 0.1, 0.1  # shares of the bend
 NOISE_APART = 1.5
 TURN_TO_WARN_OF = 0.5
-_HEADER = re.compile(r"\s*(?P<axis>[xyz])\s*[\[(_ ]?\s*(?P<unit>m|cm|mm|um|km|in)?\s*[\])]?\s*", re.IGNORECASE)
 
 
 def read_route(content: bytes, where: str) -> npt.NDArray[np.float64]:
-    """Way-points in m, shape (n, 3), from CSV with the columns x, y and z.
-
-    A unit may stand in the header (`x_mm`, `x [mm]`), else it is m. Separated by comma, semicolon or tab; lines that
-    start with # are comments. Raises InputError with the line at fault.
-    """
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("not UTF-8 text", where=where, hint="save the route as CSV in UTF-8") from None
-    numbered = [(at, line) for at, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
-    if not numbered:
-        raise InputError("holds no way-points, expected a header x, y, z and a line for each", where=where)
-    separator = next((sign for sign in ";\t" if sign in numbered[0][1]), ",")
-    columns, scales = _columns(_split(numbered[0][1], separator), where)
-    rows = [_row(line, separator, columns, scales, f"{where}, line {at}") for at, line in numbered[1:]]
-    if len({tuple(row) for row in rows}) < 2:
+    """Way-points in m, shape (n, 3), from CSV as `read_columns` takes it; a header without unit is in m."""
+    points = read_columns(content, where, dict.fromkeys("xyz", "length"), "way-point", unit="m")[0].T
+    if len(np.unique(points, axis=0)) < 2:
         raise InputError("holds fewer than two different way-points, expected two at least", where=where)
-    return np.array(rows)
+    return points
 
 
 def smooth(route: npt.NDArray[np.float64], noise: float) -> npt.NDArray[np.float64]:
@@ -100,41 +84,3 @@ def _warnings(found: MeasuredRoute, smoothing: float) -> Iterator[str]:
         )
     if 2.0 * found.standard_error > max(ERROR_TO_WARN_OF * found.bend_angle, math.radians(5.0)):
         yield f"its bend angle, {bend:.4g} deg, has a standard error of {math.degrees(found.standard_error):.2g} deg"
-
-
-def _split(line: str, separator: str) -> list[str]:
-    try:
-        return next(csv.reader([line], delimiter=separator))
-    except csv.Error as error:
-        return [str(error)]
-
-
-def _columns(header: list[str], where: str) -> tuple[list[int], list[float]]:
-    """Positions and units of x, y and z in the header."""
-    found: dict[str, tuple[int, float]] = {}
-    for at, name in enumerate(header):
-        match = _HEADER.fullmatch(name)
-        if match:
-            unit = UNITS[(match["unit"] or "m").lower()]
-            found.setdefault(match["axis"].lower(), (at, float(unit.factor)))
-    missing = [axis for axis in "xyz" if axis not in found]
-    if missing:
-        names = shorten(", ".join(header))
-        raise InputError(f"no column {missing[0]}, the header reads: {names}", where=where, hint="columns: x, y, z")
-    return [found[axis][0] for axis in "xyz"], [found[axis][1] for axis in "xyz"]
-
-
-def _row(line: str, separator: str, columns: list[int], scales: list[float], where: str) -> list[float]:
-    numbers, cells = [], _split(line, separator)
-    for axis, column, scale in zip("xyz", columns, scales, strict=True):
-        cell = cells[column] if column < len(cells) else ""
-        hint = f"the line reads: {shorten(line.strip())}"
-        try:
-            number = float(cell)
-        except ValueError:
-            hint += ", where the decimal sign is to be a point" if "," in cell else ""
-            raise InputError(f'{axis} is "{shorten(cell)}", expected a number', where=where, hint=hint) from None
-        if not math.isfinite(number) or abs(number) > 1e6:
-            raise InputError(f"{axis} is {number}, expected a finite length", where=where, hint=hint)
-        numbers.append(number * scale)
-    return numbers

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field, PrivateAttr
+from pydantic import Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
@@ -28,7 +28,6 @@ from tendon_cli.studies.contents import (
 )
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
 from tendon_cli.studies.fields import Later, Single
-from tendon_cli.studies.figure_checks import check_figures
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.parts import Part
@@ -38,10 +37,6 @@ from tendon_cli.studies.values import Uncertain, Values
 _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
 """Tables of what a designer does not decide, and the number of these that one does."""
 _SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
-
-
-def _with_known_columns(figures: tuple[FigureSpec, ...]) -> tuple[FigureSpec, ...]:
-    return check_figures(figures, {path: (key.column, key.number.quantity) for path, key in keys().items()})
 
 
 class Study(Displayed, Part):
@@ -72,7 +67,7 @@ class Study(Displayed, Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
-    figure: Annotated[tuple[FigureSpec, ...], AfterValidator(_with_known_columns)] = Field(
+    figure: tuple[FigureSpec, ...] = Field(
         default=(), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
     )
 

@@ -147,7 +147,7 @@ def test_one_person_is_enough():
         ("weight\n70", r'"weight" has no unit.*kg'),
         ("weight (stone)\n11", 'unknown unit "stone"'),
         ("weight (mm)\n70", "has a unit of length"),
-        ("wieght (kg)\n70", 'not known.*did you mean "weight"'),
+        ("wieght (kg)\n70", r'not known.*write "weight \(kg\)"'),
         ("weight (kg),weight (lb)\n70,154", "stands in two columns"),
         ("weight (kg)", "holds no persons"),
         ("", "no column is a dimension"),

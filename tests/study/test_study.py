@@ -608,6 +608,11 @@ def test_the_bend_does_not_know_the_scale(scale):
     assert warnings == []
 
 
+def test_a_decimal_comma_may_stand_beside_semicolons(load):
+    text = half_circle(separator=";").replace(".", ",")
+    assert bend_of(load(ROUTE, r_csv=text)) == bend_of(load(ROUTE, r_csv=half_circle()))
+
+
 def test_columns_may_stand_in_any_order_among_others(load):
     rows = half_circle().splitlines()[1:]
     turned = "\n".join(["t,z,x,y", *(f"0,{z},{x},{y}" for x, y, z in (row.split(",") for row in rows))])

@@ -8,14 +8,13 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+from pydantic import AfterValidator, Field
 
 from tendon_cli.errors import Fault
-from tendon_cli.studies.design import Seed, whole
-from tendon_cli.studies.fields import Single, fault
+from tendon_cli.studies.design import Seed
+from tendon_cli.studies.fields import Single, fault, whole
 from tendon_cli.studies.parts import FileName, Part
 from tendon_cli.studies.values import Values
-from tendon_cli.units import described
 
 if TYPE_CHECKING:
     from tendon_cli.studies.people.population import Population
@@ -25,22 +24,6 @@ MAX_COUNT = 10**6
 MOST_COMPLETIONS = 4096
 MAX_BYTES = 500_000_000
 """Of a file of people."""
-
-
-def _count(value: int) -> int:
-    if not 1 <= value <= MAX_COUNT:
-        raise fault(f"{described(value)} is out of range, expected 1 to {MAX_COUNT:,}")
-    return value
-
-
-def _whole_or_none(value: object) -> object:
-    return value if value is None else whole(value)
-
-
-def _completions(value: int | None) -> int | None:
-    if value is not None and not 1 <= value <= MOST_COMPLETIONS:
-        raise fault(f"{described(value)} is out of range, expected 1 to {MOST_COMPLETIONS:,}")
-    return value
 
 
 def _packed(text: str) -> str:
@@ -74,19 +57,9 @@ class People(Part):
     women: Annotated[Values | None, Single("women", 0.0, 1.0)] = Field(
         default=None, description="share of women with both; default the survey's, 0.327"
     )
-    count: Annotated[
-        int,
-        BeforeValidator(whole),
-        AfterValidator(_count),
-        WithJsonSchema({"type": "integer", "minimum": 1, "maximum": MAX_COUNT}),
-    ] = Field(default=1000, description="how many are drawn")
+    count: Annotated[int, *whole(1, MAX_COUNT)] = Field(default=1000, description="how many are drawn")
     seed: Seed = Field(default=1, description="the same seed draws the same persons")
-    completions: Annotated[
-        int | None,
-        BeforeValidator(_whole_or_none),
-        AfterValidator(_completions),
-        WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1, "maximum": MOST_COMPLETIONS}, {"type": "null"}]}),
-    ] = Field(
+    completions: Annotated[int, *whole(1, MOST_COMPLETIONS)] | None = Field(
         default=None, description="with a file: how many draws of what was not measured of a person, given what was"
     )
 
