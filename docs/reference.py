@@ -24,7 +24,7 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.units import UNITS
 
 MARKED = re.compile(r"(<!-- from the code: ([\w -]+) -->\n).*?(<!-- until here -->)", re.DOTALL)
-NOT_AS_HOPED = (
+NEGATIVE = (
     "Finished, but states have no equilibrium, no choice has a window, `check` found a limit broken or a change, or a "
     "finding of the paper fails."
 )
@@ -134,7 +134,7 @@ def _escaped(text: str) -> str:
 def exit_table() -> str:
     """Every exit code with the kinds of error that have it."""
     rows = {0: "everything computed, written and verified", 1: f"`{errors.TendonError.kind}`: a fault of tendon itself"}
-    rows[errors.EXIT_NOT_AS_HOPED] = f"a negative result: {_sentence(NOT_AS_HOPED)}"
+    rows[errors.EXIT_NEGATIVE] = f"a negative result: {_sentence(NEGATIVE)}"
     for kind in errors.TendonError.__subclasses__():
         if kind is not errors.InterruptError:
             said = f"`{kind.kind}`: {_sentence(kind.__doc__).partition('; ')[0]}"

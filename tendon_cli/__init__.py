@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from tendon_cli import arms
+    from tendon_cli.checks.check import check
+    from tendon_cli.engine.at_angles import states
+    from tendon_cli.engine.results import open_run
     from tendon_cli.errors import (
         FolderError,
         InputError,
@@ -24,35 +27,41 @@ if TYPE_CHECKING:
         UsageError,
         WorkersLostError,
     )
+    from tendon_cli.face.friction import fit_friction
     from tendon_cli.face.pictures import plot
-    from tendon_cli.face.runs import check, design, estimate, open, open_run, report, sweep  # noqa: A004
-    from tendon_cli.face.studies import fit_friction, load_study, state, states, study
+    from tendon_cli.face.runs import design, estimate, open, sweep  # noqa: A004
+    from tendon_cli.reports.report import write_report as report
+    from tendon_cli.state_page.page import state_page as state
+    from tendon_cli.studies.load import load_study
+    from tendon_cli.studies.load import new_study as study
 
+_PLACES = {
+    "load_study": "studies.load.load_study", "study": "studies.load.new_study", "varied": "studies.load.varied_study",
+    "state": "state_page.page.state_page", "states": "engine.at_angles.states",
+    "sweep": "face.runs.sweep", "design": "face.runs.design", "estimate": "face.runs.estimate",
+    "open": "face.runs.open", "open_run": "engine.results.open_run",
+    "check": "checks.check.check", "report": "reports.report.write_report",
+    "fit_friction": "face.friction.fit_friction", "record_of": "friction.as_json",
+    "plot": "face.pictures.plot", "picture": "face.pictures.picture", "text_of": "face.pictures.text_of",
+}  # fmt: skip
+"""By its name, where something of the face stands."""
 __all__ = [
     "FolderError", "InputError", "InterruptError", "MemoryShortError", "OutputError", "SizeError", "StudyError",
     "TendonError", "UsageError", "WorkersLostError", "__version__", "arms", "check", "design", "estimate",
     "fit_friction", "load_study", "open", "open_run", "plot", "report", "state", "states", "study", "sweep",
 ]  # fmt: skip
 
-_PLACES = {
-    **dict.fromkeys(
-        ("load_study", "study", "varied", "state", "states", "fit_friction", "record_of", "text_of"), "face.studies"
-    ),
-    **dict.fromkeys(("sweep", "design", "estimate", "open", "open_run", "check", "report"), "face.runs"),
-    **dict.fromkeys(("plot", "picture"), "face.pictures"),
-    **dict.fromkeys((name for name in __all__ if name.endswith("Error")), "errors"),
-}
-"""By its name, the module in which something of the face stands."""
-
 
 def __getattr__(name: str) -> "Any":
     """Whatever the face has, read when it is wanted."""
-    if name not in _PLACES and name != "arms":
+    if name not in _PLACES and name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    found = import_module(f"{__name__}.arms") if name == "arms" else None
-    return found or globals().setdefault(name, getattr(import_module(f"{__name__}.{_PLACES[name]}"), name))
+    if name == "arms":
+        return import_module(f"{__name__}.arms")
+    module, _, attribute = _PLACES.get(name, f"errors.{name}").rpartition(".")
+    return globals().setdefault(name, getattr(import_module(f"{__name__}.{module}"), attribute))
 
 
 def __dir__() -> list[str]:

@@ -12,7 +12,7 @@ import sys
 from dataclasses import dataclass
 
 EXIT_BUG = 1
-EXIT_NOT_AS_HOPED = 4
+EXIT_NEGATIVE = 4
 """Finished, but some states have no equilibrium, or the paper's ledger is not as recorded."""
 
 

@@ -31,10 +31,11 @@ def _written_out(sign: str) -> str:
     return f"\\u{0xD7C0 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
 
 
-def print_result(text: str, *, unless: bool = False) -> None:
-    """Write a result to stdout and see it leave, unless it is not wanted; raises OutputError where nobody takes it."""
+def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
+    """Write a text, or a record as one JSON object, to stdout, unless it is not wanted; raises OutputError."""
     if unless:
         return
+    text = result if isinstance(result, str) else json.dumps(result, indent=2, ensure_ascii=False)
     if _stdout.lost:
         raise OutputError("standard output cannot be written")
     try:
@@ -96,18 +97,13 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
     if as_json:
         names = ("exit", "kind", "message", "where", "hint")
         try:
-            print_result(as_json_text({"error": {name: getattr(fault, name) for name in names}}))
+            print_result({"error": {name: getattr(fault, name) for name in names}})
         except OutputError:
             pass  # nobody takes it there, so it is told as a line
         else:
             return
     place = f"{fault.where}: " if fault.where else ""
     print_note(f"tendon: error: {place}{fault.message}" + (f"\n  hint: {fault.hint}" if fault.hint else ""))
-
-
-def as_json_text(content: dict[str, Any]) -> str:
-    """A result as the one JSON object that `--json` prints."""
-    return json.dumps(content, indent=2, ensure_ascii=False)
 
 
 @contextlib.contextmanager

@@ -18,11 +18,13 @@ from tendon_cli.checks.limits import check_designs
 from tendon_cli.checks.shared import check_studies, shared_rows
 from tendon_cli.checks.text import comparison_text, record_of, verdict_text
 from tendon_cli.cube.cube import cube_of
-from tendon_cli.engine.results import open_run, verified_record
+from tendon_cli.engine.results import AnyResult, folder_of, open_run, verified_record
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import TableFiles, open_table
 
+TOLERANCE = 1e-9
+"""The share of a column's scale by which numbers may differ."""
 WORST = 10
 """How many breaches or flips are listed."""
 
@@ -36,12 +38,25 @@ class Checked:
     record: dict[str, Any]
 
 
-def check(folder: Path, *, worst: int = WORST) -> Checked:
-    """Is every design of a run, or at least one choice of an answer, within its limits.
+def check(
+    run: AnyResult, baseline: AnyResult | None = None, *, tolerance: float = TOLERANCE, apart: Sequence[str] = (),
+    worst: int = WORST,
+) -> Checked:  # fmt: skip
+    """Whether every design of a run is within its limits, or with a baseline what changed since that run.
 
-    Every file is verified first. Raises InputError for what is damaged or is no run, UsageError for a run whose designs
-    were not written.
+    An answer holds if at least one choice has a window. The result has `holds`, `text` and `record`. `tolerance` is the
+    share of a column's scale by which numbers may differ, `apart` are keys in which the studies may differ. Every file
+    is verified first. Raises InputError for what is damaged or is no run, UsageError for a run without designs.
+
+    >>> import tendon_cli as tendon
+    >>> tendon.sweep({"limits": {"max_tension": "150 N"}}, "results/mine").designs.max_tension.round().item()
+    151.0
+    >>> tendon.check("results/mine").holds
+    False
     """
+    folder = folder_of(run)
+    if baseline is not None:
+        return compare(folder, folder_of(baseline), tolerance=tolerance, apart=tuple(apart), worst=worst)
     record = verified_record(folder)
     if record["verb"] == "design":
         return _answer(record)

@@ -6,7 +6,6 @@ from typing import Annotated, Any
 
 import typer
 
-from tendon_cli.commands.own_words import KNOWN, Given, Words
 from tendon_cli.errors import UsageError
 from tendon_cli.terminal import print_result
 
@@ -103,65 +102,39 @@ def split_line(line: str) -> tuple[list[str], str, str]:
 
 
 def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
-    """What may stand for the word that is begun, after these words; nothing where a file is to stand.
+    """What may stand for the word that is begun, after these words, each with its meaning; nothing for a file.
 
     `app` is the command of the program, with those below it in `commands`.
     """
-    names = [word for word in words if not word.startswith("-")]
-    command = app.commands.get(names[0]) if names else None
-    if names and command is None:
-        return []
-    options = {name: option for option in (command or app).params for name in option.opts if name.startswith("-")}
-    name, equals, value = begun.partition("=")
-    line = _given(words[words.index(names[0]) + 1 :], options) if names else Given()
-    if words and (asked := options.get(words[-1])) is not None and not asked.is_flag:
-        return _fitting(begun, _values(asked, line.asking(begun)))
-    if begun.startswith("--") and equals:
-        found = _fitting(value, _values(options.get(name), line.asking(value)))
-        return [(f"{name}={word}", text) for word, text in found]
-    if begun.startswith("-") or not (command is None or _arguments(command)):
-        every = [option for option in (command or app).params if option.opts[0].startswith("-")]
-        described = [(name, option.help or "") for option in every for name in (*option.opts, *option.secondary_opts)]
-        described.append(("--help", "show this message"))
-        return _fitting(begun, [item for item in described if item[0].startswith("--")])
+    name = next((word for word in words if not word.startswith("-")), None)
+    command = app if name is None else app.commands.get(name)
     if command is None:
-        return _fitting(begun, [(name, known.get_short_help_str(80)) for name, known in app.commands.items()])
-    return _fitting(begun, _values(_arguments(command)[0], line))
-
-
-def _given(words: list[str], options: dict[str, Any]) -> Given:
-    """What a command has been given so far: its first argument, and the values of its options."""
-    arguments, values, waiting = [], {}, ""
-    for word in words:
-        name, equals, value = word.partition("=")
-        if waiting:
-            values[waiting], waiting = word, ""
-        elif not word.startswith("-"):
-            arguments.append(word)
-        elif name in options and equals:
-            values[options[name].name] = value
-        elif name in options and not options[name].is_flag:
-            waiting = options[name].name
-    return Given(arguments[0] if arguments else "", values)
-
-
-def _arguments(command: Any) -> list[Any]:
-    return [parameter for parameter in command.params if not parameter.opts[0].startswith("-")]
-
-
-def _fitting(begun: str, words: Words) -> list[tuple[str, str]]:
-    """The words that go on as the begun one; in a list of names, and after the sign of a sort, its last name counts."""
-    kept = max(begun.rfind(","), 0 if begun.startswith("-") and not begun.startswith("--") and len(begun) > 1 else -1)
-    before, rest = begun[: kept + 1], begun[kept + 1 :]
-    found = [(word, meaning) for word, meaning in words if word.startswith(begun)]
-    return found or [(before + word, meaning) for word, meaning in words if word.startswith(rest)]
-
-
-def _values(parameter: Any, line: Given) -> list[tuple[str, str]]:
-    """What an option or an argument may be, where that is one of a few."""
-    if parameter is None:
         return []
-    if parameter.name in KNOWN:
-        return list(KNOWN[parameter.name](line))
+    given = words[words.index(name) + 1 :] if name else []
+    options = {option: each for each in command.params for option in each.opts if option.startswith("-")}
+    last = options.get(given[-1]) if given else None
+    waits = last is not None and not last.is_flag
+    context = command.make_context(command.name, given[:-1] if waits else given[:], resilient_parsing=True)
+    option, equals, value = begun.partition("=")
+    if waits:
+        return _values(last, context, begun)
+    if begun.startswith("--") and equals:
+        found = _values(options[option], context, value) if option in options else []
+        return [(f"{option}={word}", meaning) for word, meaning in found]
+    arguments = [each for each in command.params if each.param_type_name == "argument"]
+    if arguments and not begun.startswith("-"):
+        return _values(arguments[0], context, begun)
+    is_option = begun.startswith("-") or command is not app
+    return _plain(command.shell_complete(context, (begun if begun[1:] else "--") if is_option else begun))
+
+
+def _values(parameter: Any, context: typer.Context, begun: str) -> list[tuple[str, str]]:
+    """What an option or an argument may be, if that is one of a few."""
     choices = str(parameter.metavar or "").split("|")
-    return [(choice, "") for choice in choices] if len(choices) > 1 else []
+    if choices[1:]:
+        return [(choice, "") for choice in choices if choice.startswith(begun)]
+    return _plain(parameter.shell_complete(context, begun))
+
+
+def _plain(items: list[Any]) -> list[tuple[str, str]]:
+    return [(item.value, item.help or "") for item in items if item.type == "plain"]

@@ -10,7 +10,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import options
 from tendon_cli.errors import UsageError
-from tendon_cli.terminal import as_json_text, print_result
+from tendon_cli.terminal import print_result
 
 Readings = Annotated[
     list[Path],
@@ -18,38 +18,26 @@ Readings = Annotated[
         parser=options.source, metavar="CSV", help="readings of two load cells, one at each end; several are one fit"
     ),
 ]
-BendAngle = Annotated[
-    str | None, typer.Option(metavar="ANGLE", help="total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")
-]
+BendAngle = Annotated[str | None, options.option("ANGLE", "total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")]
 Route = Annotated[
     Path | None,
-    typer.Option(
-        parser=options.source, metavar="FILE", help="way-points x, y, z of the sheath instead: its bend, with its error"
-    ),
+    options.option("FILE", "way-points x, y, z of the sheath instead: its bend, with its error", parser=options.source),
 ]
-PathSmoothing = Annotated[
-    str | None, typer.Option(metavar="LENGTH", help="noise of the route's way-points, such as '0.5 mm'")
-]
-FirstCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the first load cell")]
-SecondCell = Annotated[str | None, typer.Option(metavar="COLUMN", help="column of the second load cell")]
-MotorCell = Annotated[str | None, typer.Option(metavar="1|2", help="which cell is at the motor's end")]
+PathSmoothing = Annotated[str | None, options.option("LENGTH", "noise of the route's way-points, such as '0.5 mm'")]
+FirstCell = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
+SecondCell = Annotated[str | None, options.option("COLUMN", "column of the second load cell")]
+MotorCell = Annotated[str | None, options.option("1|2", "which cell is at the motor's end")]
 Position = Annotated[
-    str | None, typer.Option(metavar="COLUMN", help="column of the motor's position, travel, speed or encoder counts")
+    str | None, options.option("COLUMN", "column of the motor's position, travel, speed or encoder counts")
 ]
-ZeroMotor = Annotated[str | None, typer.Option(metavar="FORCE", help="what the motor's cell reads without load")]
-ZeroLoad = Annotated[str | None, typer.Option(metavar="FORCE", help="what the load's cell reads without load")]
+ZeroMotor = Annotated[str | None, options.option("FORCE", "what the motor's cell reads without load")]
+ZeroLoad = Annotated[str | None, options.option("FORCE", "what the load's cell reads without load")]
 CellUncertainty = Annotated[
-    str | None, typer.Option(metavar="TEXT", help="standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'")
+    str | None, options.option("TEXT", "standard uncertainty of a cell's zero and gain: '0.2 N, 0.5 %'")
 ]
-StrokesFile = Annotated[
-    Path | None, typer.Option(parser=options.place, metavar="FILE", help="write a table of the strokes: .csv")
-]
-FitFigure = Annotated[
-    Path | None, typer.Option(parser=options.place, metavar="FILE", help="draw readings and fit: .png, .svg, .pdf")
-]
-Fragment = Annotated[
-    Path | None, typer.Option(parser=options.place, metavar="FILE", help="write a fragment for [sheath] friction_from")
-]
+StrokesFile = Annotated[Path | None, options.written("write a table of the strokes: .csv")]
+FitFigure = Annotated[Path | None, options.written("draw readings and fit: .png, .svg, .pdf")]
+Fragment = Annotated[Path | None, options.written("write a fragment for [sheath] friction_from")]
 
 
 def fit_friction(
@@ -94,7 +82,7 @@ def fit_friction(
         friction.write_fragment(fit, out)
     if strokes is not None:
         friction.write_strokes(fit.stroke_table, strokes)
-    print_result(as_json_text(friction.as_json(fit)) if as_json else friction.summary_lines(fit))
+    print_result(friction.as_json(fit) if as_json else friction.summary_lines(fit))
 
 
 def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None) -> None:

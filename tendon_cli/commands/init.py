@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from tendon_cli.commands import options
-from tendon_cli.errors import UsageError
+from tendon_cli.commands import options, values
 from tendon_cli.terminal import print_result
 
 StarterFile = Annotated[
@@ -14,11 +13,12 @@ StarterFile = Annotated[
     typer.Argument(parser=options.place, metavar="FILE", help="TOML or YAML, by its ending; default study.toml"),
 ]
 Template = Annotated[
-    str, typer.Option("--for", "--template", metavar="NAME", help="question: sweep, design, people, motor or friction")
+    str,
+    options.option(
+        "NAME", "question: sweep, design, people, motor or friction", "--for", "--template", among=values.templates
+    ),
 ]
-Example = Annotated[
-    str | None, typer.Option("--from", metavar="NAME", help="copy this study or CSV of the documentation instead")
-]
+Example = Annotated[str | None, options.option("NAME", "copy this study or CSV of the documentation instead", "--from")]
 IsListed = Annotated[
     bool, typer.Option("--list", help="list the questions, and the files that --from copies; write nothing")
 ]
@@ -34,9 +34,8 @@ def init(
         lines = [f"  {name:<10} {question}" for name, question in TEMPLATES.items()]
         print_result("\n".join(["--for", *lines, "--from", *(f"  {name}" for name in examples())]))
         return
+    options.exclude("--for", template != "sweep", "--from", example is not None)
     if example is not None:
-        if template != "sweep":
-            raise UsageError("--for and --from exclude each other")
         file, name = write_example(example, file)
         verb = "fit-friction" if file.suffix == ".csv" else "design" if name.startswith("design/") else "sweep"
     else:

@@ -2,10 +2,19 @@
 
 # No `from __future__ import annotations` in the commands: typer would compile each annotation anew, at every start.
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+
+from tendon_cli.commands import values
+from tendon_cli.errors import UsageError
+
+
+def option(metavar: str, text: str, *names: str, among: Callable[..., list[Any]] | None = None, **more: Any) -> Any:
+    """An option with a value, completed from what `among` gives."""
+    return typer.Option(*names, metavar=metavar, help=text, autocompletion=among, **more)
 
 
 def source(text: str | Path) -> Path:
@@ -22,44 +31,58 @@ def place(text: str | Path) -> Path:
     return result_path(text)
 
 
+def listed(names: list[str] | None) -> tuple[str, ...]:
+    """Names that are separated by commas, or given one by one."""
+    return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
+
+
+def exclude(one: str, is_one: bool, other: str, is_other: bool) -> None:
+    """Refuse two options at once; raises UsageError."""
+    if is_one and is_other:
+        raise UsageError(f"{one} and {other} exclude each other")
+
+
+def written(text: str, metavar: str = "FILE") -> Any:
+    """An option that names a file or folder to write."""
+    return option(metavar, text, parser=place)
+
+
 StudyFile = Annotated[
     Path,
     typer.Argument(parser=source, metavar="STUDY", help="study file, TOML or YAML; - reads it from standard input"),
 ]
+RunFolder = Annotated[
+    Path, typer.Argument(parser=place, metavar="RUN", help="folder of a sweep, a design or the paper")
+]
 Settings = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="override a key, such as 'arm.b1=160 mm'; repeatable"),
+    option("KEY=VALUE", "override a key, such as 'arm.b1=160 mm'; repeatable", "--set", among=values.settings),
 ]
-Case = Annotated[str | None, typer.Option(metavar="NAME", help="one of the study's cases")]
-Person = Annotated[str | None, typer.Option(metavar="NAME", help="one of the study's people, or mean-man, mean-woman")]
-Draw = Annotated[
-    int | None, typer.Option(metavar="N", help="a draw of the uncertain numbers; default: nominal numbers")
-]
+Case = Annotated[str | None, option("NAME", "one of the study's cases", among=values.cases)]
+OutFile = Annotated[Path | None, written("file or folder to write to")]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
-Jobs = Annotated[
-    int | None, typer.Option(metavar="N", min=1, help="how many parts are computed at once; default: all cores")
-]
-OutFile = Annotated[Path | None, typer.Option(parser=place, metavar="FILE", help="file or folder to write to")]
 
-# show, export
+# What computes a folder of results
+OutFolder = Annotated[Path | None, written("folder; default results/<name>, for design results/<name>-design", "DIR")]
+Jobs = Annotated[int | None, option("N", "how many parts are computed at once; default: all cores", min=1)]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="show the size and cost, write nothing")]
+Resume = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the results in the folder")]
+NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
+NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems that cannot")]
+Scheduler = Annotated[str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")]
+
+# Rows of tables
 Table = Annotated[
     Path,
     typer.Argument(
         parser=place, metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people"
     ),
 ]
-TableName = Annotated[str | None, typer.Option("--table", metavar="NAME", help="which table of the folder")]
+TableName = Annotated[str | None, option("NAME", "which table of the folder", "--table", among=values.tables)]
 Where = Annotated[
-    list[str] | None, typer.Option(metavar="FILTER", help="keep only some rows, such as 'load_mass = 5 kg'; repeatable")
+    list[str] | None,
+    option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=values.filters),
 ]
-Columns = Annotated[list[str] | None, typer.Option(metavar="NAMES", help="which columns, separated by commas")]
-
-
-def listed(names: list[str] | None) -> tuple[str, ...]:
-    """Names that are separated by commas, or given one by one."""
-    return tuple(name.strip() for text in names or () for name in text.split(",") if name.strip())
-
-
-NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems that cannot")]
-Scheduler = Annotated[str | None, typer.Option(metavar="tcp://HOST:PORT", help="compute on this running Dask cluster")]
+Columns = Annotated[list[str] | None, option("NAMES", "which columns, separated by commas", among=values.columns)]

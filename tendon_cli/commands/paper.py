@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from tendon_cli.commands import options
-from tendon_cli.errors import EXIT_NOT_AS_HOPED
+from tendon_cli.errors import EXIT_NEGATIVE
 from tendon_cli.startup import stopped_by_signals
-from tendon_cli.terminal import as_json_text, print_result, progress
+from tendon_cli.terminal import print_result, progress
 
-PaperFolder = Annotated[Path, typer.Option(parser=options.place, metavar="DIR", help="folder to write to")]
+PaperFolder = Annotated[Path, options.written("folder to write to", "DIR")]
 
 
 def paper(
@@ -24,6 +24,6 @@ def paper(
         from tendon_cli.paper.reproduce import reproduce
 
         done = reproduce(out, jobs=jobs, progress=show, stop=stop)
-    print_result(as_json_text(done.record()) if as_json else done.text(), unless=quiet and not as_json)
+    print_result(done.record() if as_json else done.text(), unless=quiet and not as_json)
     if not done.holds:
-        raise typer.Exit(EXIT_NOT_AS_HOPED)
+        raise typer.Exit(EXIT_NEGATIVE)

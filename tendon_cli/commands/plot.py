@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from tendon_cli.commands import options
+from tendon_cli.commands import options, values
 from tendon_cli.errors import UsageError
-from tendon_cli.terminal import as_json_text, print_result
+from tendon_cli.terminal import print_result
 
 Source = Annotated[
     Path,
@@ -16,24 +16,22 @@ Source = Annotated[
     ),
 ]
 DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
-TableName = Annotated[str | None, typer.Option(metavar="states|designs", help="which table of a run folder")]
+TableName = Annotated[str | None, options.option("states|designs", "which table of a run folder")]
 Quantities = Annotated[
-    list[str] | None, typer.Option("--quantity", "-y", metavar="COLUMN", help="what to draw; repeatable")
+    list[str] | None, options.option("COLUMN", "what to draw; repeatable", "--quantity", "-y", among=values.columns)
 ]
-Against = Annotated[str | None, typer.Option("--x", "-x", metavar="COLUMN", help="what to draw it against")]
-Colour = Annotated[str | None, typer.Option(metavar="AXIS", help="axis that gives each of its values a colour")]
-Panels = Annotated[str | None, typer.Option(metavar="AXIS", help="axis that gives each of its values a panel")]
-Where = Annotated[
-    list[str] | None, typer.Option(metavar="FILTER", help="keep only some rows, such as 'load_mass = 5 kg'; repeatable")
-]
+Against = Annotated[str | None, options.option("COLUMN", "the horizontal axis", "--x", "-x", among=values.columns)]
+Colour = Annotated[str | None, options.option("AXIS", "a colour for each value of this axis", among=values.columns)]
+Panels = Annotated[str | None, options.option("AXIS", "a panel for each value of this axis", among=values.columns)]
 Units = Annotated[
-    list[str] | None, typer.Option(metavar="UNIT", help="unit to show a dimension in, such as cm; repeatable")
+    list[str] | None,
+    options.option("UNIT", "unit to show a dimension in, such as cm; repeatable", among=values.units),
 ]
 Angles = Annotated[
-    list[str] | None, typer.Option(metavar="ANGLE", help="with --arm: elbow angle to draw, such as 45 deg; repeatable")
+    list[str] | None, options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable")
 ]
-Format = Annotated[str, typer.Option("--format", metavar="png|svg|pdf", help="format of the figure")]
-Size = Annotated[str, typer.Option(metavar="SIZE", help="column, page, '120 mm' or '120 x 80 mm'")]
+Format = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
+Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'", among=values.sizes)]
 
 
 def plot(
@@ -71,7 +69,7 @@ def plot(
         spec = figure_spec(**given, format=format_, size=size)
         drawn = draw(table_of(source, spec, table), spec, out)
     written = [str(file) for file in drawn]
-    print_result(as_json_text({"figures": written}) if as_json else "\n".join(written))
+    print_result({"figures": written} if as_json else "\n".join(written))
 
 
 def _angle(text: str) -> float:

@@ -9,11 +9,13 @@ from typing import Annotated
 
 import typer
 
-from tendon_cli.commands import options
+from tendon_cli.commands import options, values
 from tendon_cli.errors import UsageError
-from tendon_cli.terminal import as_json_text, print_result
+from tendon_cli.terminal import print_result
 
-Sort = Annotated[str | None, typer.Option(metavar="COLUMN", help="sort by this column; -COLUMN: the largest first")]
+Sort = Annotated[
+    str | None, options.option("COLUMN", "sort by this column; -COLUMN: the largest first", among=values.columns)
+]
 Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV, in SI, with units in the header")]
 
@@ -36,17 +38,16 @@ def show(
     from tendon_cli.cube.rows import rows_in, write_csv
     from tendon_cli.summary import rows_text
 
-    if as_json and as_csv:
-        raise UsageError("--json and --csv exclude each other")
+    options.exclude("--json", as_json, "--csv", as_csv)
     rows = rows_in(Path(source), table, where or (), options.listed(columns), sort)
     shown, total = rows.head(head, sort)
     if as_csv:
-        text = io.BytesIO()
-        write_csv(rows, text, iter([shown]))
-        print_result(text.getvalue().decode().rstrip("\n"))
+        written = io.BytesIO()
+        write_csv(rows, written, iter([shown]))
+        print_result(written.getvalue().decode().rstrip("\n"))
     elif as_json:
         units = {name: rows.unit(name) for name in rows.names}
-        print_result(as_json_text({"rows": total, "units": units, "data": [*map(_finite, shown.to_pylist())]}))
+        print_result({"rows": total, "units": units, "data": [*map(_finite, shown.to_pylist())]})
     else:
         print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
 
@@ -59,9 +60,9 @@ def _finite(row: dict[str, object]) -> dict[str, object]:
 
 CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]
 Locale = Annotated[
-    str, typer.Option(metavar="LANGUAGE", help="decimal sign and separator of a language: de has 1,5 and semicolons")
+    str, options.option("LANGUAGE", "decimal sign and separator of a language: de has 1,5 and semicolons")
 ]
-InUnits = Annotated[str, typer.Option("--units", metavar="si|study", help="SI units, or those of studies, such as mm")]
+InUnits = Annotated[str, options.option("si|study", "SI units, or those of studies, such as mm", "--units")]
 
 
 def export(
@@ -85,4 +86,4 @@ def export(
             raise UsageError(f"{file.name}, which is read, would be written over", hint="choose another name")
     count = written(rows, file, form)
     text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
-    print_result(as_json_text({"file": str(file), "rows": count, "columns": rows.names}) if as_json else text)
+    print_result({"file": str(file), "rows": count, "columns": rows.names} if as_json else text)

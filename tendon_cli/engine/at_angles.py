@@ -11,17 +11,24 @@ from tendon_cli.engine.results import Run
 from tendon_cli.engine.run import carried_out
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import UsageError
-from tendon_cli.studies.load import varied_study
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.load import AnyStudy, any_study, varied_study
 
 _MOVES = ("flexion", "extension")
 _LEADING = ("design", "direction", "elbow_angle")
 
 
-def states_at(study: Study, angle: npt.ArrayLike, flexion: npt.ArrayLike) -> dict[str, Any]:
-    """Every result of the states at angles in rad, of the shape (axes of the study..., *shape of angle and flexion).
+def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True) -> dict[str, Any]:
+    """The results of a study's states at elbow angles in rad, moving in flexion or extension, as arrays.
 
-    Each different angle is worked out once. Raises UsageError for what is no angle, StudyError for one out of range.
+    `angle` and `flexion` broadcast against each other. Every result has their shape, after one dimension for each axis
+    of the study, and SI units; `status` is text. Raises UsageError for what is no angle, StudyError for one out of
+    range.
+
+    >>> import numpy as np
+    >>> import tendon_cli as tendon
+    >>> results = tendon.states({}, np.radians([0.0, 45.0, 90.0]))
+    >>> results["motor_torque"].round(3)
+    array([2.59 , 0.392, 0.72 ])
     """
     try:
         angles, moves = np.broadcast_arrays(np.asarray(angle, dtype=np.float64), np.asarray(flexion, dtype=np.bool_))
@@ -30,7 +37,7 @@ def states_at(study: Study, angle: npt.ArrayLike, flexion: npt.ArrayLike) -> dic
     if not angles.size:
         raise UsageError("angle is empty, expected at least one")
     different, at = np.unique(angles, return_inverse=True)
-    asked = varied_study(study, {
+    asked = varied_study(any_study(design), {
         "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()], "motion.direction": list(_MOVES),
         "output": {"tables": ["states"]},
     })  # fmt: skip

@@ -7,8 +7,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import lost, read_record
 from tendon_cli.engine.states import StatesOf
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
+from tendon_cli.files import result_path
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import RECORDS
 
@@ -115,8 +117,32 @@ def verified_record(path: Path) -> dict[str, Any]:
     return record
 
 
-def open_run(path: Path) -> Run:
-    """A finished run of `tendon sweep` from its folder; raises as `verified_record` does."""
+AnyResult: TypeAlias = str | PathLike[str] | Result
+
+
+def folder_of(result: AnyResult) -> Path:
+    """The folder in which a result stands; raises UsageError for one in memory."""
+    if not isinstance(result, Result):
+        return result_path(result)
+    if result.folder is None:
+        raise UsageError("this result is in memory, expected one in a folder", hint="name one: sweep(study, out)")
+    return result.folder
+
+
+def open_run(path: str | PathLike[str]) -> Run:
+    """A finished run from its folder; its record and every byte of its tables are verified.
+
+    Raises InputError if there is none or a file of it is damaged, FolderError if it is unfinished.
+
+    >>> import tendon_cli as tendon
+    >>> done = tendon.sweep(tendon.load_study("study.toml"), "results/mine")
+    >>> run = tendon.open_run("results/mine")
+    >>> run.record["designs"], len(run.states)
+    (1, 182)
+    >>> run.to_xarray()["motor_torque"].dims
+    ('direction', 'elbow_angle')
+    """
+    path = result_path(path)
     record = verified_record(path)
     if record["verb"] != "sweep":
         raise InputError("holds an answer, expected the run of a sweep", where=str(path))

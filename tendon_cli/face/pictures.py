@@ -24,7 +24,8 @@ from tendon_cli.tables.read import TableFiles, open_table
 from tendon_cli.units import described
 
 if TYPE_CHECKING:
-    from tendon_cli.face import Name
+    from os import PathLike
+
     from tendon_cli.figures.engine import Figure
     from tendon_cli.figures.frame import Page
 
@@ -32,7 +33,7 @@ _MOST_DESIGNS = 10**5
 """A run of more is not drawn unasked."""
 
 
-def plot(result: Any, *what: str, out: Name | None = None, **how: Any) -> Figure:
+def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how: Any) -> Figure:
     """The picture of a study, a state, a run, an answer or a fit, as a matplotlib figure; also `result.plot(...)`.
 
     A run takes the columns to draw and the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; an
@@ -50,6 +51,17 @@ def plot(result: Any, *what: str, out: Name | None = None, **how: Any) -> Figure
         page.save(result_path(out), must_fit=False)
     page.figure._repr_png_ = lambda: _png(page)  # type: ignore[attr-defined]
     return page.figure
+
+
+def text_of(result: Any) -> str:
+    """What `result.text` is of a run or a fit."""
+    if isinstance(result, Run):
+        from tendon_cli.summary import run_text
+
+        return run_text(result)
+    from tendon_cli.friction import summary_lines
+
+    return summary_lines(result)
 
 
 def picture(result: Any) -> str:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 
-from tendon_cli.engine.results import Run, verified_record
+from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
 from tendon_cli.errors import UsageError
-from tendon_cli.files import open_file, output_errors, write_whole
+from tendon_cli.files import open_file, output_errors, result_path, write_whole
 from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
 from tendon_cli.reports.paper_page import paper_page
@@ -14,12 +15,18 @@ from tendon_cli.reports.stale import LEDGER, NAME, origin_mark
 from tendon_cli.reports.sweep_page import sweep_page
 
 
-def write_report(folder: Path, out: Path | None = None) -> Path:
-    """Write the page of a run, an answer or the reproduced paper, by default into its folder.
+def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> Path:
+    """Write one HTML page of a run, an answer or the reproduced paper, with everything in it; returns its path.
 
-    Raises InputError for any other folder, UsageError where something else stands under that name, OutputError.
+    By default it is `report.html` in the folder of the result. Raises InputError for any other folder, UsageError if
+    something else stands under that name, OutputError.
+
+    >>> import tendon_cli as tendon
+    >>> tendon.report(tendon.sweep({}, "results/mine"), "page.html")
+    PosixPath('page.html')
     """
-    target = out or folder / NAME
+    folder = folder_of(result)
+    target = folder / NAME if out is None else result_path(out)
     if not _is_ours(target):
         raise UsageError("is no page of tendon, and is left as it is", where=str(target), hint="another --out")
     page = _page_of(folder).replace(MARK, f"{MARK}\n{origin_mark(folder)}", 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from dataclasses import dataclass
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from tendon_cli.display import Displayed
 from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
+from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
@@ -21,6 +23,7 @@ from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one, sections_of
 from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
 from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.load import AnyStudy, any_study
 from tendon_cli.studies.people.person import Step, Worn, with_numbers, worn_by
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import drawn
@@ -67,19 +70,20 @@ class StatePage(Displayed):
 
 
 def state_page(
-    study: Study,
-    case: str | None = None,
-    person: str | None = None,
-    draw: int | None = None,
-    *,
-    reversal: bool = False,
-    plot: Path | None = None,
-) -> StatePage:
+    study: AnyStudy, case: str | None = None, person: str | None = None, draw: int | None = None, *,
+    reversal: bool = False, plot: str | PathLike[str] | None = None,
+) -> StatePage:  # fmt: skip
     """The first state of a study's first design, or of a case's or a person's, with how its arm comes from the body.
 
     Uncertain numbers are nominal, or those of a `draw`, counted from 1. With a speed in the study the motor's part is
-    added, with `reversal` what happens where the motion turns back; both are drawn into `plot`.
+    added, with `reversal` what happens if the motion turns back there; both are drawn into `plot`. Raises UsageError.
+
+    >>> import tendon_cli as tendon
+    >>> page = tendon.state(tendon.study({"motion": {"elbow_angle": "75 deg"}}))
+    >>> page.status, round(page.columns["motor_torque"], 4)
+    ('taut', 0.3892)
     """
+    study, plot = any_study(study), None if plot is None else result_path(plot)
     names = study.people.nominal.names if study.people is not None else ()
     nominal, of_draw = _nominal(study) if draw is None else _drawn(study, draw)
     worn = worn_by(nominal, person or names[0]) if person is not None or names else None

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from dataclasses import replace
 from datetime import date, time
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from pydantic import ValidationError
 
 from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
+from tendon_cli.files import path_of
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.checks import contradictions, impossibilities
 from tendon_cli.studies.faults import faults_of, in_order
@@ -20,12 +22,46 @@ from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_scan import MAX_DEPTH, MAX_KEY_PARTS, KeyPlaces
 from tendon_cli.units import described, shorten
 
+AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
 
-def load_study(path: Path, settings: tuple[str, ...] = ()) -> Study:
-    """Read and check a study file (TOML, or YAML by its ending; `-` is standard input), then apply settings.
 
-    Raises StudyError with every fault found, InputError for a file it names that cannot be trusted.
+def any_study(given: AnyStudy) -> Study:
+    """A study from whatever stands for one: itself, a dictionary, or the path of its file."""
+    if isinstance(given, Study):
+        return given
+    return new_study(given) if isinstance(given, Mapping) else load_study(given)
+
+
+def new_study(content: Mapping[str, Any]) -> Study:
+    """A checked study from a dictionary with the keys of a study file; raises as `load_study` does.
+
+    Numbers may be NumPy's, lists may be ranges, arrays or Series, and a `Fit` may be a friction coefficient. Relative
+    paths in it are relative to the working directory. `study.vary(**{"load.mass": "3 kg"})` is the same study with
+    another value.
+
+    >>> import tendon_cli as tendon
+    >>> asked = tendon.study({"tendon": {"pretension": "120 N"}, "load": {"mass": range(0, 6, 5)}})
+    >>> asked.tendon.pretension.array, asked.load.mass.array
+    (array([120.]), array([0., 5.]))
+    >>> asked.vary(**{"load.mass": "3 kg"}).axes
+    ()
     """
+    if not isinstance(content, Mapping):
+        raise StudyError([Fault("", f"{described(content)} is not a study, expected a dictionary of its keys")])
+    return study_from(plain(content))
+
+
+def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
+    """Read and check a study file (TOML, or YAML by its ending; `-` is standard input), then apply settings KEY=VALUE.
+
+    Raises StudyError with every fault found, InputError for a file that it names and that cannot be trusted.
+
+    >>> import tendon_cli as tendon
+    >>> loaded = tendon.load_study("study.toml", ["load.mass=[0.0, 5.0]"])
+    >>> loaded.axes
+    ('load.mass',)
+    """
+    path, settings = path_of(path), (settings,) if isinstance(settings, str) else settings
     try:
         document = read_document(path)
         before = _axes_in_order(document)

@@ -14,7 +14,6 @@ import typer
 
 from tendon_cli import cli
 from tendon_cli.commands.completion import candidates, split_line
-from tendon_cli.commands.own_words import KNOWN
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.schema import key_words
@@ -169,10 +168,6 @@ def test_bash_runs_nothing_of_a_name(own, outside, quote):
     )  # fmt: skip
     assert echoed.stdout.splitlines() == ["Bo's arm", "$(touch run-by-bash)"]
     assert not Path("run-by-bash").exists()
-
-
-def test_what_completes_an_option_belongs_to_one():
-    assert set(KNOWN) <= {parameter.name for command in APP.commands.values() for parameter in command.params}
 
 
 def test_another_shell_is_refused(tendon):
