@@ -21,14 +21,7 @@ def harmless(text: str) -> str:
     """
     if text.replace("\n", "").isprintable():
         return text
-    return "".join(sign if sign.isprintable() or sign == "\n" else _written_out(sign) for sign in text)
-
-
-def _written_out(sign: str) -> str:
-    code = ord(sign)
-    if code < 0x10000:
-        return f"\\u{code:04x}"
-    return f"\\u{0xD7C0 + (code >> 10):04x}\\u{0xDC00 + (code & 0x3FF):04x}"
+    return "".join(sign if sign.isprintable() or sign == "\n" else json.dumps(sign)[1:-1] for sign in text)
 
 
 def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
@@ -36,26 +29,21 @@ def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
     if unless:
         return
     text = result if isinstance(result, str) else json.dumps(result, indent=2, ensure_ascii=False)
-    if _stdout.lost:
+    flush_results(harmless(text) + "\n")
+
+
+def flush_results(text: str = "") -> None:
+    """See a text leave, and what others have written to stdout, such as a help page; raises OutputError."""
+    if text and _stdout.lost:
         raise OutputError("standard output cannot be written")
     try:
-        sys.stdout.write(harmless(text) + "\n")
+        if text:
+            sys.stdout.write(text)
         sys.stdout.flush()
     except (OSError, ValueError) as error:
-        raise _lost(error) from error
-
-
-def flush_results() -> None:
-    """See everything leave that was written to stdout by others, such as a help page; raises OutputError."""
-    try:
-        sys.stdout.flush()
-    except (OSError, ValueError) as error:
-        raise _lost(error) from error
-
-
-def _lost(error: OSError | ValueError) -> OutputError:
-    give_up_stdout()
-    return OutputError(f"standard output cannot be written: {getattr(error, 'strerror', None) or error}")
+        give_up_stdout()
+        reason = getattr(error, "strerror", None) or error
+        raise OutputError(f"standard output cannot be written: {reason}") from error
 
 
 def as_output_error(error: OSError) -> OutputError:
@@ -120,34 +108,28 @@ def progress(title: str, *, quiet: bool) -> Iterator[Callable[[int, int], None]]
 
 @contextlib.contextmanager
 def _bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    from rich.console import Console  # only a terminal pays for its import
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
+    from rich import progress as rich  # only a terminal pays for its import
+    from rich.console import Console
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("parts"),
-               TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    columns = (
+        "{task.description}", rich.BarColumn(), rich.MofNCompleteColumn(), "parts",
+        rich.TimeElapsedColumn(), "left", rich.TimeRemainingColumn(),
+    )  # fmt: skip
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _plain(title: str) -> Callable[[int, int], None]:
-    said = 0
+    last = 0
 
-    def say(done: int, total: int) -> None:
-        nonlocal said
-        tenth = 10 * done // total
-        if total > 1 and tenth > said:
-            said = tenth
-            print_note(f"{title}: {10 * tenth} % ({done} of {total} parts)")
+    def update(done: int, total: int) -> None:
+        nonlocal last
+        if total > 1 and 10 * done // total > last:
+            last = 10 * done // total
+            print_note(f"{title}: {10 * last} % ({done} of {total} parts)")
 
-    return say
+    return update
 
 
 class _Stdout:
