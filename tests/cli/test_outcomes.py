@@ -204,7 +204,7 @@ def test_a_bug_is_exit_1_and_says_so(tendon, study, monkeypatch):
     def broken(*_args, **_options):
         raise ZeroDivisionError("oops")
 
-    monkeypatch.setattr(load, "load_study", broken)
+    monkeypatch.setattr(load, "read_document", broken)
     ran = tendon("sweep", study, "--json")
     assert (ran.exit, ran.json["error"]["kind"]) == (1, "bug")
     assert "--debug" in ran.json["error"]["hint"]
@@ -283,7 +283,7 @@ def test_any_oserror_is_one_message_and_one_object(tendon, study, monkeypatch, n
     def failing(*_args, **_options):
         raise OSError(errno.EIO, os.strerror(errno.EIO), *(["some/file"] if named else []))
 
-    monkeypatch.setattr(load, "load_study", failing)
+    monkeypatch.setattr(load, "read_document", failing)
     ran = tendon("sweep", study, "--json")
     assert (ran.exit, ran.err, ran.json["error"]["where"]) == (5, "", "some/file" if named else None)
     assert os.strerror(errno.EIO) in ran.json["error"]["message"]
