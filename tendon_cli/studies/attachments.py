@@ -1,4 +1,4 @@
-"""Files that a study names: the route of a sheath, a fitted friction coefficient, people."""
+"""Files that a study names: the route of a sheath, a fitted friction coefficient, curves, people."""
 
 from __future__ import annotations
 
@@ -30,62 +30,54 @@ class Attachments:
     faults: list[Fault] = field(default_factory=list)
 
     def resolve(self, study: Study) -> Study:
-        """The study with numbers in the place of files; raises InputError, and gathers `faults` of keys."""
-        update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath")}
+        """The study with numbers in the place of files; raises InputError, and collects `faults` of keys."""
+        update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
         if study.cases:
-            update["cases"] = tuple(self._case(case, f"cases.{at}") for at, case in enumerate(study.cases))
-        update |= self._curves(study)
+            update["cases"] = tuple(self._case(case, f"cases.{at}.sheath") for at, case in enumerate(study.cases))
         if study.people is not None:
-            update["people"] = self._people(self._statistics(study.people))
+            update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
 
     def _curves(self, study: Study) -> dict[str, Any]:
         """The tables of joint and load with the curves of their files; raises InputError."""
         update: dict[str, Any] = {}
-        of = curves.TORQUE
-        for table, name, columns in (
-            ("joint", "torque", of),
-            ("joint", "excursion", curves.EXCURSION),
-            ("load", "torque", of),
-        ):
+        files = {"joint.torque": curves.TORQUE, "joint.excursion": curves.EXCURSION, "load.torque": curves.TORQUE}
+        for key, columns in files.items():
+            table, name = key.split(".")
             part = update.get(table) or getattr(study, table)
-            file, key = getattr(part, name), f"{table}.{name}"
+            file, is_travel = getattr(part, name), columns is curves.EXCURSION
             content = self._read(file, key, curves.MAX_BYTES) if isinstance(file, str) else None
             if content is None:
                 continue
             where = shorten(file, 200)
-            found = curves.read_curve(content, where, columns)
-            curves.check_covers(study, found, key, where)
-            warnings = curves.warnings_of(found, where) if name == "excursion" else []
-            self._note(key, file, content, rows=len(found.angles), warnings=warnings)
-            update[table] = part.model_copy(update={name: found})
+            curve = curves.read_curve(content, where, columns)
+            beyond = curves.not_covered(study, curve, is_travel=is_travel)
+            if beyond is not None:
+                raise InputError(beyond, where=where, hint="extend the table, or ask for fewer angles")
+            warnings = curves.warnings_of(curve, where) if is_travel else []
+            self._note(key, file, content, rows=len(curve.angles), warnings=warnings)
+            update[table] = part.model_copy(update={name: curve})
         return update
 
-    def _statistics(self, people: People) -> People:
-        name = people.statistics
-        content = self._read(name, "people.statistics", MAX_BYTES) if name is not None else None
-        if name is None or content is None:
-            return people
-        from tendon_cli.studies.people.survey import read_survey  # only one's own statistics pay for its import
-
-        found = read_survey(content, shorten(name, 200))
-        self._note("people.statistics", name, content, men=found.male.persons, women=found.female.persons)
-        return people.with_statistics(content)
-
     def _people(self, people: People) -> People:
-        name = people.file
-        content = self._read(name, "people.file", MAX_PEOPLE_BYTES) if name is not None else None
-        if name is None or content is None or people.statistics is not None:
+        content = self._read(people.statistics, "people.statistics", MAX_BYTES)
+        if content is not None:
+            from tendon_cli.studies.people.survey import read_survey  # only one's own statistics pay for its import
+
+            survey = read_survey(content, shorten(people.statistics or "", 200))
+            men, women = survey.male.persons, survey.female.persons
+            self._note("people.statistics", people.statistics, content, men=men, women=women)
+            people = people.with_file("statistics", content)
+        content = self._read(people.file, "people.file", MAX_PEOPLE_BYTES)
+        if content is None or people.statistics is not None:
             return people
-        known = people.with_content(content)
-        persons = known.read(shorten(name))
-        self._note("people.file", name, content, persons=len(persons), warnings=list(persons.notes))
+        known = people.with_file("file", content)
+        persons = known.read(shorten(people.file or ""))
+        self._note("people.file", people.file, content, persons=len(persons), warnings=list(persons.notes))
         return known
 
     def _case(self, case: Any, key: str) -> Any:
-        if case.sheath is None:
-            return case
-        return case.model_copy(update={"sheath": self._sheath(case.sheath, f"{key}.sheath")})
+        return case.model_copy(update={"sheath": self._sheath(case.sheath, key)}) if case.sheath is not None else case
 
     def _sheath(self, sheath: Any, key: str) -> Any:
         """A sheath table and its sides with their files read."""
@@ -98,7 +90,7 @@ class Attachments:
         return sheath.model_copy(update=update)
 
     def _numbers(self, sheath: Any, key: str, bend: Values | None = None) -> dict[str, Any]:
-        """The numbers that files give; `bend` is the bend angle of both sides, which one of its own goes before."""
+        """The numbers that files give; `bend` is the bend angle of both sides, used if the table has none."""
         update: dict[str, Any] = {}
         if sheath.path is not None:
             smoothing = sheath.path_smoothing.single if sheath.path_smoothing is not None else 0.0
@@ -117,57 +109,46 @@ class Attachments:
         if content is None:
             return None
         where = shorten(name, 200)
-        found, warnings = route.measure_route(content, where, smoothing)
+        measured, warnings = route.measure_route(content, where, smoothing)
         self._note(
-            key, name, content, bend_angle=found.bend_angle, standard_error=found.standard_error,
-            as_it_stands=found.as_it_stands, noise=found.noise, path_smoothing=smoothing, warnings=warnings,
-            note=route.route_note(found, where),
+            key, name, content, bend_angle=measured.bend_angle, standard_error=measured.standard_error,
+            as_it_stands=measured.as_it_stands, noise=measured.noise, path_smoothing=smoothing, warnings=warnings,
+            note=route.route_note(measured, where),
         )  # fmt: skip
-        return _estimate("sheath.bend_angle", f"{found.bend_angle!r} rad", f"{found.standard_error!r} rad", key)
+        return _estimate("sheath.bend_angle", f"{measured.bend_angle!r} rad", f"{measured.standard_error!r} rad", key)
 
     def _friction(self, name: str, key: str, bend: Values | None) -> Values | None:
+        """A coefficient and its standard error, or both times a bend angle that the study has to state."""
         content = self._read(name, key, MAX_BYTES)
         if content is None:
             return None
-        hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
+        where, hint = shorten(name, 200), "`tendon fit-friction readings.csv --out friction.toml` writes one"
         try:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
-            if "coefficient" not in fit and "friction_bend" in fit:
-                angle = self._bend_of(bend, key)
-                if angle is None:
-                    return None
-                coefficient = _number(fit["friction_bend"]) / angle
-                error = _number(fit["friction_bend_standard_error"]) / angle
-            else:
-                coefficient, error = _number(fit["coefficient"]), _number(fit["standard_error"])
+            is_of_bend = "coefficient" not in fit and "friction_bend" in fit
+            product = ("friction_bend", "friction_bend_standard_error")
+            numbers = [_number(fit[name]) for name in (product if is_of_bend else ("coefficient", "standard_error"))]
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
             problem = "not a friction fragment, expected a table [friction] with coefficient and standard_error"
-            raise InputError(problem, where=shorten(name, 200), hint=hint) from None
-        if not 0.0 <= coefficient <= 10.0:
-            raise InputError(
-                f"the coefficient {coefficient:g} is not between 0 and 10", where=shorten(name, 200), hint=hint
-            )
-        if not 0.0 <= error <= 10.0:
-            problem = f"the standard error {error:g} is not between 0 and 10"
-            raise InputError(problem, where=shorten(name, 200), hint=hint)
+            raise InputError(problem, where=where, hint=hint) from None
+        angle = bend.single if is_of_bend and isinstance(bend, Values) and not bend.is_axis else 0.0
+        if is_of_bend and angle <= 0.0:
+            help_ = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
+            self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", help_))
+            return None
+        coefficient, error = (number / angle if is_of_bend else number for number in numbers)
+        for what, number in (("coefficient", coefficient), ("standard error", error)):
+            if not 0.0 <= number <= 10.0:
+                raise InputError(f"the {what} {number:g} is not between 0 and 10", where=where, hint=hint)
         source = fit.get("source")
-        self._note(
-            key, name, content, friction=coefficient, standard_error=error,
-            fitted_from=shorten(source) if isinstance(source, str) else None,
-        )  # fmt: skip
+        fitted_from = shorten(source) if isinstance(source, str) else None
+        self._note(key, name, content, friction=coefficient, standard_error=error, fitted_from=fitted_from)
         return _estimate("sheath.friction", coefficient, error, key)
 
-    def _bend_of(self, bend: Values | None, key: str) -> float | None:
-        """The one bend angle, rad, of the sheath that μφ was measured on; a fault if it is not stated."""
-        angle = None if bend is None or bend.is_axis else bend.single
-        if angle is None or not angle > 0.0:
-            hint = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
-            self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", hint))
+    def _read(self, name: str | None, key: str, most: int) -> bytes | None:
+        """A regular file next to the study, if one is named; one that cannot be read is a fault of its key."""
+        if name is None:
             return None
-        return float(angle)
-
-    def _read(self, name: str, key: str, most: int) -> bytes | None:
-        """A regular file next to the study; what cannot be read is a fault of the key that names it."""
         try:
             return read_file(self.folder / name, most)
         except FileNotFoundError:
@@ -179,14 +160,13 @@ class Attachments:
             self.faults.append(Fault(key, f'"{shorten(name)}" cannot be read: {reason}'))
         return None
 
-    def _note(self, key: str, name: str, content: bytes, **facts: Any) -> None:
-        self.sources[key] = {"file": Path(name).name, "sha256": hashlib.sha256(content).hexdigest(), **facts}
+    def _note(self, key: str, name: str | None, content: bytes, **facts: Any) -> None:
+        self.sources[key] = {"file": Path(name or "").name, "sha256": hashlib.sha256(content).hexdigest(), **facts}
 
 
 def _estimate(number: str, middle: float | str, error: float | str, key: str) -> Values | None:
     """A number with its standard error; a case takes the number only."""
-    said = middle if key.startswith("cases.") else {"mean": middle, "std": error}
-    return keys()[number].number.read(said)
+    return keys()[number].number.read(middle if key.startswith("cases.") else {"mean": middle, "std": error})
 
 
 def _stated_bend(sheath: Any) -> Values | None:

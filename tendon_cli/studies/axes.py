@@ -1,15 +1,17 @@
-"""The space of a study: its axes with their roles, and the numbers that all of its designs share."""
+"""The space of a study: its axes with their roles, the numbers that all designs share, and what cannot be in it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.model.design import READINGS
+from tendon_cli.errors import Fault
+from tendon_cli.model.design import F0, READINGS
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.setting import Reading
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,
@@ -32,6 +34,13 @@ from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid, drawn
+from tendon_cli.units import shorten
+
+_MOST_READINGS, _ROUNDING = 10**6, 1e-6
+MAX_FRICTION_EXPONENT = 100.0
+"""Largest μφ: a tendon that loses 43 orders of magnitude of its tension is a slip of the pen."""
+
+_MOST_ARMS_TO_CHECK = 100_000
 
 _WORDS = {REFERENCE: "initial", SLACK: "unilateral", SPRING_AT: "motor", AFTER: "flexion"}
 _WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
@@ -126,3 +135,84 @@ def _role(study: Study, key: str) -> Role:
 
 def _stacked(values: Iterable[float | None]) -> Array:
     return np.array([np.nan if value is None else float(value) for value in values])
+
+
+# --- What cannot be --------------------------------------------------------------------------------------------------
+
+
+def impossibilities(study: Study) -> list[Fault]:
+    """Combinations of numbers, those of its files included, that cannot be."""
+    return [*_friction_faults(study), *_anchor_faults(study), *_faults_of_by(study), *_reading_faults(study)]
+
+
+def _faults_of_by(study: Study) -> Iterator[Fault]:
+    """Shares by a column that the people do not have."""
+    if study.design.by is None:
+        return
+    if study.people is None:
+        yield Fault("design.by", "gives shares of people, and this study has none", 'add [people] source = "ansur2"')
+    elif not study.people.population.sexes:
+        hint = 'a column "sex" with male or female, or people.sex if all are alike'
+        yield Fault("design.by", "gives shares by sex, which the file of people does not say", hint)
+
+
+def _reading_faults(study: Study) -> Iterator[Fault]:
+    """A pretension that no gauge can show, as even without pretension it shows more."""
+    if study.setting.read == F0 or len(space := space_of(study)) > _MOST_READINGS:
+        return
+    design = space.design()
+    least = float(np.nanmax(Reading.of(design, design.read).shown(0.0)))
+    if np.nanmin(design.flexor.pretension) < -_ROUNDING:
+        problem = f"cannot be read as {design.read}, which shows {least:.4g} N or more in the setting of every design"
+        yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
+
+
+def _friction_faults(study: Study) -> Iterator[Fault]:
+    """A product of friction and bend angle, on one side, beyond any sheath."""
+    ends = {
+        key: values.uncertain.reach if values.uncertain else values.extremes for key, values in study.numbers.items()
+    }
+    largest = {key: high for key, (_, high) in ends.items() if key.startswith("sheath.")}
+    space = Space((case_axis(study),) if study.cases else (), largest)
+    for side in SIDES:
+        friction, bend_angle = (
+            space.number(f"sheath.{name}", side).within(space.whole) for name in ("friction", "bend_angle")
+        )
+        reached = np.ravel(friction * bend_angle)
+        at = int(np.argmax(reached > MAX_FRICTION_EXPONENT))
+        if reached[at] > MAX_FRICTION_EXPONENT:
+            problem = f"friction x bend_angle reaches {reached[at]:.4g} on the {side}'s side{_in_case(space, at)}"
+            problem += f", expected {MAX_FRICTION_EXPONENT:g} at most"
+            yield Fault("sheath.friction", problem, "a bend angle without unit is in rad")
+            return
+
+
+def _in_case(space: Space, row: int) -> str:
+    """How an error names the case of a design; nothing in a study without cases."""
+    cases = space.axes[0] if space.axes and space.axes[0].key == CASE_AXIS else None
+    return "" if cases is None else f' in the case "{shorten(cases.names[np.unravel_index(row, space.shape)[0]])}"'
+
+
+def _anchor_faults(study: Study) -> Iterator[Fault]:
+    """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
+    anchors = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2")}
+    axes = [case_axis(study)] if study.cases else []
+    axes += [number_axis(study, key) for key in study.axes if key in anchors.values()]
+    space = Space(tuple(axes), single_numbers(study))
+    if len(space) > _MOST_ARMS_TO_CHECK:
+        return  # such states are found one by one when the study runs, as states without equilibrium
+    given = (space.number(key).within(space.whole) for key in anchors.values())
+    a1, b1, a2, b2 = (np.broadcast_to(each, (*space.shape, 1, 1)).ravel() for each in given)
+    meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
+    alike = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
+    angles = study.motion.elbow_angle
+    low, high = angles.extremes
+    for row in np.flatnonzero(alike & (low <= meeting) & (meeting <= high)):
+        if np.min(np.abs(angles.array - meeting[row])) < 1e-9:
+            yield Fault(
+                "arm",
+                f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting[row]):.6g} deg"
+                + _in_case(space, int(row)),
+                "make a1, b1 and a2, b2 differ, or leave this angle out",
+            )
+            return

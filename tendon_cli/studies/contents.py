@@ -1,9 +1,11 @@
-"""What stands in a table of a study: its numbers with their keys, and the table as a file would say it."""
+"""What stands in a table of a study: its numbers with their keys and columns, and the table as a file would say it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cache
 from types import UnionType
 from typing import Annotated, Any, get_args
 
@@ -11,9 +13,24 @@ from pydantic import AfterValidator, Field, StringConstraints, create_model
 from pydantic.fields import FieldInfo
 
 from tendon_cli.quantities import PLAUSIBLE
+from tendon_cli.space.axis import split_side
 from tendon_cli.studies.curves import CurveColumns, CurveTable
 from tendon_cli.studies.fields import Single, fault
-from tendon_cli.studies.parts import Anchor, Arm, Joint, Load, Model, Part, Setting, Sheath, Spool, Spring, Tendon
+from tendon_cli.studies.number import Number
+from tendon_cli.studies.parts import (
+    Anchor,
+    Arm,
+    Joint,
+    Load,
+    Model,
+    Motion,
+    Part,
+    Setting,
+    Sheath,
+    Spool,
+    Spring,
+    Tendon,
+)
 from tendon_cli.studies.values import Values
 
 
@@ -29,17 +46,10 @@ def part_of(field: FieldInfo) -> type[Part] | None:
     return next((choice for choice in choices if isinstance(choice, type) and issubclass(choice, Part)), None)
 
 
-def numbers_in(part: Part, prefix: str) -> list[tuple[str, Values]]:
-    """The numbers that stand in a part and its sides, with their dotted keys."""
-    return [(key, values) for key, _, values in marked(part, prefix)]
-
-
 def case_numbers(case: Part) -> dict[str, float]:
     """The numbers that a case overrides, by dotted key, in SI."""
     parts = [(name, getattr(case, name)) for name in type(case).model_fields]
-    return {
-        key: values.single for name, part in parts if isinstance(part, Part) for key, values in numbers_in(part, name)
-    }
+    return {key: each.single for name, part in parts if isinstance(part, Part) for key, _, each in marked(part, name)}
 
 
 def marked(part: Part, prefix: str) -> Iterator[tuple[str, Single, Values]]:
@@ -59,8 +69,10 @@ def document(part: Part) -> dict[str, Any]:
         value = getattr(part, name)
         if field.exclude:
             continue
-        if isinstance(value, (Part, CurveTable)):
-            shown[name] = value.document() if isinstance(value, CurveTable) else document(value)
+        if isinstance(value, CurveTable):
+            shown[name] = value.document()
+        elif isinstance(value, Part):
+            shown[name] = document(value)
         elif isinstance(value, Values) and (number := mark_of(field)):
             shown[name] = value.document(number.quantity.dimension)
         elif isinstance(value, tuple):
@@ -69,9 +81,6 @@ def document(part: Part) -> dict[str, Any]:
         elif value is not None:
             shown[name] = value
     return shown
-
-
-_SHARE_TO_TELL = 1e-3
 
 
 def remarks(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
@@ -84,7 +93,7 @@ def remarks(numbers: Iterable[tuple[str, Single, Values]]) -> Iterator[str]:
                 yield f"{key} = {value:g} is {value:g}{unit}, far from any arm ({low:g} to {high:g}{unit})"
                 break
         known = values.uncertain
-        if known is not None and known.cut_share > _SHARE_TO_TELL:
+        if known is not None and known.cut_share > 1e-3:
             span = f"{known.low:g} to {known.high:g}{unit}"
             yield f"{key} can only be {span}: {known.cut_share:.1%} of its distribution is cut off"
 
@@ -96,15 +105,13 @@ def printable(text: str) -> str:
     return text
 
 
-CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)]
-
-
 def _not_dots(name: str) -> str:
     if set(name) == {"."}:
         raise fault(f'"{name}" cannot name a run folder, expected a name such as fig07')
     return name
 
 
+CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)]
 RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
 Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
@@ -129,16 +136,7 @@ def _single_valued(part: type[Part]) -> type[Part]:
 
 
 DESIGN_PARTS: dict[str, type[Part]] = {
-    "arm": Arm,
-    "sheath": Sheath,
-    "tendon": Tendon,
-    "spring": Spring,
-    "anchor": Anchor,
-    "joint": Joint,
-    "spool": Spool,
-    "load": Load,
-    "model": Model,
-    "setting": Setting,
+    part.__name__.lower(): part for part in (Arm, Sheath, Tendon, Spring, Anchor, Joint, Spool, Load, Model, Setting)
 }
 
 
@@ -148,3 +146,37 @@ def case_tables() -> Any:
     fields |= {name: (_single_valued(part) | None, None) for name, part in DESIGN_PARTS.items()}
     doc = "One case, such as a person: a name, and the keys in which it differs."
     return tuple[create_model("Case", __base__=Part, __doc__=doc, **fields), ...]  # type: ignore[misc]
+
+
+_SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
+
+
+@dataclass(frozen=True)
+class Key:
+    """A number's dotted key, such as `tendon.flexor.pretension`."""
+
+    path: str
+    number: Number
+
+    @property
+    def column(self) -> str:
+        """The column that holds it: the key joined with `_`, the side last, three of the common ones shortened."""
+        common, side = split_side(self.path)
+        column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
+        return f"{column}_{side}" if side else column
+
+
+@cache
+def keys() -> dict[str, Key]:
+    """Every number that may be an axis, by its dotted key, in the order of the schema."""
+    tables: dict[str, type[Part]] = {**DESIGN_PARTS, "motion": Motion}
+    return {key: Key(key, number) for name, part in tables.items() for key, number in _numbers_of(part, name)}
+
+
+def _numbers_of(part: type[Part], prefix: str) -> Iterator[tuple[str, Number]]:
+    for name, field in part.model_fields.items():
+        number, inner = mark_of(field), part_of(field)
+        if isinstance(number, Number):
+            yield f"{prefix}.{name}", number
+        elif inner is not None:
+            yield from _numbers_of(inner, f"{prefix}.{name}")

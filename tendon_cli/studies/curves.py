@@ -181,13 +181,6 @@ def bends_of(study: Any) -> dict[str, CurveTable]:
     return {key: bend for key, bend in bends.items() if isinstance(bend, CurveTable)}
 
 
-def check_covers(study: Any, table: CurveTable, key: str, where: str) -> None:
-    """Refuse a file that does not reach as far as the joint moves; raises InputError."""
-    problem = not_covered(study, table, is_travel=key == "joint.excursion")
-    if problem is not None:
-        raise InputError(problem, where=where, hint="extend the table, or ask for fewer angles")
-
-
 def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None:
     """Which angle that a study asks for lies outside of a curve; travels are counted from where pretension is set."""
     asked = [("motion.elbow_angle", end) for end in study.motion.elbow_angle.extremes]

@@ -15,9 +15,10 @@ from pydantic import ValidationError
 from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.studies.attachments import Attachments
-from tendon_cli.studies.checks import contradictions, impossibilities
-from tendon_cli.studies.faults import faults_of, in_order
+from tendon_cli.studies.axes import impossibilities
+from tendon_cli.studies.checks import contradictions
 from tendon_cli.studies.reading import STDIN, Document, read_document, read_value
+from tendon_cli.studies.schema import faults_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.toml_scan import MAX_DEPTH, MAX_KEY_PARTS, KeyPlaces
 from tendon_cli.units import described, shorten
@@ -98,7 +99,8 @@ def study_from(
                 raise
         found += files.faults or ([] if found else impossibilities(study))
     if study is None or found:
-        raise StudyError(in_order([replace(f, line=f.line or places.line_of(f.key)) for f in found]))
+        placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in found]
+        raise StudyError(sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line))
     ranked = dict.fromkeys((*order, *_number_keys(content)))
     return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
 

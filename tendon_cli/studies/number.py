@@ -51,11 +51,9 @@ class Number(Single):
         if any(isinstance(item, (list, tuple, dict)) for item in items):
             raise fault("a list inside a list, expected a list of single values")
         numbers = tuple(self.number(item) for item in items)
-        found: set[float] = set()
-        for item, number in zip(items, numbers, strict=True):
-            if number in found:
-                raise fault(f"{described(item)} stands in the list twice, expected each value once")
-            found.add(number)
+        for at, number in enumerate(numbers) if len(set(numbers)) < len(numbers) else ():
+            if number in numbers[:at]:
+                raise fault(f"{described(items[at])} stands in the list twice, expected each value once")
         return numbers
 
     def _grid(self, table: dict[Any, Any]) -> Grid:

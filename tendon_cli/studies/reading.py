@@ -6,7 +6,6 @@ aliases and tags are refused, and what a file says is never executed.
 
 from __future__ import annotations
 
-import errno
 import re
 import sys
 import tomllib
@@ -14,9 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tendon_cli.errors import Fault, StudyError
 from tendon_cli.files import read_file
-from tendon_cli.studies.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, scan
+from tendon_cli.studies.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, refused, scan
 from tendon_cli.units import shorten
 
 MAX_BYTES = 256_000
@@ -57,7 +55,7 @@ def read_document(path: Path) -> Document:
     try:
         return _yaml(text) if _is_yaml(path, text) else read_toml(text)
     except RecursionError:
-        raise StudyError([Fault("", f"nested deeper than {MAX_DEPTH} levels")]) from None
+        raise refused(f"nested deeper than {MAX_DEPTH} levels") from None
 
 
 def _is_yaml(path: Path, text: str) -> bool:
@@ -71,54 +69,43 @@ def _is_yaml(path: Path, text: str) -> bool:
 def read_value(text: str) -> Any:
     """A value given on the command line as TOML; raises StudyError."""
     if len(text) > MAX_BYTES:
-        raise StudyError([Fault("", f"a value of {len(text)} characters, at most {MAX_BYTES} are read")])
+        raise refused(f"a value of {len(text)} characters, at most {MAX_BYTES} are read")
     content = read_toml(f"value = {text}").content
     if set(content) != {"value"}:
-        raise StudyError([Fault("", "more than one value")])
+        raise refused("more than one value")
     return content["value"]
 
 
 def _bytes(path: Path) -> bytes:
     try:
-        if path == STDIN:
-            return _given()
-        return read_file(path, MAX_BYTES)
+        if path != STDIN:
+            return read_file(path, MAX_BYTES)
+        content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
     except FileNotFoundError:
-        near = [other.name for other in path.parent.glob("*.toml")][:3] if path.parent.is_dir() else []
-        hint = (
-            f"files there: {', '.join(map(shorten, sorted(near)))}"
-            if near
-            else "`tendon init` writes a study to start from"
-        )
-        raise StudyError([Fault("", "no such file", hint)]) from None
+        near = sorted(other.name for other in path.parent.glob("*.toml"))[:3] if path.parent.is_dir() else []
+        hint = f"files there: {', '.join(map(shorten, near))}" if near else "`tendon init` writes a study to start from"
+        raise refused("no such file", hint) from None
     except IsADirectoryError:
-        raise StudyError([Fault("", "this is a folder, expected a study file")]) from None
+        raise refused("this is a folder, expected a study file") from None
     except (OSError, ValueError) as error:
-        raise StudyError([Fault("", f"cannot be read: {getattr(error, 'strerror', None) or error}")]) from None
-
-
-def _given() -> bytes:
-    """What standard input holds; raises OSError."""
-    content = sys.stdin.buffer.read(MAX_BYTES + 1) if sys.stdin is not None else b""
+        raise refused(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if len(content) > MAX_BYTES:
-        raise OSError(errno.EFBIG, f"it is larger than {MAX_BYTES // 1000} kB")
+        raise refused(f"cannot be read: it is larger than {MAX_BYTES // 1000} kB")
     if not content.strip():
-        raise StudyError(
-            [Fault("", "nothing came in, expected a study in TOML or YAML", "such as: tendon sweep - < study.toml")]
-        )
+        raise refused("nothing came in, expected a study in TOML or YAML", "such as: tendon sweep - < study.toml")
     return content
 
 
 def _text(content: bytes) -> str:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise StudyError([Fault("", "UTF-16 text, expected UTF-8", "save the file as UTF-8")])
+        raise refused("UTF-16 text, expected UTF-8", "save the file as UTF-8")
     if content.startswith((b"PAR1", b"\x89PNG", b"PK\x03\x04")) or b"\0" in content[:4096]:
-        raise StudyError([Fault("", "this is a binary file, expected a study in TOML or YAML")])
+        raise refused("this is a binary file, expected a study in TOML or YAML")
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        raise StudyError([Fault("", "not UTF-8 text, expected UTF-8", "save the file as UTF-8", line)]) from None
+        raise refused("not UTF-8 text, expected UTF-8", "save the file as UTF-8", line) from None
 
 
 def read_toml(text: str) -> Document:
@@ -129,17 +116,12 @@ def read_toml(text: str) -> Document:
     except tomllib.TOMLDecodeError as error:
         message, _, place = str(error).partition(" (at ")
         line = int(place.split()[1].strip(",")) if place.startswith("line ") else text.count("\n") + 1
-        raise StudyError([Fault("", f"not TOML: {_problem(message)}", _toml_hint(text, line), line)]) from None
+        words = _OF_THE_PARSER.get(message) or shorten(f"{message[:1].lower()}{message[1:]}", 200)
+        plain = _TUPLE.sub(lambda match: match.group(1).replace("', '", "."), words)  # a key as Python prints it
+        raise refused(f"not TOML: {plain}", _toml_hint(text, line), line) from None
     except ValueError:
-        found = _MANY_DIGITS.search(text)
-        line_of_it = text[: found.start()].count("\n") + 1 if found else None
-        raise StudyError([Fault("", LONG_INTEGER, None, line_of_it)]) from None
-
-
-def _problem(message: str) -> str:
-    """What the parser of TOML found, without the Python in it."""
-    said = _OF_THE_PARSER.get(message) or shorten(f"{message[:1].lower()}{message[1:]}", 200)
-    return _TUPLE.sub(lambda match: match.group(1).replace("', '", "."), said)
+        digits = _MANY_DIGITS.search(text)
+        raise refused(LONG_INTEGER, None, text[: digits.start()].count("\n") + 1 if digits else None) from None
 
 
 def _toml_hint(text: str, line: int) -> str | None:

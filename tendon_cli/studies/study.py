@@ -4,39 +4,39 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, split_side
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
     DESIGN_PARTS,
+    Key,
     RunName,
     Title,
     case_tables,
     document,
-    mark_of,
+    keys,
     marked,
-    numbers_in,
-    part_of,
     remarks,
 )
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
-from tendon_cli.studies.fields import Later, Single
+from tendon_cli.studies.fields import Later
 from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.studies.number import Number
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.values import Uncertain, Values
+from tendon_cli.units import counted
+
+__all__ = ["Key", "Study", "keys"]
 
 _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
 """Tables of what a designer does not decide, and the number of these that one does."""
-_SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angle", "tendon.pretension": "pretension"}
+_MOST_VALUES = 6
 
 
 class Study(Displayed, Part):
@@ -77,11 +77,32 @@ class Study(Displayed, Part):
     @property
     def text(self) -> str:
         """Name, axes, limits and warnings, in a few lines."""
-        from tendon_cli.studies.text import study_text  # only who prints a study pays for its import
+        from tendon_cli import say  # only who prints a study pays for its import
 
-        numbers = {path: (key.number.name, values) for path, key in keys().items()
-                   if (values := self.numbers.get(path)) is not None}  # fmt: skip
-        return study_text(self, numbers | {"motion.elbow_angle": ("elbow_angle", self.motion.elbow_angle)})
+        angle = _values_text("elbow_angle", self.motion.elbow_angle)
+        lines = [
+            *(("axis", f"{key}: {self._axis_text(key)}") for key in self.axes),
+            ("motion", f"{' and '.join(self.motion.direction)}, elbow angle {angle}"),
+            *([("conditions", ", ".join(self.conditions))] if self.conditions else []),
+            *(("limit", f"{name} {say.quantity(name, value)}") for name, value in self.limits.items()),
+            *([("uncertain", ", ".join(self.uncertain))] if self.uncertain else []),
+            *(("note", note) for note in self.notes),
+            *(("warning", warning) for warning in self.warnings),
+        ]
+        title = f"{self.name}: {self.title}" if self.title else f"study {self.name}"
+        return "\n".join([title, *(f"  {name:<11} {text}" for name, text in lines)])
+
+    def _axis_text(self, key: str) -> str:
+        """The values of an axis, the middle of a long one left out."""
+        if key in self.numbers:
+            return _values_text(keys()[key].number.name, self.numbers[key])
+        if key == DRAW_AXIS:
+            return counted(self.draws, "draw")
+        if self.people is not None and key == PERSON_AXIS:
+            return f"those of {self.people.file}" if self.people.file else counted(self.people.count, "person")
+        names = [str(getattr(case, "name", "")) for case in self.cases]
+        more = f", ... ({counted(len(names), 'case')})" if len(names) > _MOST_VALUES else ""
+        return ", ".join(names[:_MOST_VALUES]) + more
 
     def vary(self, **settings: Any) -> Study:
         """The same study with other values: `study.vary(**{"load.mass": "3 kg"})`; raises StudyError."""
@@ -104,7 +125,7 @@ class Study(Displayed, Part):
     @cached_property
     def numbers(self) -> dict[str, Values]:
         """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
-        return {key: values for part in DESIGN_PARTS for key, values in numbers_in(getattr(self, part), part)}
+        return {key: values for part in DESIGN_PARTS for key, _, values in marked(getattr(self, part), part)}
 
     @property
     def of_the_body(self) -> tuple[str, ...]:
@@ -209,42 +230,11 @@ class Study(Displayed, Part):
         return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
 
 
-@dataclass(frozen=True)
-class Key:
-    """A number's dotted key, such as `tendon.flexor.pretension`."""
+def _values_text(quantity: str, values: Values) -> str:
+    """The values of a number as people write them, the middle of a long axis left out."""
+    from tendon_cli import say
 
-    path: str
-    number: Number
-
-    @property
-    def column(self) -> str:
-        """The column that holds it: the key joined with `_`, the side last, three of the common ones shortened."""
-        common, side = split_side(self.path)
-        column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
-        return f"{column}_{side}" if side else column
-
-
-@cache
-def keys() -> dict[str, Key]:
-    """Every number that may be an axis, by its dotted key, in the order of the schema."""
-    parts = (*DESIGN_PARTS, "motion")
-    return {
-        path: Key(path, number)
-        for part in parts
-        for path, number in _keys_of(Study, part)
-        if isinstance(number, Number)
-    }
-
-
-def _keys_of(owner: type[Part], name: str, prefix: str = "") -> list[tuple[str, Single]]:
-    part = part_of(owner.model_fields[name])
-    if part is None:
-        return []
-    found: list[tuple[str, Single]] = []
-    for inner, field in part.model_fields.items():
-        number = mark_of(field)
-        if number is not None:
-            found.append((f"{prefix}{name}.{inner}", number))
-        elif part_of(field):
-            found += _keys_of(part, inner, f"{prefix}{name}.")
-    return found
+    if len(values) > _MOST_VALUES:
+        first, last = (say.quantity(quantity, value) for value in (values.array[0], values.array[-1]))
+        return f"{first} to {last}, {len(values):,} values"
+    return ", ".join(say.quantity(quantity, value) for value in values.array)

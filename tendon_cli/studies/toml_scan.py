@@ -28,6 +28,11 @@ _MARK = re.compile(
 _KEY_PART = re.compile(r"""\s*("(?:\\.|[^"\\])*"|'[^']*'|[^."'\s]+)\s*(?:\.|$)""")
 
 
+def refused(problem: str, hint: str | None = None, line: int | None = None, key: str = "") -> StudyError:
+    """A file that cannot be read as a study, for one reason."""
+    return StudyError([Fault(key, problem, hint, line)])
+
+
 @dataclass
 class KeyPlaces:
     """Where keys stand: `lines[path]` is the line of a dotted key, in the order of the document."""
@@ -51,7 +56,7 @@ class KeyPlaces:
 
 
 def scan(text: str) -> KeyPlaces:
-    """Refuse what is nested or dotted too deeply, and tell where the keys stand; raises StudyError."""
+    """Refuse what is nested or dotted too deeply, and note where the keys stand; raises StudyError."""
     scanner = _Scanner(text)
     for match in _MARK.finditer(text):
         scanner.take(match.group(), match.start())
@@ -62,38 +67,33 @@ class _Scanner:
     """What is known while walking through the marks of a document."""
 
     def __init__(self, text: str) -> None:
-        self.text = text
-        self.places = KeyPlaces()
-        self.line = 1
-        self.depth = 0
-        self.dots = 0
+        self.text, self.places = text, KeyPlaces()
+        self.line, self.depth, self.dots = 1, 0, 0
         self.statement = 0  # offset at which the current statement starts
         self.in_key = True  # before the equals sign of the current statement
         self.table: list[str] = []
         self.counts: dict[str, int] = {}
 
     def take(self, mark: str, start: int) -> None:
-        if mark == "\n":
-            self._end_of_line(start)
-        elif mark == ".":
-            self._dot()
-        elif mark[0] in "[]{},":
-            self._bracket(mark)
-        elif mark == "=" and self.depth == 0 and self.in_key:
-            self._note([*self.table, *_key_parts(self.text[self.statement : start])])
+        if mark[0] not in "\"'#":
+            self.dots = self.dots + 1 if mark == "." else 0
+            self.depth += (mark in "[{") - (mark in "]}")
+        if self.dots >= MAX_KEY_PARTS or self.depth > MAX_DEPTH:
+            deep = (
+                f"a key of more than {MAX_KEY_PARTS} parts" if self.dots else f"nested deeper than {MAX_DEPTH} levels"
+            )
+            raise refused(deep, "a study needs no more than four", self.line)
+        if self.depth == 0 and self.in_key and mark in "=\n":
+            statement = self.text[self.statement : start]
+            if mark == "=":
+                self._note([*self.table, *_key_parts(statement)])
+            elif statement.strip().startswith("["):
+                self._header(statement.strip())
+        if self.depth == 0 and mark == "=":
             self.in_key = False
-        if mark == "=":
-            self.dots = 0
-        self.line += mark.count("\n")
-
-    def _end_of_line(self, start: int) -> None:
-        self.dots = 0
-        if self.in_key and self.depth == 0:
-            statement = self.text[self.statement : start].strip()
-            if statement.startswith("["):
-                self._header(statement)
-        if self.depth == 0:
+        if self.depth == 0 and mark == "\n":
             self.statement, self.in_key = start + 1, True
+        self.line += mark.count("\n")
 
     def _header(self, text: str) -> None:
         self.table = _key_parts(text.partition("#")[0].strip().strip("[]"))
@@ -107,20 +107,6 @@ class _Scanner:
 
     def _note(self, parts: list[str]) -> None:
         self.places.lines.setdefault(".".join(parts), self.line)
-
-    def _dot(self) -> None:
-        self.dots += 1
-        if self.dots >= MAX_KEY_PARTS:
-            self._refuse(f"a key of more than {MAX_KEY_PARTS} parts")
-
-    def _bracket(self, mark: str) -> None:
-        self.dots = 0
-        self.depth += {"[": 1, "{": 1, "]": -1, "}": -1, ",": 0}[mark]
-        if self.depth > MAX_DEPTH:
-            self._refuse(f"nested deeper than {MAX_DEPTH} levels")
-
-    def _refuse(self, problem: str) -> None:
-        raise StudyError([Fault("", problem, "a study needs no more than four", self.line)])
 
 
 def _key_parts(text: str) -> list[str]:

@@ -12,8 +12,8 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from tendon_cli.errors import Fault, StudyError
-from tendon_cli.studies.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces
+from tendon_cli.errors import StudyError
+from tendon_cli.studies.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, refused
 from tendon_cli.units import shorten
 
 _MARK = re.compile(r"'?<([a-z ]+)>'?")
@@ -25,10 +25,7 @@ _MARKS = {
     "block sequence start": "a list",
     "stream end": "the end of the file",
 }
-_MOST_DIGITS = 4300
-_DUPLICATE = re.compile(r'found (duplicate key ".*?") with value .*')
 _TUPLE = re.compile(r"\((.*?),?\)$")
-
 _TOML = "a study in TOML is a file that ends in .toml"
 _OF_THE_PARSER = {
     "found unexpected end of stream": ("text that is not closed, expected a quote at its end", None),
@@ -43,38 +40,30 @@ _OF_THE_PARSER = {
 
 def read_yaml(text: str) -> tuple[dict[str, Any], KeyPlaces]:
     """The content of a YAML document and where its keys stand; raises StudyError."""
-    places = KeyPlaces()
+    builder = _Builder()
     try:
-        _check_events(_reader().parse(text))
-        _note_places(_reader().compose(text), "", places)
-        content = _reader().load(text)
+        _check_events(YAML(typ="safe", pure=True).parse(text))
+        node = builder.yaml.compose(text)
+        content = None if node is None else builder.value(node, "")
     except MarkedYAMLError as error:
         raise _not_yaml(error.problem or str(error), error.problem_mark) from None
     except YAMLError as error:
         at = getattr(error, "position", None)
         line = text[:at].count("\n") + 1 if isinstance(at, int) else None
-        raise _refusal(f"not YAML: {shorten(str(error).splitlines()[0], 120)}", line) from None
+        raise refused(f"not YAML: {shorten(str(error).splitlines()[0], 120)}", line=line) from None
     if content is None:
-        return {}, places
+        return {}, builder.places
     if not isinstance(content, dict):
-        raise _refusal("the file holds no keys, expected such as `name: my-study`", 1)
-    return content, places
+        raise refused("the file holds no keys, expected such as `name: my-study`", line=1)
+    return content, builder.places
 
 
 def _not_yaml(message: str, mark: Any) -> StudyError:
     """What the parser found, in our words where there are better ones than its own."""
-    message = _DUPLICATE.sub(r"\1, expected each key once", message.partition("\n")[0])
-    said, hint = next((words for sign, words in _OF_THE_PARSER.items() if sign in message), (None, None))
+    message = message.partition("\n")[0]
+    problem, hint = next((words for sign, words in _OF_THE_PARSER.items() if sign in message), (None, None))
     plain = _MARK.sub(lambda match: _MARKS.get(match.group(1), match.group(1)), _TUPLE.sub(r"\1", message))
-    return _refusal(f"not YAML: {shorten(said or plain, 120)}", mark.line + 1 if mark else None, hint)
-
-
-def _reader() -> YAML:
-    return YAML(typ="safe", pure=True)
-
-
-def _refusal(problem: str, line: int | None, hint: str | None = None, key: str = "") -> StudyError:
-    return StudyError([Fault(shorten(key, 120), problem, hint, line)])
+    return refused(f"not YAML: {shorten(problem or plain, 120)}", hint, mark.line + 1 if mark else None)
 
 
 def _check_events(events: Any) -> None:
@@ -82,58 +71,64 @@ def _check_events(events: Any) -> None:
     depth = 0
     for event in events:
         kind = type(event).__name__
-        line = event.start_mark.line + 1
         depth += kind.endswith(("MappingStartEvent", "SequenceStartEvent"))
         depth -= kind.endswith(("MappingEndEvent", "SequenceEndEvent"))
+        line = event.start_mark.line + 1
         if depth > MAX_DEPTH:
-            raise _refusal(f"nested deeper than {MAX_DEPTH} levels", line)
+            raise refused(f"nested deeper than {MAX_DEPTH} levels", line=line)
         if getattr(event, "anchor", None) is not None:
-            raise _refusal("YAML anchors and aliases are not read", line, "write the value out")
+            raise refused("YAML anchors and aliases are not read", "write the value out", line)
         if getattr(event, "tag", None) is not None:
             tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")
-            raise _refusal(f"the YAML tag {shorten(tag)} is not read", line, "leave it out")
+            raise refused(f"the YAML tag {shorten(tag)} is not read", "leave it out", line)
 
 
-def _note_places(node: Any, path: str, places: KeyPlaces) -> None:
-    """Remember the line of every key, in the order of the document; keys are words and nothing else."""
-    if node is None:
-        return
-    if isinstance(node.value, str):
-        _check_scalar(node, path)
-        return
-    for index, item in enumerate(node.value):
-        pair = isinstance(item, tuple)
-        at, value = item if pair else (item, item)
-        line = at.start_mark.line + 1
-        if pair:
-            _check_key(at, path)
-        inner = f"{path}.{at.value if pair else index}".removeprefix(".")
-        places.lines.setdefault(inner, line)
-        _note_places(value, inner, places)
+class _Builder:
+    """Plain values from nodes; notes the lines of their keys."""
 
+    def __init__(self) -> None:
+        self.yaml = YAML(typ="safe", pure=True)
+        self.places = KeyPlaces()
 
-def _check_key(node: Any, table: str) -> None:
-    """Refuse keys that are no words: numbers, dates, truth values, lists, tables and merge keys."""
-    line = node.start_mark.line + 1
-    if not isinstance(node.value, str):
-        raise _refusal("a list or table stands as a key, expected a word", line, None, table)
-    key = f"{table}.{shorten(node.value)}".removeprefix(".")
-    if node.value == "<<":
-        raise _refusal("YAML merge keys are not read", line, "write the keys out", key)
-    if not str(node.tag).endswith(":str"):
-        said = f'"{shorten(node.value)}"' if node.value else "nothing"
-        raise _refusal(f"{said} stands as a key, expected a word", line, "text in quotes is a word", key)
+    def value(self, node: Any, path: str) -> Any:
+        """What a node says; raises StudyError."""
+        if isinstance(node.value, str):
+            return self._scalar(node, path)
+        if str(node.tag).endswith(":seq"):
+            items = [(f"{path}.{at}".removeprefix("."), item) for at, item in enumerate(node.value)]
+            for inner, item in items:
+                self.places.lines.setdefault(inner, item.start_mark.line + 1)
+            return [self.value(item, inner) for inner, item in items]
+        content: dict[str, Any] = {}
+        for key, item in node.value:
+            name = self._key(key, path)
+            if name in content:
+                at = key.start_mark.line + 1
+                raise refused(f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=at)
+            inner = f"{path}.{name}".removeprefix(".")
+            self.places.lines.setdefault(inner, key.start_mark.line + 1)
+            content[name] = self.value(item, inner)
+        return content
 
+    def _key(self, node: Any, table: str) -> str:
+        """A word; raises StudyError for numbers, dates, truth values, lists, tables and merge keys."""
+        line = node.start_mark.line + 1
+        if not isinstance(node.value, str):
+            raise refused("a list or table stands as a key, expected a word", None, line, shorten(table, 120))
+        key = shorten(f"{table}.{shorten(node.value)}".removeprefix("."), 120)
+        if node.value == "<<":
+            raise refused("YAML merge keys are not read", "write the keys out", line, key)
+        if not str(node.tag).endswith(":str"):
+            given = f'"{shorten(node.value)}"' if node.value else "nothing"
+            raise refused(f"{given} stands as a key, expected a word", "text in quotes is a word", line, key)
+        return str(node.value)
 
-def _check_scalar(node: Any, key: str) -> None:
-    """Refuse the numbers and dates that end in an exception when they are built."""
-    line = node.start_mark.line + 1
-    if len(node.value) > _MOST_DIGITS and str(node.tag).endswith(":int") and "x" not in node.value[:3]:
-        raise _refusal(LONG_INTEGER, line, None, key)
-    if str(node.tag).endswith(":timestamp"):
+    def _scalar(self, node: Any, path: str) -> Any:
         try:
-            _reader().constructor.construct_object(node)
+            return self.yaml.constructor.construct_object(node)
         except (ValueError, OverflowError):
-            raise _refusal(
-                f'"{shorten(node.value)}" is not a date of the calendar, expected text in quotes', line, None, key
+            is_date = str(node.tag).endswith(":timestamp")
+            date = f'"{shorten(node.value)}" is not a date of the calendar, expected text in quotes'
+            raise refused(
+                date if is_date else LONG_INTEGER, None, node.start_mark.line + 1, shorten(path, 120)
             ) from None

@@ -99,19 +99,14 @@ class People(Part):
     @property
     def nominal(self) -> "Population":
         """The persons, each once: what was not measured as expected."""
-        return (
-            self.population
-            if self.completions is None
-            else self.model_copy(update={"completions": None}).read("people")
-        )
+        if self.completions is None:
+            return self.population
+        return self.model_copy(update={"completions": None}).read("people")
 
-    def with_content(self, content: bytes) -> "People":
-        """The same with what its file holds in place of its name."""
-        return self.model_copy(update={"content": packed(content), "file": None})
-
-    def with_statistics(self, content: bytes) -> "People":
-        """The same with the statistics that their file holds in place of its name."""
-        return self.model_copy(update={"statistics_content": packed(content), "statistics": None})
+    def with_file(self, key: str, content: bytes) -> "People":
+        """The same with what the file of `file` or `statistics` holds in place of its name."""
+        held = {"file": "content", "statistics": "statistics_content"}[key]
+        return self.model_copy(update={held: packed(content), key: None})
 
     def contradictions(self) -> Iterator[Fault]:
         """Keys that do not go together."""
@@ -123,14 +118,10 @@ class People(Part):
         elif self.completions is not None and self.content is None:
             problem = "draws what a file does not say of its persons, and this study names no file"
             yield Fault("people.completions", problem, 'file = "people.csv"')
-        if self.statistics is not None:
-            for key in ("source", "statistics_content"):
-                if key in given:
-                    yield Fault(
-                        f"people.{key}",
-                        "cannot be given with statistics, which persons are drawn from",
-                        "leave one out",
-                    )
+        for key in ("source", "statistics_content") if self.statistics is not None else ():
+            if key in given:
+                problem = "cannot be given with statistics, which persons are drawn from"
+                yield Fault(f"people.{key}", problem, "leave one out")
         if self.women is not None and self.sex != "both":
             yield Fault("people.women", f'is a share among both sexes, and sex is "{self.sex}"', 'sex = "both"')
 
