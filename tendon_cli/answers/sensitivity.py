@@ -12,12 +12,11 @@ from tendon_cli.answers.problem import Problem
 from tendon_cli.answers.solve import solve
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import excess
 from tendon_cli.model.setting import shown
-from tendon_cli.model.spline import Spline
 from tendon_cli.space.axis import PRETENSION, WORDS, of_side
 from tendon_cli.studies.study import keys
 

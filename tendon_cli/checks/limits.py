@@ -17,7 +17,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.model.response import SLACK_TOLERANCE, pretension_shortfall
+from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
@@ -130,7 +130,7 @@ def _beyond(numbers: npt.NDArray[Any], limit: str, bound: float, values: npt.NDA
 
 _OF_STATES: dict[str, Callable[[State], Array]] = {
     NO_EQUILIBRIUM: lambda state: np.where(np.isnan(state.elbow_torque), 1.0, 0.0),
-    SLACK: lambda state: pretension_shortfall(state.coupling),
+    SLACK: lambda state: state.situation.response.required,
 }
 """What is largest in the worst state of what is no key of [limits]."""
 

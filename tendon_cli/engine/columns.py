@@ -12,8 +12,8 @@ import numpy.typing as npt
 from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.design import F0
+from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.model.spline import Spline
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
 from tendon_cli.space.axis import DRAW_AXIS, NAMED_AXES, PERSON_AXIS, SIDES, split_side

@@ -50,7 +50,7 @@ def _to_cut(plan: Plan, block: Block) -> int | None:
     whole = frozenset(range(len(lengths)))
     most_of = [
         (whole, 1, _DESIGNS),
-        (whole - free, plan.states_per_design, plan.block_states),
+        (whole, plan.states_per_design, plan.block_states),
     ]
     if kernel.kind():
         per_arm, states = len(plan.elbow_angles), plan.states_per_design
@@ -205,7 +205,7 @@ def _by_numpy(plan: Plan, block: Block, of_forms: tuple[str, ...]) -> Found:
         return {name: np.concatenate([half[name] for half in halves], axis=long) for name in halves[0]}
     columns = extremes.of_forms(of_forms, plan.situation(block)) if of_forms else {}
     if speed is not None:
-        from tendon_cli.model.cycle import cycle  # only a study of motion pays for its import
+        from tendon_cli.model.motor import cycle  # only a study of motion pays for its import
 
         motor = cycle(plan.design(block), *plan.motion(block), speed.single)
         columns |= {name: getattr(motor, name) for name in OF_CYCLES}

@@ -83,11 +83,6 @@ class Situation:
             resting=None if self.resting is None else (self.resting[0].compliance, self.resting[1].compliance),
         )
 
-    @property
-    def follows_angle(self) -> bool:
-        """Whether more than the flexor's path differs from angle to angle: a sheath's bend, or the extensor's arm."""
-        return self.resting is not None or np.ndim(self.motion.extensor_moment_arm_slope) > 0
-
     @cached_property
     def arm_slopes(self) -> tuple[Array, Real]:
         """J_f' - J_f c_f'/c_f and J_e' - J_e c_e'/c_e: what a newton takes of, gives to the elbow's stiffness, m."""
@@ -117,15 +112,10 @@ class Situation:
     @cached_property
     def slack_lengths(self) -> tuple[Array, Array]:
         """Slack length per loose path of the side that is slack, and that of a taut one, m."""
-        unilateral, (flexor, extensor) = np.asarray(self.design.unilateral), self.slack_per_path
-        per_path = np.where(self.coupling.elbow_torque < 0.0, flexor, extensor)
+        unilateral = np.asarray(self.design.unilateral)
+        per_path = np.where(self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0)
         is_known = unilateral & ~np.isnan(self.coupling.moment_arm)
         return np.where(unilateral & ~self.response.idle, per_path, np.nan), np.where(is_known, 0.0, np.nan)
-
-    @property
-    def slack_per_path(self) -> tuple[Array, Array]:
-        """Slack length of flexor and extensor per loose path, at the spool's ratio."""
-        return 1.0 / np.asarray(self.design.ratio), np.ones(())
 
     @cached_property
     def motor_arms(self) -> tuple[Array, Array]:
@@ -169,12 +159,12 @@ class State:
 
     @property
     def flexor_slack(self) -> Array:
-        """Length, m: the loose path belongs to the slack side."""
+        """Length of the loose path, which belongs to the slack side, m."""
         return self._slack_length(self.balance.flexor_slack)
 
     @property
     def extensor_slack(self) -> Array:
-        """Length, m."""
+        """Likewise the extensor's, m."""
         return self._slack_length(self.balance.extensor_slack)
 
     @property
@@ -252,33 +242,22 @@ class State:
 
     def columns(self) -> dict[str, Array]:
         """The result columns of a table of states, by name, but for the status."""
-        balance, motion = self.balance, self.situation.motion
-        flexor, extensor = self._stretches("flexor"), self._stretches("extensor")
-        return {
-            "flexor_tension_proximal": self.flexor_tension_proximal,
-            "flexor_tension_distal": balance.flexor,
-            "extensor_tension_proximal": self.extensor_tension_proximal,
-            "extensor_tension_distal": balance.extensor,
-            "flexor_tendon_stretch": flexor["tendon"],
-            "extensor_tendon_stretch": extensor["tendon"],
-            "flexor_spring_stretch": flexor["spring"],
-            "extensor_spring_stretch": extensor["spring"],
-            "flexor_slack": self.flexor_slack,
-            "extensor_slack": self.extensor_slack,
-            "elbow_torque": self.elbow_torque,
-            "motor_torque": self.motor_torque,
-            "spool_angle": self.spool_angle,
-            "elbow_stiffness": self.elbow_stiffness,
-            "flexor_moment_arm": motion.flexor_moment_arm,
-            "flexor_travel": motion.flexor_travel,
-            "extensor_travel": motion.extensor_travel,
+        stretches = [self._stretches(side) for side in SIDES]
+        distal = {f"{side}_tension_distal": getattr(self.balance, side) for side in SIDES}
+        stretched = {
+            f"{side}_{part}_stretch": by_part[part]
+            for part in ("tendon", "spring")
+            for side, by_part in zip(SIDES, stretches, strict=True)
         }
+        motion = {name: getattr(self.motion, name) for name in _OF_MOTION}
+        return distal | stretched | {name: getattr(self, name) for name in _OF_STATES} | motion
 
 
-def couple(design: Design, elbow_angle: Real, flexion: Flag) -> tuple[Travels, Sheathed, Sheathed, Coupling]:
-    """What a state knows before any pretension: motion, both sheaths, and how they are tied together."""
-    at = Situation.of(design, elbow_angle, flexion)
-    return at.motion, at.flexor, at.extensor, at.coupling
+_OF_STATES = (
+    "flexor_tension_proximal", "extensor_tension_proximal", "flexor_slack", "extensor_slack", "elbow_torque",
+    "motor_torque", "spool_angle", "elbow_stiffness",
+)  # fmt: skip
+_OF_MOTION = ("flexor_moment_arm", "flexor_travel", "extensor_travel")
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:

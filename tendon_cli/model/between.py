@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds, ends_of
-from tendon_cli.model.cycle import taken
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.model.motor import taken
 from tendon_cli.model.window import Ends, ends_of_states, slack_codes
 
 ANGLES = 91
@@ -43,13 +43,13 @@ def end_curves(
     Over all designs and directions; infinite where a limit asks for nothing. Angles are (1, K), the results (K,).
     """
     at = Situation.of(design, elbow_angle, flexion)
-    shortfall, slack = at.response.shortfall, slack_codes(at)
+    required, slack = at.response.required, slack_codes(at)
     curves: tuple[dict[str, Array], dict[str, Array]] = {}, {}
     slack_ends = [(int(code), np.zeros(()), slack >= 0, 1.0 * (slack == code)) for code in np.unique(slack)]
     ends = [*slack_ends, *(each[:4] for each in ends_of(at, bounds))]
     for code, end, is_lower, gain in ends:
         for of_limits, holds, sign in zip(curves, (is_lower, ~is_lower), (1.0, -1.0), strict=True):
-            asked = np.where(holds & (gain != 0.0) & ~np.isnan(shortfall), sign * (shortfall + end), -np.inf)
+            asked = np.where(holds & (gain != 0.0) & ~np.isnan(required), sign * (required + end), -np.inf)
             most = asked.reshape(-1, asked.shape[-1]).max(axis=0)
             if np.any(most > -np.inf):
                 name = LIMIT_NAMES[code]

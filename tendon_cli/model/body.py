@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from tendon_cli.model.kinematics import Anchors, Array, Real
+from tendon_cli.model.kinematics import Array, Real
 
 FOREARM_MASS_SHARE = 0.022
 """Mass of forearm and hand over that of the body (Winter 2009, Table 4.1)."""
@@ -60,12 +60,6 @@ def anchor_scales(body: Body, reference: Body) -> dict[str, Array]:
         anchor: np.asarray(np.divide(getattr(body, dimension), getattr(reference, dimension)))
         for anchor, dimension in ANCHOR_ALONG.items()
     }
-
-
-def anchors_on(body: Body, reference: Body, anchors: Anchors) -> Anchors:
-    """The suit's anchors on a body, where `anchors` are those on the reference."""
-    scales = anchor_scales(body, reference)
-    return Anchors(**{name: scale * getattr(anchors, name) for name, scale in scales.items()})
 
 
 def forearm_mass(body: Body) -> Array:

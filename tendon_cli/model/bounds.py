@@ -1,8 +1,8 @@
-"""What designs are held to, as bounds on lines: each limit on a form of a state over the surplus v = F - shortfall.
+"""What designs are held to, as bounds on lines: each limit on a form of a state over its margin v.
 
-With v the tensions are x = flexor_floor + flexor_gain v and y likewise (`response.Response`), and the elbow stiffness
-is a line, too. Compiled code takes what `held_forms` gives, and knows no limit by name. Arguments broadcast as in
-`actuator`; SI units, angles in radians.
+That is how far the pretension is above what keeps the state taut; with it the tensions are x = flexor_floor +
+flexor_gain v and y likewise (`response.Response`), and the elbow stiffness is a line, too. Compiled code takes what
+`held_forms` gives, and knows no limit by name. Arguments broadcast as in `actuator`; SI units, angles in radians.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
 
 
 def stiffness_line(at: Situation) -> tuple[Array, Array]:
-    """k of a taut state over v = F - shortfall: base and gain, N m/rad and per newton."""
+    """k of a taut state over v, the margin: base and gain, N m/rad and per newton."""
     response, (of_flexor, of_extensor) = at.response, at.arm_slopes
     base, gain = at.held_stiffness[0] - response.flexor_floor * of_flexor, -(response.flexor_gain * of_flexor)
     if np.any(of_extensor):
@@ -106,7 +106,7 @@ def stiffness_line(at: Situation) -> tuple[Array, Array]:
 
 
 def ends_of(at: Situation, bounds: Bounds) -> Iterator[tuple[int, Array, Flags, Array, Flags]]:
-    """Every bound on a form of states, which is a line in v = F - shortfall.
+    """Every bound on a form of states, which is a line in the margin v.
 
     It gives the limit's code, the v at which it is just kept, whether that is a lower end, the gain of the form (where
     that is 0 it bounds nothing), and whether no v keeps it.
@@ -130,11 +130,11 @@ def limit_end(code: int, design: Design, elbow_angle: Real, flexion: Flag, bound
     if code == PRETENSION:
         return np.asarray(bounds["max_pretension"])
     at = Situation.of(design, elbow_angle, flexion)
-    shortfall, tightest = at.response.shortfall, np.full((), np.inf if upper else -np.inf)
+    required, tightest = at.response.required, np.full((), np.inf if upper else -np.inf)
     if code in (FLEXOR_SLACK, EXTENSOR_SLACK):
-        return shortfall
+        return required
     for limit, end, is_lower, gain, _ in ends_of(at, bounds):
         if limit == code:
             binds = (is_lower != upper) & (gain != 0.0) & ((end < tightest) if upper else (end > tightest))
             tightest = np.where(binds, end, tightest)
-    return np.asarray(shortfall + tightest)
+    return np.asarray(required + tightest)

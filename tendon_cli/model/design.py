@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Real
-from tendon_cli.model.spline import Spline
+from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Real, Spline
 
 
 @dataclass(frozen=True, eq=False)

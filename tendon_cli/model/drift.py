@@ -10,7 +10,7 @@ one, stable, further on: in between the joint is driven there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -60,10 +60,3 @@ def _driving_torque(design: Design, state: State) -> Array:
     extensor = state.extensor_pretension + (motion.extensor_travel - design.ratio * held) / tied.extensor_compliance
     pulls = tied.moment_arm * np.maximum(flexor, 0.0) - tied.extensor_arm * np.maximum(extensor, 0.0)
     return np.asarray(pulls - tied.elbow_torque)
-
-
-def at_pretension(design: Design, pretension: float) -> Design:
-    """A design with one pretension of both sides, N."""
-    sides = (replace(side, pretension=pretension) for side in (design.flexor, design.extensor))
-    flexor, extensor = sides
-    return replace(design, flexor=flexor, extensor=extensor)

@@ -6,6 +6,10 @@ The spool turns with the elbow by dα/dθ; everything else follows from that. Pe
 
 with U what tendons and springs store and W what friction takes. Along a sheath the tendon slides by u(s) and friction
 takes dF/ds du ds: W comes from friction itself, and the balance above is used nowhere. SI units, angles in radians.
+
+A cycle is both strokes of a design. Its works are integrals over the elbow angle; where a tendon goes slack or the
+motor turns from driving to braking they have a kink, which is found by bisection. What the turns between the strokes
+cost is left out.
 """
 
 from __future__ import annotations
@@ -13,11 +17,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from tendon_cli.model.actuator import State
-from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.actuator import State, evaluate
+from tendon_cli.model.design import Design, changed
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
+
+_LONGEST_STEP = float(np.radians(1.0))
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
+_HALVINGS = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,3 +77,147 @@ def motor_rates(design: Design, state: State) -> MotorRates:
         friction=at.flexor.friction_rate(x, x_rate, tied.moment_arm)
         + at.extensor.friction_rate(y, y_rate, -np.asarray(tied.extensor_arm)),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """What both strokes of a design come to; shapes as those of the design, without the axes of states.
+
+    Speeds and differences are over the states given. NaN where no state tells, and works and losses where any state has
+    no equilibrium.
+    """
+
+    peak_motor_speed: Array
+    """rad/s."""
+    peak_motor_power: Array
+    """W, the largest that the motor drives with; at least 0."""
+    peak_braking_power: Array
+    """W, the largest that it takes up; at least 0."""
+    motor_work_in: Array
+    """J, of those stretches where it drives."""
+    friction_loss: Array
+    """J."""
+    spool_travel: Array
+    """rad."""
+    max_backlash: Array
+    """rad; NaN where there is one direction alone."""
+    max_torque_band: Array
+    """N m; NaN where there is one direction alone."""
+
+    @property
+    def efficiency(self) -> Array:
+        """1 - friction_loss / motor_work_in; NaN without work."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(self.motor_work_in > 0.0, 1.0 - self.friction_loss / self.motor_work_in, np.nan))
+
+
+def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> Cycle:
+    """Both strokes of designs at a speed of the elbow (rad/s), from the smallest to the largest angle and back.
+
+    Directions (D, 1) and elbow angles (1, K), in any order, are the last two axes. Peaks, travel and differences are
+    those of the states at these angles.
+    """
+    angles = np.unique(elbow_angle)
+    state = evaluate(design, angles[np.newaxis], flexion)
+    at = motor_rates(design, state)
+    power = np.where(flexion, speed, -speed) * at.power
+    work, loss = _works(design, angles, flexion)
+    return Cycle(
+        peak_motor_speed=_over(np.fmax, np.abs(speed * at.spool_speed)),
+        peak_motor_power=np.maximum(_over(np.fmax, power), 0.0),
+        peak_braking_power=np.maximum(_over(np.fmax, -power), 0.0),
+        motor_work_in=work,
+        friction_loss=loss,
+        spool_travel=_over(np.fmax, at.spool_angle) - _over(np.fmin, at.spool_angle),
+        max_backlash=_largest_gap(at.spool_angle, flexion),
+        max_torque_band=_largest_gap(state.motor_torque, flexion),
+    )
+
+
+def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]:
+    """Work of the motor where it drives, and what friction takes, J."""
+    edges = _steps(angles)
+    low, high = edges[:-1], edges[1:]
+    kinds = _kinds(design, edges, flexion)
+    kinked = kinds[..., :-1] != kinds[..., 1:]
+    smooth = [np.where(kinked, 0.0, each) for each in _integrals(design, low, high, flexion)]
+    at = np.nonzero(kinked)
+    some, ways = taken(design, kinked.shape, at), np.broadcast_to(flexion, kinked.shape)[at]
+    start, stop = low[at[-1]], high[at[-1]]
+    while np.any(start < stop):
+        kink = _next_kink(some, start, stop, ways)
+        for whole, part in zip(smooth, _integrals(some, start, kink, ways), strict=True):
+            np.add.at(whole, at, part)
+        start = kink
+    work, loss = (each.sum(axis=(-2, -1)) for each in smooth)
+    return work, loss
+
+
+def _steps(angles: Array, longest: float = _LONGEST_STEP) -> Array:
+    """The angles, and others between them, so that no step is too long."""
+    counts = np.maximum(1, np.ceil(np.diff(angles) / longest - 1e-9)).astype(np.int64)
+    steps = zip(angles[:-1], angles[1:], counts, strict=True)
+    return np.concatenate([*(np.linspace(low, high, count, endpoint=False) for low, high, count in steps), angles[-1:]])
+
+
+def gauss(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
+    """Nodes and weights, one after the other, for integrals over ascending angles of what has no kinks, rad."""
+    edges = _steps(angles, longest)
+    middle, half = 0.5 * (edges[:-1] + edges[1:]), 0.5 * np.diff(edges)
+    return (middle[:, np.newaxis] + half[:, np.newaxis] * _NODES).ravel(), (half[:, np.newaxis] * _WEIGHTS).ravel()
+
+
+def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:
+    """States, and in the direction of motion per radian the motor's power and friction's, N m."""
+    state = evaluate(design, angle, flexion)
+    rates = motor_rates(design, state)
+    forward = np.where(flexion, 1.0, -1.0)
+    return state, forward * rates.power, forward * rates.friction
+
+
+def _integrals(design: Design, low: Array, high: Array, flexion: Flags) -> list[Array]:
+    """Work of the motor where it drives and of friction over smooth steps, J, by Gauss's rule."""
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    total = [np.zeros(()), np.zeros(())]
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        _, power, friction = _rates(design, middle + half * node, flexion)
+        driven = weight * half * np.maximum(power, 0.0)
+        total = [total[0] + driven, total[1] + weight * half * friction]
+    return total
+
+
+def _kinds(design: Design, angle: Array, flexion: Flags) -> Array:
+    """What differs across a kink: the status, and whether the motor drives or brakes."""
+    state, power, _ = _rates(design, angle, flexion)
+    return np.asarray(4.0 * state.balance.status + np.sign(np.nan_to_num(power)))
+
+
+def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Array:
+    """Just past the first kink after `start`, by bisection; `stop` where there is none."""
+    kind, low, high = _kinds(design, start, flexion), start, stop
+    alike = _kinds(design, stop, flexion) == kind
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        same = _kinds(design, middle, flexion) == kind
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return np.where(alike, stop, high)
+
+
+def taken(design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Design:
+    """Some states' designs of all, one after the other."""
+    return changed(design, lambda values: np.broadcast_to(values, shape)[at])
+
+
+def _over(extreme: np.ufunc, values: Array) -> Array:
+    """The extreme over directions and angles of what is a number."""
+    spread = np.broadcast_to(values, np.broadcast_shapes(values.shape, (1, 1)))
+    return np.asarray(extreme.reduce(spread, axis=(-2, -1)))
+
+
+def _largest_gap(values: Array, flexion: Flags) -> Array:
+    """The largest difference between the directions at one elbow angle."""
+    ways = np.ravel(flexion)
+    if ways.all() or not ways.any():
+        return np.full(values.shape[:-2], np.nan)
+    there, back = (np.compress(ways == way, values, axis=-2)[..., :1, :] for way in (True, False))
+    return _over(np.fmax, np.abs(there - back))

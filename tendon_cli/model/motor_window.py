@@ -3,12 +3,13 @@
 Where all states are taut, spool angle, motor torque and dα/dθ are straight lines in pretension F. Limits on backlash
 and torque band are half-lines therefore, as those of `window`; spool travel is the largest of lines less the smallest,
 which is convex. Power is a product of two lines, friction's loss a sum of such, so that the pretensions that they allow
-may be in several intervals, of which the widest is used (`intervals`). Arguments broadcast as in `window`; SI units,
-angles in radians.
+may be in several intervals, of which the widest is used: their ends are sought by bisection between samples. Arguments
+broadcast as in `window`; SI units, angles in radians.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -17,15 +18,21 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.cycle import gauss, taken
 from tendon_cli.model.design import Design
-from tendon_cli.model.intervals import Measure, cut_to_widest, shut
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
-from tendon_cli.model.motor import MotorRates, motor_rates
+from tendon_cli.model.motor import MotorRates, gauss, motor_rates, taken
 from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.model.window import Window
 
+_STEP = 100.0
+"""N; how far the search for an end begins where a window has none."""
+_SAMPLES = 65
+_HALVINGS = 45
+_DOUBLINGS = 16
+
+Measure = Callable[[Array], Array]
+"""By how much a limit is exceeded at a pretension of each design, (designs,): above 0 it is broken."""
 _UNIT = 100.0
 """N; between multiples of it lines and parabolas are drawn."""
 _LONG_STEP = float(np.radians(7.5))
@@ -51,16 +58,16 @@ class Lines:
         return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
 
 
-def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Narrowed:
+def narrowed(windows: Window, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Narrowed:
     """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`.
 
     Empty windows stay as they are.
     """
-    shape = found.low.shape or (1,)
-    whole = {each.name: np.array(getattr(found, each.name)).reshape(shape) for each in fields(found)}
-    intervals, open_ = np.zeros(shape, dtype=np.int64), np.nonzero(found.is_open.reshape(shape))
+    shape = windows.low.shape or (1,)
+    whole = {each.name: np.array(getattr(windows, each.name)).reshape(shape) for each in fields(windows)}
+    intervals, open_ = np.zeros(shape, dtype=np.int64), np.nonzero(windows.is_open.reshape(shape))
     if not open_[0].size or not bounds.of_motion:
-        return Narrowed(found, found.is_open.astype(np.int64))
+        return Narrowed(windows, windows.is_open.astype(np.int64))
     some = Window(**{name: values[open_] for name, values in whole.items()})
     of_some = taken(design, (*shape, 1, 1), open_)
     motor = Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds.speed)
@@ -72,11 +79,11 @@ def narrowed(found: Window, design: Design, elbow_angle: Array, flexion: Flags, 
         elif limit.lines is not None and (lines := limit.lines(motor)) is not None:
             _cut(some, code, lines, bound)
             _cut(some, code, Lines(-lines.base, -lines.gain), bound)
-    intervals[open_] = cut_to_widest(some, measures) if measures else some.is_open
+    intervals[open_] = _cut_to_widest(some, measures) if measures else some.is_open
     for name, values in whole.items():
         values[open_] = getattr(some, name)
-    shaped = {name: values.reshape(found.low.shape) for name, values in whole.items()}
-    return Narrowed(Window(**shaped), intervals.reshape(found.low.shape))
+    shaped = {name: values.reshape(windows.low.shape) for name, values in whole.items()}
+    return Narrowed(Window(**shaped), intervals.reshape(windows.low.shape))
 
 
 def excess(
@@ -143,10 +150,10 @@ class Motor:
     def work(self) -> Measure:
         """Work of the motor where it drives, J: in fine steps, for it has kinks where it begins to brake."""
         nodes, weights = gauss(np.unique(self.angles))
-        found = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT)]
+        rates = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT)]
         torque, turning = (
-            self.lines_of([each for _, each in found]),
-            self.lines_of([each.spool_speed for each, _ in found]),
+            self.lines_of([each for _, each in rates]),
+            self.lines_of([each.spool_speed for each, _ in rates]),
         )
         forward, weight = np.repeat(self.ways[:, 0], len(nodes)), np.tile(weights, np.size(self.flexion))
         return lambda at: np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
@@ -165,15 +172,83 @@ class Motor:
         return lambda at: np.asarray(first + at / _UNIT * (slope + at / _UNIT * bend))
 
 
-def _cut(found: Window, code: int, lines: Lines, most: Real) -> None:
+def _cut(windows: Window, code: int, lines: Lines, most: Real) -> None:
     """Cut windows by half-lines of states, in place."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = (most - lines.base) / lines.gain
     below, above = np.where(lines.gain < 0.0, ends, -np.inf), np.where(lines.gain > 0.0, ends, np.inf)
     low, high = below.max(axis=1), above.min(axis=1)
-    higher, lower = low > found.low, high < found.high
-    found.low[higher], found.low_by[higher], found.low_state[higher] = low[higher], code, below.argmax(axis=1)[higher]
-    found.high[lower], found.high_by[lower], found.high_state[lower] = high[lower], code, above.argmin(axis=1)[lower]
-    found.low_angle[higher], found.high_angle[lower] = np.nan, np.nan
+    higher, lower = low > windows.low, high < windows.high
+    windows.low[higher], windows.low_by[higher], windows.low_state[higher] = (
+        low[higher],
+        code,
+        below.argmax(axis=1)[higher],
+    )
+    windows.high[lower], windows.high_by[lower], windows.high_state[lower] = (
+        high[lower],
+        code,
+        above.argmin(axis=1)[lower],
+    )
+    windows.low_angle[higher], windows.high_angle[lower] = np.nan, np.nan
     hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
-    shut(found, code, hopeless)
+    _close(windows, code, hopeless)
+
+
+def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> npt.NDArray[np.int64]:
+    """Cut open windows to the widest interval within other limits, in place; returns how many there are."""
+    start = np.where(windows.is_open, windows.low, 0.0)
+    stop = _far_end(windows, start, measures)
+    places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
+    broken = {code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()}
+    kept = ~np.any(list(broken.values()), axis=0)
+    rows = np.arange(len(start))
+    edges = np.diff(kept.astype(np.int8), axis=0, prepend=0, append=0)
+    intervals = np.where(windows.is_open, (edges == 1).sum(axis=0), 0)
+    # The widest: as many samples as the count since the last broken one says, at its largest.
+    counts = np.zeros(kept.shape, dtype=np.int64)
+    for at in range(_SAMPLES):
+        counts[at] = np.where(kept[at], (counts[at - 1] if at else 0) + 1, 0)
+    last = counts.argmax(axis=0)
+    first = last - counts[last, rows] + 1
+    some = intervals > 0
+    cut_below, cut_above = some & (first > 0), some & (last < _SAMPLES - 1)
+    low, low_by = _edge(places[first, rows], places[np.maximum(first - 1, 0), rows], measures)
+    high, high_by = _edge(places[last, rows], places[np.minimum(last + 1, _SAMPLES - 1), rows], measures)
+    for cut, ends, end, by, code, state, angle in (
+        (cut_below, windows.low, low, windows.low_by, low_by, windows.low_state, windows.low_angle),
+        (cut_above, windows.high, high, windows.high_by, high_by, windows.high_state, windows.high_angle),
+    ):
+        ends[cut], by[cut], state[cut], angle[cut] = end[cut], code[cut], -1, np.nan
+    worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
+    _close(windows, np.array(list(broken))[worst], windows.is_open & ~some)
+    return intervals
+
+
+def _far_end(windows: Window, start: Array, measures: dict[int, Measure]) -> Array:
+    """Where windows end, or if nothing ends them, beyond where any limit is kept, as far as one looks."""
+    stop = np.where(np.isfinite(windows.high) & windows.is_open, windows.high, start + _STEP)
+    endless = windows.is_open & np.isinf(windows.high)
+    for _ in range(_DOUBLINGS if endless.any() else 0):
+        stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
+    return stop
+
+
+def _broken(at: Array, measures: dict[int, Measure]) -> npt.NDArray[np.bool_]:
+    return np.asarray(np.any([measure(at) > 0.0 for measure in measures.values()], axis=0))
+
+
+def _edge(inside: Array, outside: Array, measures: dict[int, Measure]) -> tuple[Array, npt.NDArray[np.int64]]:
+    """Where between two pretensions the limits are just kept, and the limit that is broken beyond."""
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (inside + outside)
+        broken = _broken(middle, measures)
+        inside, outside = np.where(broken, inside, middle), np.where(broken, middle, outside)
+    beyond = np.array([measure(outside) for measure in measures.values()])
+    return inside, np.array(list(measures))[beyond.argmax(axis=0)]
+
+
+def _close(windows: Window, code: int | npt.NDArray[np.int64], which: npt.NDArray[np.bool_]) -> None:
+    """Leave no pretension at all, for a reason."""
+    which = which & ~np.isnan(windows.low)
+    for ends, by in ((windows.low, windows.low_by), (windows.high, windows.high_by)):
+        ends[which], by[which] = np.nan, np.broadcast_to(code, which.shape)[which]

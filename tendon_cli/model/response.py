@@ -68,27 +68,31 @@ class Coupling:
 class Response:
     """How the tensions of a state follow its pretension F: straight lines with one kink.
 
-    With v = max(F - shortfall, lowest)
+    With v = max(F - F*, lowest) and F* what is required
 
         x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
 
-    Above the shortfall both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of
+    Above F* both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of
     the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
     """
 
-    shortfall: Array
-    """Smallest pretension of both sides that keeps the state taut, N; not a number without an equilibrium."""
+    required: Array
+    """F*, the smallest pretension of both sides that keeps the state taut, N; not a number without an equilibrium.
+
+    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any would do. The largest over a
+    design's states, and 0, is the required pretension F0*.
+    """
     unilateral: Flag
     flexor_limit: Array
-    """Pretension below which the flexor counts as slack, N: the shortfall but for rounding, or minus infinity."""
+    """Pretension below which the flexor counts as slack, N: what is required but for rounding, or minus infinity."""
     extensor_limit: Array
     """And the extensor."""
     flexor_floor: Array
-    """x at the shortfall, N."""
+    """x at F*, N."""
     flexor_gain: Array
     """dx/dF where taut."""
     extensor_floor: Array
-    """y at the shortfall, N."""
+    """y at F*, N."""
     extensor_gain: Array
     """dy/dF where taut."""
     idle: Flags
@@ -98,8 +102,8 @@ class Response:
     def lowest(self) -> Array:
         """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
         if np.ndim(self.unilateral):
-            return np.where(self.unilateral, np.zeros_like(self.shortfall), -np.inf)
-        return np.full_like(self.shortfall, 0.0 if self.unilateral else -np.inf)
+            return np.where(self.unilateral, np.zeros_like(self.required), -np.inf)
+        return np.full_like(self.required, 0.0 if self.unilateral else -np.inf)
 
     @cached_property
     def limit(self) -> Array:
@@ -110,7 +114,7 @@ class Response:
 def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     """The tensions of a state as functions of its pretension.
 
-    The two equations give x_b and y_b, both rising with F; each side's own shortfall is where its tension vanishes.
+    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at a pretension of its own.
     With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what
     balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
     solution for J > 0. Bilateral ones go on along the same lines.
@@ -121,23 +125,23 @@ def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
     floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
     spread = flexor_share * radius + extensor_share * arm
-    shortfall = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_compliance
+    required = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_compliance
     if state.resting is not None:
         grown = state.common_compliance / state.compliance
-        spread, shortfall = spread / grown, shortfall / grown
+        spread, required = spread / grown, required / grown
     flexor_gain = radius / spread
     extensor_gain = flexor_gain * (arm * per_radius)
     # With no torque to balance unilateral tendons are slack both at once, else the one that the torque does not load.
     load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
-    idle = load <= SLACK_TOLERANCE * np.abs(shortfall)
-    limit = shortfall - _tolerance(load, shortfall) * spread * np.where(backward, per_radius, per_arm)
+    idle = load <= SLACK_TOLERANCE * np.abs(required)
+    limit = required - _tolerance(load, required) * spread * np.where(backward, per_radius, per_arm)
     flexor_limit, extensor_limit = (np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward))
     if not np.all(unilateral):
         on_flexor, on_extensor = _side_limits(state, flexor_gain, extensor_gain)
         flexor_limit = np.where(unilateral, flexor_limit, on_flexor)
         extensor_limit = np.where(unilateral, extensor_limit, on_extensor)
     return Response(
-        shortfall=shortfall,
+        required=required,
         unilateral=unilateral,
         flexor_limit=flexor_limit,
         extensor_limit=extensor_limit,
@@ -162,14 +166,5 @@ def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> t
 
 
 def _tolerance(tension: Array, pretension: Array) -> Array:
-    """How far below zero a tension may be by rounding: a share of the largest force of the state at its shortfall."""
+    """How far below zero a tension may be by rounding: a share of the largest force of the state."""
     return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
-
-
-def pretension_shortfall(state: Coupling) -> Array:
-    """Smallest pretension of both sides that keeps a state taut, N; negative where any would do, NaN where J <= 0.
-
-    Exact: max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h over η c_f + c_e. The largest over a design's states, and 0, is the
-    required pretension F0*.
-    """
-    return respond(state).shortfall

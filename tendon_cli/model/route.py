@@ -1,7 +1,7 @@
 """The total curvature of a route from way-points that scatter, with its uncertainty.
 
 Noise has curvature: the turns between the chords of noisy way-points add up to far more than the route bends. So the
-direction of the route is found by straight lines through windows of several way-points each, and the turns between
+direction of the route is taken by straight lines through windows of several way-points each, and the turns between
 neighbouring windows are added up. In a plane, where a route bends to one side, their sum does not depend on the length
 of the windows; turns that the scatter explains are taken for none, and what such turns add on average is taken off.
 Of all lengths the one with the least expected error is used. A window of one step is the sum of turns as it stands.
@@ -13,12 +13,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.sheath import distinct, total_curvature
 
 FEWEST = 7
 """With fewer way-points neither their scatter nor the bend at their ends can be told."""
+_SHORTEST_STEP = 1e-3  # of the median step
 _FEWEST_WINDOWS = 5
 _MOST_OFFSETS = 8
 _ORDERS = range(2, 8)
@@ -44,32 +45,30 @@ class MeasuredRoute:
     as_it_stands: float
     """The sum of turns without regard to noise."""
     noise: float | None
-    """Standard deviation of each coordinate of the way-points as found from them; None where they are too few."""
+    """Standard deviation of each coordinate of the way-points as the points show; None where they are too few."""
     largest_turn: float
     """Largest turn at one way-point that noise does not explain; above about 0.5 the route is sampled coarsely."""
 
 
 def measured_route(points: Array, stated_noise: float | None = None) -> MeasuredRoute:
-    """Total curvature of way-points of shape (n, 3) in m, of which the noise is known or found.
+    """Total curvature of way-points of shape (n, 3) in m, of which the noise is known or estimated.
 
-    Of the noise that is stated and the one that is found the larger counts. Raises ValueError for fewer than two
+    Of the noise that is stated and the estimated one the larger counts. Raises ValueError for fewer than two
     different way-points.
     """
     route = distinct(np.asarray(points, dtype=np.float64))
-    raw = total_curvature(route)
+    raw, turn = total_curvature(route)
     if len(route) < FEWEST:
-        return _of_few(route, raw.bend_angle, raw.largest_turn)
-    found = noise_of(route)
-    noise = max(found, stated_noise or 0.0)
+        return _of_few(route, raw, turn)
+    measured = noise_of(route)
+    noise = max(measured, stated_noise or 0.0)
     scales = {length: _at_scale(route, length, noise) for length in _lengths(len(route))}
     first = scales[1]
     if first.variance < 1e-6:  # way-points of no noise to speak of: every turn counts
-        error = math.hypot(_LEAST_ERROR * raw.bend_angle, _correction(scales, 1)[1])
-        return MeasuredRoute(raw.bend_angle, error, raw.bend_angle, found, raw.largest_turn)
-    found_at = {length: _with_error(scales, length) for length in scales}
-    bend_angle, error = min(found_at.values(), key=lambda pair: pair[1])
+        return MeasuredRoute(raw, math.hypot(_LEAST_ERROR * raw, _correction(scales, 1)[1]), raw, measured, turn)
+    bend_angle, error = min((_with_error(scales, length) for length in scales), key=lambda pair: pair[1])
     largest = first.largest if first.variance < _TURNS_SHOW else 0.0
-    return MeasuredRoute(bend_angle, error, raw.bend_angle, found, largest)
+    return MeasuredRoute(bend_angle, error, raw, measured, largest)
 
 
 def _of_few(route: Array, bend_angle: float, largest: float) -> MeasuredRoute:
@@ -194,6 +193,50 @@ def _end(curvatures: Array, distance: float) -> tuple[float, float]:
     if len(curvatures) > 1 and least >= 0.5 * mean:
         return mean * distance, float(curvatures.std()) / math.sqrt(len(curvatures)) * distance
     return least * distance * (len(curvatures) > 1), 0.5 * (mean - least * (len(curvatures) > 1)) * distance
+
+
+def total_curvature(points: npt.ArrayLike) -> tuple[float, float]:
+    """Total curvature ∫κ ds of way-points that do not scatter, (n, 3) in m, n ≥ 2, and their largest turn, rad.
+
+    The turns between successive chords are summed, the half chords at both ends counted with the curvature next to
+    them, and the sum is extrapolated from chords of one and of two steps (Richardson), which removes the error of
+    second order. Raises ValueError for fewer than two distinct points.
+    """
+    route = distinct(np.asarray(points, dtype=np.float64))
+    fine, largest = _sum_of_turns(route, np.arange(len(route)))
+    if len(route) < FEWEST:
+        return fine, largest
+    coarse = float(np.mean([_sum_of_turns(route, np.arange(first, len(route), 2))[0] for first in (0, 1)]))
+    return fine + (fine - coarse) / 3.0, largest
+
+
+def distinct(points: Array) -> Array:
+    """The way-points without repetitions: a step far shorter than the others has a direction, but it is noise."""
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise ValueError(f"way-points have the shape {points.shape}, expected (n, 3)")
+    if not np.all(np.isfinite(points)):
+        raise ValueError("way-points are finite")
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1) if len(points) else np.zeros(0)
+    if not np.any(steps > 0.0):
+        raise ValueError("a route needs at least two different way-points")
+    moved = steps > _SHORTEST_STEP * np.median(steps[steps > 0.0])
+    route: Array = points[np.append(True, moved)]
+    return route
+
+
+def _sum_of_turns(route: Array, chosen: npt.NDArray[np.int_]) -> tuple[float, float]:
+    """Turns of the polygon through the chosen way-points, its ends extended to the whole route; and the largest."""
+    chords = np.diff(route[chosen], axis=0)
+    lengths = np.linalg.norm(chords, axis=1)
+    turns = _angles(chords[:-1], chords[1:])
+    if not len(turns):
+        return 0.0, 0.0
+    spans = (lengths[:-1] + lengths[1:]) / 2.0
+    steps = np.linalg.norm(np.diff(route, axis=0), axis=1)
+    before, after = steps[: chosen[0]].sum(), steps[chosen[-1] :].sum()
+    start = turns[0] / spans[0] * (lengths[0] / 2.0 + before)
+    end = turns[-1] / spans[-1] * (lengths[-1] / 2.0 + after)
+    return float(turns.sum() + start + end), float(turns.max())
 
 
 def _angles(first: Array, second: Array) -> Array:

@@ -31,11 +31,11 @@ def per_length(design: Design) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What a gauge shows of F0: floor + gain max(F0 - shortfall, lowest), N."""
+    """What a gauge shows of F0: floor + gain max(F0 - F*, lowest), N."""
 
     floor: Array
     gain: Array
-    shortfall: Array
+    required: Array
     lowest: Array
 
     @classmethod
@@ -45,15 +45,15 @@ class Reading:
         side, _, end = read.partition(" at ")
         response, capstan = at.response, getattr(at, side).capstan if end == "motor" else 1.0
         floor, gain = getattr(response, f"{side}_floor"), getattr(response, f"{side}_gain")
-        return cls(floor / capstan, gain / capstan, response.shortfall, response.lowest)
+        return cls(floor / capstan, gain / capstan, response.required, response.lowest)
 
     def shown(self, pretension: Real) -> Array:
         """The reading at F0."""
-        return np.asarray(self.floor + self.gain * np.maximum(pretension - self.shortfall, self.lowest))
+        return np.asarray(self.floor + self.gain * np.maximum(pretension - self.required, self.lowest))
 
     def pretension(self, shown: Real) -> Array:
         """The F0 of a reading; below what a slack tendon shows there is none, and it is then too low."""
-        return np.asarray(self.shortfall + (shown - self.floor) / self.gain)
+        return np.asarray(self.required + (shown - self.floor) / self.gain)
 
 
 def all_readings(design: Design, pretension: Real) -> dict[str, Array]:

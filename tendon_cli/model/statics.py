@@ -40,7 +40,7 @@ class Balance:
     """y, distal extensor tension, N."""
     pretension: Array
     """Of both sides, or what does the same, N."""
-    surplus: Array
+    margin: Array
     """By how much that is above the smallest that keeps the state taut, N."""
 
     @cached_property
@@ -67,18 +67,18 @@ class Balance:
     @property
     def path(self) -> Array:
         """η c_f x + c_e y - D of a slack state, m."""
-        return loose_path(self.coupling, self.surplus)
+        return loose_path(self.coupling, self.margin)
 
     @property
     def loose(self) -> Array:
         """σ >= 0, path length that no tendon takes up; 0 where taut, m."""
-        taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.surplus))
+        taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.margin))
         return np.where(self.is_slack & np.asarray(self.response.unilateral), self.path, taut)
 
 
-def loose_path(state: Coupling, surplus: Array) -> Array:
-    """Path that no tendon takes up in a slack state, by how much pretension is above its shortfall (N), m."""
-    return np.asarray(-state.common_compliance * surplus)
+def loose_path(state: Coupling, margin: Array) -> Array:
+    """Path that no tendon takes up in a slack state, by its margin of pretension (N), m."""
+    return np.asarray(-state.common_compliance * margin)
 
 
 def solve(
@@ -91,8 +91,8 @@ def solve(
     """
     response = respond(state, unilateral=unilateral) if response is None else response
     pretension = state.common_pretension(flexor_pretension, extensor_pretension)
-    surplus = np.asarray(pretension - response.shortfall)
-    taking = np.maximum(surplus, response.lowest)
+    margin = np.asarray(pretension - response.required)
+    taking = np.maximum(margin, response.lowest)
     # In place, for this is where the time of many states goes; the floors vary along no axis that `taking` has not.
     flexor, extensor = response.flexor_gain * taking, response.extensor_gain * taking
     flexor += response.flexor_floor
@@ -103,7 +103,7 @@ def solve(
         flexor=np.asarray(flexor),
         extensor=np.asarray(extensor),
         pretension=pretension,
-        surplus=surplus,
+        margin=margin,
     )
 
 

@@ -193,16 +193,16 @@ def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, fixed: Codes
 
 def ends_of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
     """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep."""
-    shortfall, slack = at.response.shortfall, slack_codes(at)
+    required, slack = at.response.required, slack_codes(at)
     low, high, low_by, high_by = np.zeros(()), np.full((), np.inf), slack, slack
-    blocked = np.where(np.isnan(shortfall), np.int8(NO_EQUILIBRIUM), np.int8(NOTHING))
+    blocked = np.where(np.isnan(required), np.int8(NO_EQUILIBRIUM), np.int8(NOTHING))
     for code, end, is_lower, gain, hopeless in ends_of(at, bounds):
         below = np.where(is_lower & (gain != 0.0), end, -np.inf)
         above = np.where(~is_lower & (gain != 0.0), end, np.inf)
         blocked = np.where(hopeless & (blocked == NOTHING), np.int8(code), blocked)
         low_by, low = np.where(below > low, np.int8(code), low_by), np.maximum(low, below)
         high_by, high = np.where(above < high, np.int8(code), high_by), np.minimum(high, above)
-    return shortfall + low, shortfall + high, low_by, high_by, blocked
+    return required + low, required + high, low_by, high_by, blocked
 
 
 def slack_codes(at: Situation) -> Codes:

@@ -17,10 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Anchors, Array, Flag, Real
+from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Real
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import set_by
-from tendon_cli.model.spline import Excursion
 from tendon_cli.space.axis import (
     AFTER,
     CASE_AXIS,

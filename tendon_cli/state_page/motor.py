@@ -6,9 +6,8 @@ import numpy as np
 
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.actuator import State
-from tendon_cli.model.cycle import cycle
 from tendon_cli.model.design import Design
-from tendon_cli.model.motor import motor_rates
+from tendon_cli.model.motor import cycle, motor_rates
 from tendon_cli.model.reversal import SideReversal, reversal
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES
 from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one

@@ -12,8 +12,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, core_schema
 
 from tendon_cli.errors import InputError
-from tendon_cli.model.kinematics import Array
-from tendon_cli.model.spline import Spline
+from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.studies.columns import read_columns
 from tendon_cli.studies.fields import Single, fault
 from tendon_cli.studies.number import Number, schema_table

@@ -7,11 +7,10 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from tendon_cli import kernel
-from tendon_cli.model import extremes, portions
+from tendon_cli.model import extremes
 from tendon_cli.model.actuator import Situation, State
 from tendon_cli.model.design import Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Anchors
-from tendon_cli.model.spline import Excursion, Spline
+from tendon_cli.model.kinematics import Anchors, Excursion, Spline
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 
 from .filling import each_kind, needs_code, same_bits
@@ -181,36 +180,6 @@ def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(preten
                 assert same_bits(values + 0.0, expected[name] + 0.0), (kind, name)
 
 
-def test_the_longest_slack_where_another_state_is_slack_than_that_of_the_largest_shortfall():
-    """Of two elbow angles of nearly the same shortfall the smaller one's tolerance is the narrower."""
-    limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 1.54, 0.174, 0.32, 0.0)
-    side, flexion = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, 100.0), np.array([[True]])
-
-    def situation(angles, pretension=0.0, unilateral=True):
-        ends = replace(side, pretension=pretension)
-        design = Design(limb, ends, ends, 0.03, 0.5, 10.0, unilateral=unilateral)
-        return Situation.of(design, np.reshape(angles, (1, -1)), flexion)
-
-    low, high, rising = 2.38, 2.55, 2.25
-    wanted = situation(rising).response.shortfall.item()
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if situation(middle).response.shortfall.item() > wanted else (low, middle)
-    crossed = 0
-    for nudge in np.linspace(-1e-7, 1e-7, 21):
-        angles = np.array([rising, low + nudge])
-        shortfall, limit = (getattr(situation(angles).response, name).ravel() for name in ("shortfall", "limit"))
-        crossed += np.argmax(shortfall) != np.argmax(limit)
-        for pull in (*limit, limit.mean(), *shortfall):
-            pretension, unilateral = np.reshape([10.0, pull], (-1, 1, 1, 1)), np.reshape([True, False], (1, -1, 1, 1))
-            at, whole = situation(angles, pretension, unilateral), (2, 2, 1, 2)
-            found, rows = extremes.begin(whole[:-2]), rows_of(at, whole)
-            extremes.fold(found, at, angles)
-            lengths = by_hand(rows, at, angles, whole)["max_slack"]
-            assert same_bits(lengths + 0.0, extremes.finished(found, 2)["max_slack"])
-    assert crossed
-
-
 @pytest.mark.parametrize("first", [1.2, 2.9], ids=["weightless", "past the dead centre"])
 def test_no_slack_length_of_states_that_have_none(first):
     limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 0.0, 0.174, 0.32, 0.0)
@@ -235,28 +204,3 @@ def test_more_slack_states_than_a_short_integer_counts():
         extremes.fold(found, at, angles)
         assert found["slack"].flat[0] == len(angles)
         assert found["first_slack_angle"].flat[0] == 0.5
-
-
-@pytest.mark.parametrize("slack", ["unilateral", "bilateral", "both"])
-@pytest.mark.parametrize("most", [1, 7, 60])
-def test_it_does_not_matter_how_many_states_numpy_takes_at_once(monkeypatch, most, slack):
-    for seed in range(15):
-        at, angles, whole = situation_of(np.random.default_rng([seed, most]), slack)
-        once, in_portions = (extremes.begin(whole[:-2]) for _ in range(2))
-        monkeypatch.setattr(portions, "STATES_AT_ONCE", 2**40)
-        extremes.fold(once, at, angles)
-        monkeypatch.setattr(portions, "STATES_AT_ONCE", most)
-        monkeypatch.setattr(portions, "_FEWEST", 2)
-        extremes.fold(in_portions, at, angles)
-        for name, values in once.items():
-            assert same_bits(values + 0.0, in_portions[name] + 0.0), (seed, name)
-
-
-@pytest.mark.parametrize("free", [0, 1, 2, None])
-def test_axes_of_states_go_there_and_back(free):
-    shape, values = (2, 3, 4, 2, 9), np.arange(24.0).reshape(2, 3, 4, 1, 1)
-    axes = portions.StateAxes(shape, free)
-    for some in (values, values[:1, :, :1]):
-        whole = np.broadcast_to(axes.laid(some), axes.designs)
-        np.testing.assert_array_equal(axes.back(whole), np.broadcast_to(some, values.shape)[..., 0, 0])
-    assert sum(axes.laid(np.ones(shape))[place].size for place in axes.portions()) == np.prod(shape)

@@ -1,13 +1,21 @@
 """How far a joint drifts with the spool held, against an independent root search, and for a stable one not at all."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from tendon_cli.answers.question import question
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.drift import at_pretension, drift
+from tendon_cli.model.drift import drift
 from tendon_cli.studies.load import study_from
+
+
+def at_pretension(design, value):
+    return replace(
+        design, **{side: replace(getattr(design, side), pretension=value) for side in ("flexor", "extensor")}
+    )
 
 
 def designed(stiffness, ratio, pretension, mass=0.0):

@@ -11,8 +11,8 @@ from tendon_cli.model import actuator, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, Limb, Posture, Side
+from tendon_cli.model.kinematics import Excursion, Spline
 from tendon_cli.model.motor import motor_rates
-from tendon_cli.model.spline import Excursion, Spline
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 
 from . import rig

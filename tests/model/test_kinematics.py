@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tendon_cli.model import actuator, statics
-from tendon_cli.model.kinematics import Anchors, flexor_path, no_slack_radius_ratio
+from tendon_cli.model.kinematics import Anchors, flexor_path
 
 from .designs import baseline, design, kinematics
 from .rig import derivative
@@ -90,18 +90,6 @@ def test_coincident_anchors_have_no_moment_arm_and_no_equilibrium(flexion, unila
     assert state.motion.flexor_path == 0.0
     assert np.isnan(state.motion.flexor_moment_arm)
     assert state.status == statics.NO_EQUILIBRIUM
-
-
-@given(ARMS, st.floats(0.05, 3.0))
-def test_the_radius_ratio_without_slack_is_the_ratio_of_both_travels(arm, angle):
-    motion = kinematics(arm, angle)
-    ratio = no_slack_radius_ratio(motion)
-    assert ratio * motion.extensor_travel == pytest.approx(float(motion.flexor_travel), abs=1e-15)
-
-
-def test_the_radius_ratio_has_no_value_where_neither_path_has_moved():
-    anchors = design(baseline()).arm.joint
-    assert np.isnan(no_slack_radius_ratio(kinematics(anchors, 0.0, from_initial=True)))
 
 
 @given(st.floats(-1.5, 3.0), st.floats(-1.5, 1.5), st.floats(0.0, 20.0))

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.cycle import cycle
-from tendon_cli.model.motor import motor_rates
+from tendon_cli.model.motor import cycle, motor_rates
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
 
 from . import rig

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.cycle import cycle
 from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.model.motor import cycle
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import window
 

@@ -7,7 +7,6 @@ import pytest
 from scipy.optimize import brentq
 
 from tendon_cli.model import actuator, response, statics
-from tendon_cli.model.kinematics import no_slack_radius_ratio
 
 from .designs import baseline, design, kinematics
 
@@ -27,8 +26,8 @@ def least(changes, flexion, values):
 
 def required_pretension(**changes):
     both_ways = np.array([[True], [False]])
-    *_, tied = actuator.couple(design(baseline(**changes)), FULL_RANGE, both_ways)
-    return max(0.0, response.pretension_shortfall(tied).max())
+    tied = actuator.Situation.of(design(baseline(**changes)), FULL_RANGE, both_ways).coupling
+    return max(0.0, response.respond(tied).required.max())
 
 
 # --- Kinematics (Eqs. 1-3, Fig. 4) -----------------------------------------------------------------------------------
@@ -54,13 +53,15 @@ def test_the_published_travel_is_not_zero_at_the_straight_arm():
     assert kinematics(ANCHORS, 0.0, from_initial=True).flexor_travel == 0.0
 
 
+def ratio_at(degrees):
+    """H_f / H_e (Eq. 3 and Fig. 4), which the paper prints as R_e / R_f."""
+    motion = kinematics(ANCHORS, np.radians(degrees))
+    return float(motion.flexor_travel / motion.extensor_travel)
+
+
 @pytest.mark.parametrize(("degrees", "ratio"), [(1, "-0.168"), (90, "1.835"), (25.7, "1.00")])
 def test_the_radius_ratio_without_slack(degrees, ratio):
-    assert_printed(no_slack_radius_ratio(kinematics(ANCHORS, np.radians(degrees))), ratio)
-
-
-def ratio_at(degrees):
-    return float(no_slack_radius_ratio(kinematics(ANCHORS, np.radians(degrees))))
+    assert_printed(ratio_at(degrees), ratio)
 
 
 def test_the_radius_ratio_crosses_zero_and_one_where_stated():
@@ -71,12 +72,11 @@ def test_the_radius_ratio_crosses_zero_and_one_where_stated():
 def test_the_inverse_of_the_radius_ratio_is_the_spool_ratio_without_slack():
     assert_printed(1 / ratio_at(90.0), "0.545")
     p = baseline(ratio=1 / ratio_at(90.0))
-    *_, tied = actuator.couple(design(p), np.pi / 2, True)
+    tied = actuator.Situation.of(design(p), np.pi / 2, True).coupling
     assert tied.mismatch == pytest.approx(0.0, abs=1e-15)
 
 
 def test_the_radius_ratio_diverges_at_the_straight_arm():
-    assert no_slack_radius_ratio(kinematics(ANCHORS, 0.0)) == -np.inf
     assert ratio_at(1e-6) < -1e4
 
 
@@ -106,9 +106,8 @@ def test_equal_pretension_is_no_state_of_the_sweep(unilateral):
 
 @pytest.mark.parametrize("side", ["flexor", "extensor"])
 def test_the_unstretched_length_differs_between_the_directions(side):
-    flexing, extending = (actuator.couple(design(baseline()), 0.0, flexion) for flexion in (True, False))
-    place = {"flexor": 1, "extensor": 2}[side]
-    difference = 100.0 * (flexing[place].compliance - extending[place].compliance)
+    flexing, extending = (actuator.Situation.of(design(baseline()), 0.0, flexion) for flexion in (True, False))
+    difference = 100.0 * (getattr(flexing, side).compliance - getattr(extending, side).compliance)
     assert_printed(1e3 * abs(difference), "0.17")
 
 

@@ -205,7 +205,7 @@ def swept(seed, count=150):
     p["b2"] = 0.5 * p["b1"]
     p["upper_arm_angle"] = np.where(np.arange(count * 6) % 2, 0.0, p["upper_arm_angle"])
     columns = {name: values[:, None, None] for name, values in p.items()}
-    *_, tied = actuator.couple(design(columns), SWEEP, BOTH_WAYS)
+    tied = actuator.Situation.of(design(columns), SWEEP, BOTH_WAYS).coupling
     good = np.isfinite(tied.moment_arm).all(axis=(1, 2)).nonzero()[0][:count]
     assert len(good) == count
     return {name: values[good] for name, values in columns.items()}
@@ -216,8 +216,8 @@ def with_pretension(p, value):
 
 
 def required(p):
-    *_, tied = actuator.couple(design(p), SWEEP, BOTH_WAYS)
-    return np.maximum(0.0, response.pretension_shortfall(tied).max(axis=(1, 2), keepdims=True))
+    tied = actuator.Situation.of(design(p), SWEEP, BOTH_WAYS).coupling
+    return np.maximum(0.0, response.respond(tied).required.max(axis=(1, 2), keepdims=True))
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
@@ -250,21 +250,21 @@ def test_a_state_is_taut_just_where_its_pretension_exceeds_its_shortfall():
     p, angle, flexion = drawn(22, unilateral=True)
     p = with_pretension(p, p["flexor_pretension"])
     state = evaluate(p, angle, flexion)
-    shortfall = response.pretension_shortfall(state.coupling)
+    required = response.respond(state.coupling).required
     here = state.status != NO_EQUILIBRIUM
-    clear = here & (np.abs(shortfall - p["flexor_pretension"]) > 1e-6 * p["flexor_pretension"])
-    np.testing.assert_array_equal((state.status == TAUT)[clear], (p["flexor_pretension"] > shortfall)[clear])
-    assert np.isnan(shortfall[~here]).all()
+    clear = here & (np.abs(required - p["flexor_pretension"]) > 1e-6 * p["flexor_pretension"])
+    np.testing.assert_array_equal((state.status == TAUT)[clear], (p["flexor_pretension"] > required)[clear])
+    assert np.isnan(required[~here]).all()
     assert clear.sum() > COUNT / 2
 
 
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
     p, angle, flexion = drawn(23, unilateral=False)
-    *_, tied = actuator.couple(design(p), angle, flexion)
-    shortfall = response.pretension_shortfall(tied)
+    tied = actuator.Situation.of(design(p), angle, flexion).coupling
+    required = response.respond(tied).required
     sheaths = rig.compliances(p, flexion)
     stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
-    for i in np.flatnonzero(np.abs(shortfall) < 2e3)[:150]:
+    for i in np.flatnonzero(np.abs(required) < 2e3)[:150]:
 
         def least_tension(pretension, i=i):
             values = rig.row(p, i) | {"flexor_pretension": pretension, "extensor_pretension": pretension}
@@ -272,21 +272,21 @@ def test_a_search_on_the_rig_finds_the_same_required_pretension():
             return min(outcome.flexor, outcome.extensor)
 
         found = brentq(least_tension, -1e4, 1e4, xtol=1e-9)
-        assert shortfall[i] == pytest.approx(found, abs=1e-7)
+        assert required[i] == pytest.approx(found, abs=1e-7)
 
 
 def test_the_required_pretension_does_not_depend_on_the_pretension():
     p, angle, flexion = drawn(24, unilateral=True)
-    *_, slack = actuator.couple(design(p), angle, flexion)
-    *_, tight = actuator.couple(design(with_pretension(p, 1e3)), angle, flexion)
-    np.testing.assert_array_equal(response.pretension_shortfall(slack), response.pretension_shortfall(tight))
+    slack = actuator.Situation.of(design(p), angle, flexion).coupling
+    tight = actuator.Situation.of(design(with_pretension(p, 1e3)), angle, flexion).coupling
+    np.testing.assert_array_equal(response.respond(slack).required, response.respond(tight).required)
 
 
 def in_hand(p, angle, flexion):
-    *_, tied = actuator.couple(design(p), angle, flexion)
+    tied = actuator.Situation.of(design(p), angle, flexion).coupling
     sides = p["flexor_pretension"], p["extensor_pretension"]
     common = tied.common_pretension(*sides)
-    return np.minimum(common - response.pretension_shortfall(tied), np.minimum(*sides))
+    return np.minimum(common - response.respond(tied).required, np.minimum(*sides))
 
 
 def lowered(p, by):
@@ -458,7 +458,7 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     assert a.flexor == pytest.approx(float(b.extensor), abs=near)
     assert a.extensor == pytest.approx(float(b.flexor), abs=near)
     assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * (ratio * c_f + c_e))
-    assert response.pretension_shortfall(one) == pytest.approx(float(response.pretension_shortfall(other)), abs=near)
+    assert response.respond(one).required == pytest.approx(float(response.respond(other).required), abs=near)
     least = min(abs(a.flexor), abs(a.extensor)) if not unilateral else abs(float(a.loose)) / (ratio * c_f + c_e)
     if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
         exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
@@ -507,12 +507,12 @@ def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
         moment_arm=np.asarray(0.1), extensor_arm=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
         extensor_compliance=np.asarray(3e-4), mismatch=np.asarray(-0.01), elbow_torque=np.asarray(7.0),
     )  # fmt: skip
-    least = float(response.pretension_shortfall(edge))
+    least = float(response.respond(edge).required)
     for share, status in ((1 + 1e-11, TAUT), (1 - 1e-11, TAUT), (1 - 1e-7, EXTENSOR_SLACK)):
         for unilateral in (True, False):
             balance = statics.solve(edge, share * least, share * least, unilateral=unilateral)
             assert balance.status == status
     mirrored = replace(edge, elbow_torque=np.asarray(-7.0))
-    least = float(response.pretension_shortfall(mirrored))
+    least = float(response.respond(mirrored).required)
     assert statics.solve(mirrored, least, least).status == TAUT
     assert statics.solve(mirrored, least * (1 - 1e-7), least * (1 - 1e-7)).status == FLEXOR_SLACK

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.model import sheath
-from tendon_cli.model.actuator import couple
+from tendon_cli.model.actuator import Situation
 from tendon_cli.model.kinematics import Travels
 from tendon_cli.paper import slips
 from tendon_cli.paper.entry import Entry
@@ -189,7 +189,8 @@ def test_a_broken_model_makes_findings_fail(monkeypatch, tmp_path, fault, fails)
 
 def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
-    motion, _, _, tied = couple(design, angle, flexion)
+    at = Situation.of(design, angle, flexion)
+    motion, tied = at.motion, at.coupling
     printed = slips.eq_12_as_printed(design, angle, flexion)
     stretch = tied.flexor_compliance * (printed.flexor - 100.0) + tied.extensor_compliance * (printed.extensor - 100.0)
     np.testing.assert_allclose(stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape))
@@ -199,7 +200,8 @@ def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
 
 def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
-    _, flexor, extensor, tied = couple(design, angle, flexion)
+    at = Situation.of(design, angle, flexion)
+    flexor, extensor, tied = at.flexor, at.extensor, at.coupling
     found = slips.eq_11_first(design, angle, flexion)
     stretch = tied.flexor_compliance * (found.flexor - 100.0) + tied.extensor_compliance * (found.extensor - 100.0)
     np.testing.assert_allclose(stretch, np.broadcast_to(tied.mismatch, stretch.shape), atol=1e-15)

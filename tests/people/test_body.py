@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.body import Body, anchors_on, forearm_com, forearm_mass, load_distance
+from tendon_cli.model.body import Body, anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.kinematics import Anchors
 from tendon_cli.model.response import respond
@@ -39,21 +39,20 @@ BY_HAND = {
 def test_the_arm_of_a_person_worked_by_hand(person):
     measured, expected = BY_HAND[person]
     body = Body(*measured)
-    anchors = anchors_on(body, SURVEY.male.mean_body, PAPER)
-    found = [getattr(anchors, name) for name in ("a1", "b1", "a2", "b2", "elbow_radius")]
+    found = [scale * getattr(PAPER, name) for name, scale in anchor_scales(body, SURVEY.male.mean_body).items()]
     assert [*found, forearm_mass(body), forearm_com(body), load_distance(body)] == pytest.approx(expected, rel=1e-6)
 
 
 def required(people, *, spring_stiffness, ratio, load_mass):
     """The smallest pretension that keeps each person taut over 0 to 90 degrees in both directions, N."""
     body = people.body
-    on = anchors_on(body, people.reference, PAPER)
-    column = {name: np.reshape(getattr(on, name), (-1, 1, 1)) for name in ("a1", "b1", "a2", "b2", "elbow_radius")}
+    on = {name: scale * getattr(PAPER, name) for name, scale in anchor_scales(body, people.reference).items()}
+    column = {name: np.reshape(values, (-1, 1, 1)) for name, values in on.items()}
     column |= {f.__name__: np.reshape(f(body), (-1, 1, 1)) for f in (forearm_mass, forearm_com, load_distance)}
     p = designs.baseline(spring_stiffness=spring_stiffness, ratio=ratio, load_mass=load_mass) | column
     angles = np.radians(np.linspace(0.0, 90.0, 91))
     state = evaluate(designs.design(p), angles[np.newaxis], np.array([[True], [False]]))
-    return respond(state.coupling).shortfall.max(axis=(1, 2))
+    return respond(state.coupling).required.max(axis=(1, 2))
 
 
 @pytest.mark.parametrize(
