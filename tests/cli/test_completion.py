@@ -170,12 +170,6 @@ def test_bash_runs_nothing_of_a_name(own, outside, quote):
     assert not Path("run-by-bash").exists()
 
 
-def test_another_shell_is_refused(tendon):
-    ran = tendon("completion", "tcsh")
-    assert ran.exit == 2
-    assert "bash, zsh and fish" in ran.err
-
-
 def typed(shell, setup, line, wanted):
     """What a shell on a terminal of its own shows after a line and a tab, until it shows what is wanted or 20 s."""
     process, terminal = pty.fork()

@@ -77,13 +77,6 @@ def test_a_fit_writes_over_its_own_files_and_nobody_elses(tendon, readings, work
     assert not (workplace / "same.svg").exists()
 
 
-def test_readings_that_are_none_are_exit_3(tendon, workplace):
-    (workplace / "junk.csv").write_text("a,b\n1,x\n2,y\n")
-    ran = tendon("fit-friction", "junk.csv", "--bend-angle", "144 deg")
-    assert ran.exit == 3
-    assert "junk.csv" in ran.err
-
-
 def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_4(tendon, workplace, monkeypatch):
     made, asked = [], []
 
@@ -129,17 +122,3 @@ def test_a_fit_takes_the_bend_angle_of_a_measured_route_with_its_error(tendon, r
     assert not any("path_smoothing" in text for text in said["warnings"])
     more = tendon("fit-friction", readings, "--route", "route.csv", "--path-smoothing", "4 mm", "--json").json
     assert any("path_smoothing" in text for text in more["warnings"])
-
-
-def test_a_route_that_cannot_be_the_sheath_of_a_rig_is_refused(tendon, readings, workplace):
-    (workplace / "straight.csv").write_text("x,y,z\n" + "".join(f"{at},0,0\n" for at in range(9)))
-    (workplace / "route.csv").write_text(_half_turn(noise=0.0))
-    assert tendon("fit-friction", readings, "--route", "straight.csv").exit == 3
-    assert tendon("fit-friction", readings, "--route", readings).exit == 3
-    assert tendon("fit-friction", readings, "--route", "none.csv").exit == 3
-    assert tendon("fit-friction", readings, "--route", "route.csv", "--bend-angle", "180 deg").exit == 2
-    assert tendon("fit-friction", readings, "--route", "route.csv", "--plot", "route.csv").exit == 2
-    assert tendon("fit-friction", readings, "--bend-angle", "180 deg", "--path-smoothing", "1 mm").exit == 2
-    for noise in ("1", "-1 mm", "1 kg"):
-        assert tendon("fit-friction", readings, "--route", "route.csv", "--path-smoothing", noise).exit == 2
-    assert (workplace / "route.csv").read_text().startswith("x_mm")

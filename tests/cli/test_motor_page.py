@@ -154,17 +154,5 @@ def test_the_figure_is_written_in_every_format_with_the_limits_in_it(tendon, wor
     assert len(written) > 5000
 
 
-def test_nothing_to_draw_or_another_ending_is_one_message(tendon, workplace):
-    (workplace / "study.toml").write_text("")
-    ran = tendon("state", "study.toml", "--plot", "motor.png")
-    assert (ran.exit, "no speed" in ran.err) == (2, True)
-    ran = tendon("state", "study.toml", "--reversal", "--plot", "motor.bmp")
-    assert (ran.exit, "png" in ran.err) == (2, True)
-    beyond = ("--set", "motion.elbow_angle=170 deg", "--reversal", "--plot", "motor.png")
-    ran = tendon("state", "study.toml", *beyond)
-    assert (ran.exit, "no equilibrium" in ran.err) == (2, True)
-    assert [file.name for file in workplace.iterdir()] == ["study.toml"]
-
-
 def test_the_door_of_the_figures_is_the_one_that_is_used():
     assert draw_motor.__globals__["draw"] is motor_figure.draw

@@ -94,8 +94,6 @@ def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
     figures(tendon(*asked, "--case", "small"))
     assert "b₁ = 140 mm" in (workplace / "arm.svg").read_text()
     assert "short.csv" in (workplace / "arm-route-extensor.svg").read_text()
-    ran = tendon(*asked, "--case", "smal")
-    assert (ran.exit, ran.json["error"]["hint"]) == (2, 'did you mean "small"?')
 
 
 def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace):
@@ -109,55 +107,9 @@ def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace)
     assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
 
 
-def test_a_study_is_told_to_be_one(tendon, run_folder):
-    ran = tendon("plot", "persons.toml", "--json")
-    assert (ran.exit, ran.json["error"]["message"]) == (2, "is a study, expected a table or the folder of a run")
-    assert "tendon sweep persons.toml" in ran.json["error"]["hint"]
-
-
 def test_a_setting_s_route_is_the_one_that_is_drawn(tendon, workplace):
     for name, end in (("route", 0.2), ("other", 0.4)):
         (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{end},0.1\n")
     (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
     figures(tendon("plot", "--arm", "study.toml", "--set", "sheath.path=other.csv", "--json", "--out", "arm.svg"))
     assert "other.csv" in (workplace / "arm-route.svg").read_text()
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "said"),
-    [
-        (("--where", "load_mas = 5 kg"), 2, "load_mass"),
-        (("--where", "load_mass = 4 kg"), 2, "5 kg"),
-        (("--table", "sums"), 2, "states"),
-        (("--format", "gif"), 2, "svg"),
-        (("--out", "nowhere/figure.png"), 5, "nowhere"),
-    ],
-)
-def test_what_cannot_be_drawn_is_told_with_what_could_be(tendon, run_folder, words, code, said):
-    ran = tendon("plot", run_folder, *words)
-    assert ran.exit == code
-    assert said in ran.err
-    assert "Traceback" not in ran.err
-
-
-def test_a_folder_without_tables_is_refused(tendon, workplace):
-    (workplace / "empty").mkdir()
-    assert tendon("plot", "empty").exit == 3
-
-
-@pytest.mark.parametrize(
-    ("words", "near"),
-    [
-        (("plot", "run", "--format", "pgn"), "png"),
-        (("plot", "run", "--table", "desings"), "designs"),
-        (("show", "run", "--table", "desings"), "designs"),
-        (("export", "run", "all.csv", "--table", "stats"), "states"),
-        (("plot", "--arm", "persons.toml", "--case", "smal"), "small"),
-        (("state", "persons.toml", "--case", "Tall"), "tall"),
-        (("completion", "bahs"), "bash"),
-    ],
-)
-def test_a_mistyped_name_is_answered_with_the_nearest(tendon, run_folder, words, near):
-    ran = tendon(*words)
-    assert (ran.exit, ran.out) == (2, "")
-    assert f'did you mean "{near}"?' in ran.err

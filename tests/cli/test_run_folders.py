@@ -1,11 +1,16 @@
-"""What stands in a run folder is never lost, never mixed, and always resumable."""
+"""What stands in a run folder is never lost, never mixed, and always resumable; what never was a run is not touched."""
 
+import hashlib
 import json
+import os
+import shutil
 import signal
+import zlib
 from pathlib import Path
 
 import pytest
 
+from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine import records as record_module
 
 STUDY = """
@@ -16,7 +21,7 @@ mass = ["0 kg", "5 kg"]
 [motion]
 elbow_angle = ["10 deg", "50 deg", "80 deg"]
 """
-PARTS = 10
+PARTS, SEVERAL, ONE = 10, 12, 2**19
 STOPPED = """
 import os, sys
 from tendon_cli.engine import plan
@@ -32,51 +37,66 @@ Journal.add = add_and_signal
 from tendon_cli import cli
 cli.main(["sweep", "study.toml", "--no-figures", "--jobs", "2", "--out", "run", *sys.argv[2:]])
 """
-SWEEP = ("sweep", "study.toml", "--no-figures", "--out", "run")
+ANYHOW = pytest.mark.parametrize("words", [(), ("--resume",), ("--overwrite",)], ids=" ".join)
 
 
 @pytest.fixture
-def run(tendon, workplace, small_parts):
-    """Sweep a study of ten parts into the folder `run`."""
+def sweep(tendon, workplace, small_parts):
+    """Sweep a study of ten parts into the folder `run`, with figures."""
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    small_parts(12)
-    return lambda *words: tendon(*SWEEP, *words)
+    small_parts(SEVERAL)
+    return lambda *words: tendon("sweep", "study.toml", "--out", "run", *words)
+
+
+@pytest.fixture
+def run(sweep):
+    """The same without figures."""
+    return lambda *words: sweep("--no-figures", *words)
 
 
 @pytest.fixture
 def stopped(run, outside, muttered):
     """A run that a signal stopped after two of its parts."""
-    ran = outside("-c", STOPPED, signal.SIGTERM, python=True)
-    assert ran.exit == 143
+    assert outside("-c", STOPPED, int(signal.SIGTERM), python=True).exit == 143
     return run
 
 
-def whole(new_sweep, workplace):
-    return new_sweep(STUDY, workplace, out="whole").hashes
+@pytest.fixture
+def whole(new_sweep, tmp_path_factory, small_parts):
+    """The bytes of a run that was never stopped."""
+    small_parts(SEVERAL)
+    return new_sweep(STUDY, tmp_path_factory.mktemp("whole")).hashes
 
 
-def everything(folder):
-    return {file: file.read_bytes() for file in Path(folder).rglob("*") if file.is_file() and file.name != ".lock"}
+def everything(folder="run"):
+    paths = (path for path in Path(folder).rglob("*") if path.name != ".lock")
+    return {path: path.read_bytes() if path.is_file() else None for path in paths}
+
+
+def signed(record):
+    """A record with the right checksum, as anybody can write one."""
+    content = {key: value for key, value in record.items() if key != "checksum"}
+    text = json.dumps(content, sort_keys=True).encode()
+    return json.dumps({**content, "checksum": hashlib.sha256(text).hexdigest()})
+
+
+def refused(ran):
+    return (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
 
 
 # --- Finished runs ---------------------------------------------------------------------------------------------------
 
 
 def test_a_finished_run_is_up_to_date_and_not_touched(run):
-    first = run("--json")
-    before = everything("run")
+    record = run("--json").json
+    before = everything()
+    files = {str(file.relative_to("run")) for file, content in before.items() if content is not None}
+    assert files == {"run.json", *(entry["path"] for entry in record["files"])}
     second = run()
     assert (second.exit, "up to date" in second.out) == (0, True)
-    assert everything("run") == before
-    assert run("--json").json == first.json
+    assert run("--json").json == record
     assert run("--resume").exit == 0
-    assert everything("run") == before
-
-
-def test_a_finished_run_has_its_files_and_nothing_temporary(run):
-    record = run("--json").json
-    found = {str(file.relative_to("run")) for file in everything("run")}
-    assert found == {"run.json", *(entry["path"] for entry in record["files"])}
+    assert everything() == before
 
 
 @pytest.mark.parametrize("damage", ["flip", "delete", "truncate"])
@@ -94,77 +114,94 @@ def test_a_damaged_finished_run_is_not_up_to_date(run, damage):
     assert run("--overwrite").exit == 0
 
 
-@pytest.mark.parametrize(
-    ("setting", "named"),
-    [
-        ("tendon.length=3 m", "tendon.length"),
-        ("load.mass=5 kg", "load.mass"),
-        ("model.slack=bilateral", "model.slack"),
-        ('output.tables=["designs"]', "output.tables"),
-    ],
-)
-def test_another_study_is_refused_and_what_differs_is_named(run, setting, named):
-    run()
-    before = everything("run")
-    ran = run("--set", setting, "--json")
-    assert (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
-    assert named in ran.json["error"]["message"]
-    assert run("--set", setting, "--resume").exit == 7
-    assert everything("run") == before
+@pytest.mark.parametrize("resume", [(), ("--resume",)])
+@pytest.mark.parametrize("begun", ["run", "stopped"])
+def test_another_study_is_refused_and_what_differs_is_named(request, begun, resume):
+    run = request.getfixturevalue(begun)
+    if begun == "run":
+        run()
+    before = everything()
+    for setting in ("tendon.length=3 m", "load.mass=5 kg", "model.slack=bilateral", 'output.tables=["designs"]'):
+        ran = run("--set", setting, "--json", *resume)
+        assert refused(ran)
+        assert setting.partition("=")[0] in ran.json["error"]["message"]
+    assert everything() == before
 
 
-def test_the_order_of_axes_makes_another_study(run, workplace):
+def test_another_order_of_axes_or_other_results_are_refused(run, workplace, monkeypatch):
     run()
-    swapped = STUDY.split("[load]")
-    load, motion = swapped[1].split("[motion]")
-    (workplace / "study.toml").write_text(f"[load]{load}{swapped[0]}[motion]{motion}", encoding="utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(record_module, "RESULTS_VERSION", 99)
+        assert "results version" in run("--json").json["error"]["message"]
+    first, load = STUDY.split("[load]")
+    load, motion = load.split("[motion]")
+    (workplace / "study.toml").write_text(f"[load]{load}{first}[motion]{motion}", encoding="utf-8")
     ran = run("--json")
     assert (ran.exit, "order of the axes" in ran.json["error"]["message"]) == (7, True)
 
 
-def test_a_version_with_other_results_is_refused(run, monkeypatch):
-    run()
-    monkeypatch.setattr(record_module, "RESULTS_VERSION", 99)
-    ran = run("--json")
-    assert (ran.exit, "results version" in ran.json["error"]["message"]) == (7, True)
+# --- Overwriting ------------------------------------------------------------------------------------------------------
 
 
-def test_overwrite_replaces_a_run_by_another(run, hashes_in):
-    run()
-    ran = run("--overwrite", "--json", "--set", "load.mass=2 kg")
-    assert (ran.exit, ran.json["designs"]) == (0, 10)
-    assert hashes_in(Path("run")) == {entry["path"]: entry["sha256"] for entry in ran.json["files"]}
-    one_part = run("--overwrite", "--json", "--set", "load.mass=2 kg", "--set", "tendon.pretension=90 N")
-    assert sorted(hashes_in(Path("run"))) == ["designs.parquet", "states.parquet"]
-    assert one_part.exit == 0
-
-
-def test_overwrite_deletes_no_file_of_a_stranger(run):
-    run()
+@pytest.mark.parametrize(("before", "after"), [(SEVERAL, ONE), (ONE, SEVERAL), (SEVERAL, SEVERAL)])
+def test_overwrite_replaces_a_run_through_a_linked_folder_and_leaves_what_is_anothers(
+    sweep, workplace, small_parts, hashes_in, before, after
+):
+    (workplace / "elsewhere").mkdir()
+    (workplace / "run").symlink_to(workplace / "elsewhere")
+    small_parts(before)
+    assert Path("run", sweep("--json").json["figures"][0]).exists()
     Path("run/notes.txt").write_text("mine", encoding="utf-8")
-    Path("run/states.parquet/notes.txt").write_text("mine", encoding="utf-8")
-    run("--overwrite")
-    assert Path("run/notes.txt").read_text(encoding="utf-8") == "mine"
-    assert Path("run/states.parquet/notes.txt").read_text(encoding="utf-8") == "mine"
+    small_parts(after)
+    ran = sweep("--overwrite", "--no-figures", "--set", "tendon.length=3 m", "--json")
+    assert (ran.exit, (workplace / "run").is_symlink()) == (0, True)
+    assert hashes_in(workplace / "elsewhere") == {entry["path"]: entry["sha256"] for entry in ran.json["files"]}
+    assert sorted(path.name for path in Path("run").iterdir() if path.is_file() and path.suffix != ".parquet") == [
+        ".lock", "notes.txt", "run.json",
+    ]  # fmt: skip
+    assert sweep("--no-figures", "--set", "tendon.length=3 m").exit == 0
 
 
-def test_overwrite_replaces_a_run_beside_a_file_of_a_stranger(run):
+@pytest.mark.parametrize("name", [".DS_Store", "notes.txt", "part-mine.parquet"])
+@pytest.mark.parametrize("after", [SEVERAL, ONE])
+def test_overwrite_with_a_strangers_file_among_the_parts_works_or_refuses(run, workplace, small_parts, name, after):
+    assert run().exit == 0
+    (workplace / "run/states.parquet" / name).write_bytes(b"his")
+    before = everything()
+    small_parts(after)
+    ran = run("--overwrite", "--set", "tendon.length=3 m")
+    assert (workplace / "run/states.parquet" / name).read_bytes() == b"his"
+    if ran.exit == 0:
+        assert (after, name != "part-mine.parquet") == (SEVERAL, True)
+        assert run("--set", "tendon.length=3 m").exit == 0
+    else:
+        assert (ran.exit, name in ran.err, everything() == before) == (7, True, True)
+
+
+@pytest.mark.parametrize("table", ["states", "designs"])
+def test_a_strangers_table_is_not_replaced_by_one_that_the_run_had_not(run, small_parts, table):
+    small_parts(ONE)
+    other = "designs" if table == "states" else "states"
+    assert run("--set", f'output.tables=["{other}"]').exit == 0
+    Path(f"run/{table}.parquet").write_bytes(b"his")
+    before = everything()
+    ran = run("--overwrite")
+    assert (ran.exit, f"{table}.parquet" in ran.err, everything() == before) == (7, True, True)
+
+
+@pytest.mark.parametrize("path", ["../precious.txt", "/{folder}/precious.txt", "deep/er/precious.txt"])
+def test_overwrite_never_reaches_outside_its_folder(run, workplace, path):
     run()
-    Path("run/notes.txt").write_text("mine", encoding="utf-8")
-    assert run("--overwrite", "--set", "load.mass=2 kg").exit == 0
-    assert Path("run/run.json").exists()
+    (workplace / "precious.txt").write_text("mine", encoding="utf-8")
+    record = json.loads(Path("run/run.json").read_text("utf-8"))
+    record["files"].append({"path": path.format(folder=workplace), "rows": 0, "size": 4, "sha256": ""})
+    for content in (json.dumps(record), signed(record)):
+        Path("run/run.json").write_text(content, encoding="utf-8")
+        assert run("--overwrite").exit == 7  # a record that was changed is no record of ours
+        assert (workplace / "precious.txt").read_text(encoding="utf-8") == "mine"
 
 
-def test_overwrite_replaces_a_run_with_its_figures(tendon, workplace):
-    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    words = ("sweep", "study.toml", "--out", "run", "--json")
-    first = tendon(*words)
-    assert first.json["figures"]
-    assert all(Path("run", name).exists() for name in first.json["figures"])
-    again = tendon(*words, "--overwrite", "--no-figures", "--set", "tendon.length=3 m")
-    assert again.exit == 0
-    assert not list(Path("run").glob("*.png"))
-
+# --- Folders that never were a run ------------------------------------------------------------------------------------
 
 FOREIGN = {
     "a file": ("chapter.txt", "x"),
@@ -172,166 +209,230 @@ FOREIGN = {
     "a run.json of paths": ("run.json", '{"files": [{"path": "chapter.txt"}]}'),
     "a run.json of nothing": ("run.json", "{}"),
     "a broken run.json": ("run.json", "{"),
-    "a list": ("run.json", "[1]"),
+    "a run.json of a list": ("run.json", "[1]"),
+    "an empty journal": ("journal.jsonl", ""),
+    "a diary": ("journal.jsonl", "dear diary\n"),
+    "a journal of events": ("journal.jsonl", '{"event": 1}\n{"event": 2}\n'),
 }
 
 
-def foreign_folder(kind):
+@ANYHOW
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_a_foreign_folder_is_refused_and_left_as_it_was(sweep, kind, words):
     Path("run").mkdir()
-    Path("run/chapter.txt").write_text("years of work", encoding="utf-8")
+    for name in ("designs.parquet", "states.parquet", "slack_map.png", "chapter.txt"):
+        Path("run", name).write_bytes(b"years of work")
     name, content = FOREIGN[kind]
     Path("run", name).write_text(content, encoding="utf-8")
-    return everything("run")
+    before = everything()
+    assert refused(sweep(*words, "--json"))
+    assert everything() == before
+    assert not Path("run/.lock").exists()
 
 
-@pytest.mark.parametrize("kind", FOREIGN)
-@pytest.mark.parametrize("words", [(), ("--resume",)])
-def test_a_foreign_folder_is_refused_and_left_as_it_was(run, kind, words):
-    before = foreign_folder(kind)
+@ANYHOW
+def test_a_strangers_journal_alone_is_his(run, words):
+    Path("run").mkdir()
+    Path("run/journal.jsonl").write_bytes(b"dear diary\n")
     assert run(*words).exit == 7
-    assert everything("run") == before
+    assert Path("run/journal.jsonl").read_bytes() == b"dear diary\n"
+
+
+@pytest.mark.parametrize("parts", [10**10, -1, 0, "x", None, [], True])
+def test_a_journal_that_claims_absurd_parts_is_refused_at_once(run, parts):
+    assert run().exit == 0
+    record = json.loads(Path("run/run.json").read_text("utf-8"))
+    header = {key: record[key] for key in ("study_hash", "results_version", "study", "axes", "sources")}
+    text = json.dumps({**header, "tables": ["designs", "states"], "parts": parts}, sort_keys=True).encode()
+    Path("run/run.json").unlink()
+    Path("run/journal.jsonl").write_bytes(b"%08x %s\n" % (zlib.crc32(text), text))
+    before = everything()
+    for words in ("--resume", "--overwrite"):
+        ran = run(words)
+        assert (ran.exit, ran.out, everything() == before) == (7, "", True)
 
 
 @pytest.mark.parametrize(
-    "kind",
-    list(FOREIGN),
-)
-def test_a_foreign_folder_is_refused_even_with_overwrite(run, kind):
-    before = foreign_folder(kind)
-    assert run("--overwrite").exit == 7
-    assert everything("run") == before
+    ("key", "value"),
+    [
+        ("feasible", "x"), ("designs", -1), ("states", 1.5), ("seconds", "long"), ("seconds", float("nan")),
+        ("files", [{}]), ("files", ["x"]), ("files", None), ("figures", ["../x.png"]), ("warnings", [1]),
+        ("axes", "x"), ("study", []), ("name", 3), ("slack", True), ("parts", None), ("taut", "x"),
+    ],
+)  # fmt: skip
+def test_a_record_that_is_odd_is_no_record_whatever_its_checksum(run, small_parts, key, value):
+    small_parts(ONE)
+    assert run().exit == 0
+    file = Path("run/run.json")
+    file.write_text(signed({**json.loads(file.read_text("utf-8")), key: value}), encoding="utf-8")
+    before = everything()
+    assert refused(run("--json"))
+    assert refused(run("--json", "--overwrite"))
+    assert everything() == before
 
 
-@pytest.mark.parametrize("path", ["../precious.txt", "/{folder}/precious.txt", "deep/er/precious.txt"])
-def test_overwrite_never_reaches_outside_its_folder(run, workplace, path):
-    run()
-    precious = workplace / "precious.txt"
-    precious.write_text("mine", encoding="utf-8")
-    record = json.loads(Path("run/run.json").read_text("utf-8"))
-    record["files"].append({"path": path.format(folder=workplace), "rows": 0, "size": 4, "sha256": ""})
-    Path("run/run.json").write_text(json.dumps(record), encoding="utf-8")
-    assert run("--overwrite").exit == 7  # a record that was changed is no record of ours
-    assert precious.read_text(encoding="utf-8") == "mine"
-
-
-def test_a_link_to_a_folder_is_not_written_through(run, workplace):
-    (workplace / "precious").mkdir()
+@pytest.mark.parametrize("name", ["run.json", "journal.jsonl"])
+def test_a_pipe_or_a_device_as_record_or_journal_is_refused_at_once(run, name):
     Path("run").mkdir()
-    Path("run/states.parquet").symlink_to(workplace / "precious")
-    assert run().exit in (5, 7)
-    assert not list((workplace / "precious").iterdir())
+    os.mkfifo(Path("run", name))
+    assert run().exit == 7
+    Path("run", name).unlink()
+    Path("run", name).symlink_to("/dev/zero")
+    assert run("--resume").exit == 7
+
+
+def test_the_root_is_no_run_folder(tendon, run):
+    root = sorted(Path("/").iterdir())
+    assert tendon("sweep", "study.toml", "--out", "/").exit == 7
+    assert sorted(Path("/").iterdir()) == root
+
+
+def test_a_working_directory_that_is_gone_is_told(outside, run, workplace, tmp_path_factory):
+    gone = tmp_path_factory.mktemp("gone")
+    ran = outside("sweep", workplace / "study.toml", "--json", cwd=gone, preexec_fn=gone.rmdir)
+    assert (ran.exit, "working directory" in ran.json["error"]["message"]) == (2, True)
+
+
+def test_a_study_whose_name_is_not_utf_8_is_swept(outside, workplace):
+    odd = os.fsdecode(b"odd\xff.toml")
+    (workplace / odd).write_text('name = "fine"\n' + STUDY, encoding="utf-8")
+    assert outside("sweep", odd, "--json", "--no-figures").exit == 0
 
 
 # --- Unfinished runs -------------------------------------------------------------------------------------------------
 
 
 def test_an_unfinished_run_is_exit_7_and_hints_at_resume(stopped):
-    before = everything("run")
+    before = everything()
     ran = stopped("--json")
-    assert (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
+    assert refused(ran)
     assert "--resume" in ran.json["error"]["hint"]
-    assert everything("run") == before
+    assert everything() == before
 
 
 def test_resume_where_there_is_nothing_simply_starts(run):
+    Path("run").mkdir()
+    Path("run/.tendon-run-0123456789ab.tmp").write_bytes(b"")  # of a run that was killed as it began
     ran = run("--resume", "--json")
     assert (ran.exit, ran.json["resumed_parts"]) == (0, 0)
 
 
-def test_resume_gives_the_bytes_of_a_run_that_was_never_stopped(stopped, new_sweep, workplace, hashes_in):
-    ran = stopped("--resume", "--json")
-    assert (ran.exit, ran.json["resumed_parts"] >= 2) == (0, True)
-    assert hashes_in(Path("run")) == whole(new_sweep, workplace)
-    before = everything("run")
-    assert stopped("--resume").exit == 0
-    assert everything("run") == before
-
-
-def test_resume_redoes_parts_that_were_deleted_or_damaged(stopped, new_sweep, workplace, hashes_in):
-    done = sorted(Path("run").rglob("part-*.parquet"))
-    done[0].unlink()
-    done[-1].write_bytes(done[-1].read_bytes()[:-1] + b"x")
-    assert stopped("--resume").exit == 0
-    assert hashes_in(Path("run")) == whole(new_sweep, workplace)
-
-
-def test_resume_keeps_exactly_the_parts_that_stand(stopped):
-    parts = sorted(Path("run/states.parquet").iterdir())
-    parts[0].unlink()
-    kept = {file: file.stat().st_mtime_ns for file in parts[1:]}
-    assert stopped("--resume", "--json").json["resumed_parts"] == len(kept)
-    assert {file: file.stat().st_mtime_ns for file in kept} == kept
-
-
-@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.8, 0.99])
-def test_a_journal_cut_anywhere_still_resumes(stopped, new_sweep, workplace, hashes_in, share):
-    journal = Path("run/journal.jsonl")
-    content = journal.read_bytes()
-    journal.write_bytes(content[: int(share * len(content))])
-    assert stopped("--resume").exit == 0
-    assert hashes_in(Path("run")) == whole(new_sweep, workplace)
-
-
-def test_an_unfinished_run_of_another_study_is_not_resumed(stopped):
-    before = everything("run")
-    ran = stopped("--resume", "--json", "--set", "tendon.length=3 m")
-    assert (ran.exit, "tendon.length" in ran.json["error"]["message"]) == (7, True)
-    assert everything("run") == before
-
-
-def test_overwrite_starts_an_unfinished_run_anew(stopped, new_sweep, workplace, hashes_in):
-    ran = stopped("--overwrite", "--json")
-    assert (ran.exit, ran.json["resumed_parts"]) == (0, 0)
-    assert hashes_in(Path("run")) == whole(new_sweep, workplace)
-
-
-def test_what_a_killed_run_left_half_written_goes_and_nothing_of_a_stranger(stopped, new_sweep, workplace, hashes_in):
-    left = [
-        Path("run", name) for name in ("states.parquet/.tendon-run-0123456789ab.tmp", ".tendon-run-ba9876543210.tmp")
-    ]
-    his = [
-        Path("run", name) for name in ("states.parquet/.part-00007.parquet.tmp", ".journal.jsonl.tmp", ".run.json.tmp")
-    ]
+def test_resume_gives_the_bytes_of_a_run_that_was_never_stopped(stopped, hashes_in, whole):
+    """What a killed run left half written goes, and nothing of a stranger."""
+    names = ("states.parquet/.tendon-run-0123456789ab.tmp", ".tendon-run-ba9876543210.tmp")
+    left = [Path("run", name) for name in names]
+    names = ("states.parquet/.part-00007.parquet.tmp", ".journal.jsonl.tmp", ".run.json.tmp")
+    his = [Path("run", name) for name in names]
     for file in (*left, *his):
         file.write_bytes(b"half")
-    assert stopped("--resume").exit == 0
-    assert hashes_in(Path("run")) == whole(new_sweep, workplace)
+    ran = stopped("--resume", "--json")
+    assert (ran.exit, ran.json["resumed_parts"] >= 2) == (0, True)
+    assert hashes_in(Path("run")) == whole
     assert not any(file.exists() for file in left)
     assert all(file.read_bytes() == b"half" for file in his)
+    before = everything()
+    assert stopped("--resume").exit == 0
+    assert everything() == before
 
 
-def test_a_run_killed_as_it_began_can_be_resumed(run):
-    Path("run").mkdir()
-    Path("run/.tendon-run-0123456789ab.tmp").write_bytes(b"")
-    assert run("--resume").exit == 0
+def test_overwrite_starts_an_unfinished_run_anew(stopped, hashes_in, whole):
+    ran = stopped("--overwrite", "--json")
+    assert (ran.exit, ran.json["resumed_parts"]) == (0, 0)
+    assert hashes_in(Path("run")) == whole
+
+
+def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
+    """A worker thought dead puts its part in place while another run is being written."""
+    add = journal_module.Journal.add
+
+    def late(self, result):
+        (self.path.parent / "states.parquet/part-00077.parquet").write_bytes(b"of an older run")
+        add(self, result)
+
+    monkeypatch.setattr(journal_module.Journal, "add", late)
+    assert run().exit == 0
+    assert not Path("run/states.parquet/part-00077.parquet").exists()
+    assert run().exit == 0
+
+
+# --- Figures ----------------------------------------------------------------------------------------------------------
+
+
+def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(sweep, monkeypatch):
+    from tendon_cli.engine.folder import RunFolder
+
+    class Killed(BaseException):
+        pass
+
+    def killed(_self, _record):
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(RunFolder, "finish", killed)
+        with pytest.raises(Killed):
+            sweep()
+    assert Path("run/slack_map.png").exists()
+    assert not Path("run/run.json").exists()
+    assert sweep("--overwrite", "--no-figures", "--set", "tendon.length=3 m").exit == 0
+    assert not Path("run/slack_map.png").exists()
+
+
+def test_a_run_interrupted_before_its_figures_are_in_place_draws_them_when_resumed(sweep, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(journal_module.Journal, "announce", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        assert sweep().exit == 130
+    assert not Path("run/slack_map.png").exists()
+    ran = sweep("--resume", "--json")
+    assert (ran.exit, ran.json["figures"]) == (0, ["slack_map.png"])
+    assert not list(Path("run").glob(".tendon-*"))
+
+
+def test_a_strangers_picture_is_not_drawn_over_and_a_deleted_figure_is_drawn_again(sweep, run):
+    assert run().exit == 0
+    Path("run/slack_map.png").write_bytes(b"his")
+    ran = sweep("--json")
+    assert (ran.exit, ran.json["figures"]) == (0, [])
+    assert any("slack_map.png" in warning for warning in ran.json["warnings"])
+    assert Path("run/slack_map.png").read_bytes() == b"his"
+    shutil.rmtree("run")
+    assert sweep().exit == 0
+    drawn = Path("run/slack_map.png").read_bytes()
+    Path("run/slack_map.png").unlink()
+    assert "up to date" in sweep().out
+    assert Path("run/slack_map.png").read_bytes() == drawn
+
+
+@pytest.mark.parametrize("error", [ValueError("odd"), MemoryError(), OSError(28, "No space left on device")])
+def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
+    from tendon_cli.figures import draw
+
+    def broken(*_):
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(draw, "_slack_maps", broken)
+        ran = sweep("--json")
+    assert (ran.exit, ran.json["figures"]) == (0, [])
+    assert any("slack map" in warning for warning in ran.json["warnings"])
+    assert Path("run/run.json").exists()
+    assert sweep("--json").json["figures"] == ["slack_map.png"]
 
 
 # --- Signals ---------------------------------------------------------------------------------------------------------
 
 
-SIGNALS = [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)]
-
-
-@pytest.mark.parametrize(("name", "code"), SIGNALS)
-def test_a_signal_stops_cleanly_and_what_is_done_is_kept(run, outside, new_sweep, workplace, hashes_in, name, code):
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_a_signal_stops_cleanly_and_what_is_done_is_kept(run, outside, hashes_in, whole, name, code):
     ran = outside("-c", STOPPED, int(getattr(signal, name)), "--json", python=True)
     assert (ran.exit, ran.json["error"]["exit"], ran.json["error"]["kind"]) == (code, code, "stopped")
     assert "--resume" in ran.json["error"]["hint"]
     kept = hashes_in(Path("run"))
     assert 4 <= len(kept) < 2 * PARTS
-    assert not [file for file in everything("run") if file.name.endswith(".tmp")]
+    assert not [file for file in everything() if file.name.endswith(".tmp")]
     assert not Path("run/run.json").exists()
-    complete = whole(new_sweep, workplace)
-    assert kept.items() <= complete.items()
+    assert kept.items() <= whole.items()
     assert run("--resume").exit == 0
-    assert hashes_in(Path("run")) == complete
-
-
-def test_a_stopped_run_says_one_thing(run, outside):
-    ran = outside("-c", STOPPED, int(signal.SIGTERM), "--quiet", python=True)
-    assert ran.out == ""
-    assert ran.err.startswith("tendon: error: ")
-    assert "SIGTERM" in ran.err
+    assert hashes_in(Path("run")) == whole
 
 
 MIDWAY = """
@@ -347,10 +448,11 @@ cli.main(["sweep", "study.toml", "--no-figures", "--jobs", "1", "--out", "run"])
 """
 
 
-def test_a_run_stopped_within_a_part_prints_no_traceback(run, outside, workplace):
+def test_a_run_stopped_within_a_part_says_one_thing(run, outside, workplace):
     (workplace / "study.toml").write_text(STUDY.replace("num = 10", "num = 30000"), encoding="utf-8")
     ran = outside("-c", MIDWAY, int(signal.SIGTERM), python=True)
-    assert ran.exit == 143
+    assert (ran.exit, ran.out, "SIGTERM" in ran.err) == (143, "", True)
+    assert ran.err.startswith("tendon: error: ")
     assert "Traceback" not in ran.err
 
 
@@ -369,14 +471,3 @@ def test_the_handlers_of_before_are_back_after_a_sweep(run):
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     run()
     assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before
-
-
-def test_a_figure_that_was_deleted_is_drawn_again(tendon, workplace):
-    (workplace / "study.toml").write_text(
-        '[tendon]\npretension = ["80 N", "120 N", "160 N"]\n[spool]\nratio = [0.8, 1.0]\n'
-    )
-    assert tendon("sweep", "study.toml", "--out", "run").exit == 0
-    drawn = (workplace / "run/slack_map.png").read_bytes()
-    (workplace / "run/slack_map.png").unlink()
-    assert "up to date" in tendon("sweep", "study.toml", "--out", "run").out
-    assert (workplace / "run/slack_map.png").read_bytes() == drawn

@@ -68,8 +68,6 @@ def test_an_export_has_the_numbers_of_a_language_and_the_units_of_studies(tendon
     for name, factor in (("pretension (N)", 1.0), ("max_tension (N)", 1.0), ("spring_stiffness (N/m)", 1e3)):
         other = name.replace("N/m", "kN/m")
         assert second[other].to_numpy() * factor == pytest.approx(first[name].to_numpy(), rel=1e-12)
-    for option in ("--locale", "--units"):
-        assert tendon("export", run, "x.csv", option, "nowhere").exit == 2
 
 
 def test_a_rigid_spring_is_called_one_everywhere(tendon, workplace):
@@ -83,10 +81,6 @@ def test_a_rigid_spring_is_called_one_everywhere(tendon, workplace):
     assert [row[0] for row in read_csv(Path("run.csv").read_text("utf-8"))[1]] == ["3000", "rigid"]
     assert tendon("plot", "run", "-y", "max_tension", "--x", "spring.stiffness").exit == 0
     assert tendon("report", "run").exit == 0
-
-
-def test_columns_named_twice_are_refused(tendon, run):
-    assert "twice" in tendon("show", run, "--columns", "design,design").err
 
 
 def test_nothing_in_an_export_is_run_by_a_spreadsheet(tendon, run):
@@ -133,32 +127,6 @@ def test_what_is_shown_fits_the_terminal_in_units_that_people_read(tendon, run, 
         assert (said.splitlines()[0] == "elbow_angle  motor_torque") is beside
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "said"),
-    [
-        (("show", "run", "--columns", "load_mas"), 2, 'did you mean "load_mass"'),
-        (("show", "run", "--where", "load_mas = 5 kg"), 2, 'did you mean "load_mass"'),
-        (("show", "run", "--where", "load_mass = 5 N"), 2, "load_mass = 5 N"),
-        (("show", "run", "--where", "x"), 2, "is not a filter"),
-        (("show", "run", "--sort", "nothing"), 2, "no column"),
-        (("show", "run", "--table", "sattes"), 2, 'did you mean "states"'),
-        (("show", "nothing"), 3, "no such"),
-        (("show", "."), 3, "no table"),
-        (("show", "study.toml"), 2, "is a study"),
-        (("export", "run", "run/designs.parquet"), 2, ".csv"),
-        (("export", "run", "missing/all.csv"), 5, "cannot be written"),
-    ],
-)
-def test_what_cannot_be_shown_is_one_message(tendon, run, words, code, said):
-    ran = tendon(*words)
-    assert (ran.exit, ran.out, said in ran.err) == (code, "", True), ran.err
-    assert not [path.name for path in Path().iterdir() if path.name.endswith((".tmp", ".csv"))]
-
-
-def test_json_and_csv_exclude_each_other(tendon, run):
-    assert tendon("show", run, "--json", "--csv").json["error"]["kind"] == "usage"
-
-
 def test_a_damaged_table_is_neither_shown_nor_exported(tendon, run):
     with (run / "designs.parquet").open("r+b") as file:
         file.seek(600)
@@ -203,21 +171,6 @@ def test_an_exported_file_of_people_is_the_same_people(tendon, workplace):
     assert tendon("show", "other.csv", "--json").json == tendon("show", "people.csv", "--json").json
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("a,b\n1,2\n", "no column is a dimension"),
-        ("weight (kg)\n", "no persons"),
-        ("weight (m)\n1\n", "unit of length"),
-    ],
-)
-def test_what_is_no_file_of_people_is_one_message(tendon, workplace, content, said):
-    (workplace / "people.csv").write_text(content, encoding="utf-8")
-    ran = tendon("show", "people.csv")
-    assert (ran.exit, ran.out, said in ran.err) == (3, "", True), ran.err
-    assert tendon("show", "missing.csv").exit == 3
-
-
 LIMITED = """
 import sys
 from pathlib import Path
@@ -242,16 +195,3 @@ def test_ten_million_rows_are_exported_in_constant_memory(tendon, workplace):
     assert int(ran.stderr.split()[-1]) < 300e6
     with Path("large.csv").open("rb") as file:
         assert sum(1 for _ in file) == 55000 * 182 + 1
-
-
-def test_a_table_by_itself_is_no_other_table(tendon, run):
-    assert tendon("show", "run/designs.parquet", "--table", "designs").exit == 0
-    refused = tendon("show", "run/designs.parquet", "--table", "states")
-    assert refused.exit == 2
-    assert 'is one table, not "states"' in refused.err
-
-
-@pytest.mark.parametrize("command", ["check", "report"])
-def test_a_folder_that_is_not_there_and_a_file_are_said_to_be(tendon, run, command):
-    assert "nowhere: no such folder" in tendon(command, "nowhere").err
-    assert "is a file, expected the folder of a run" in tendon(command, "run/designs.parquet").err

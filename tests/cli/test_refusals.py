@@ -1,0 +1,166 @@
+"""What cannot be done is told alike by every command: one message or one JSON object, an exit code, nothing written."""
+
+import math
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tendon_cli
+
+FILES = {
+    "study.toml": '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n',
+    "persons.toml": '[[cases]]\nname = "small"\n[[cases]]\nname = "tall"\n',
+    "limited.toml": '[load]\nmass = ["0 kg", "5 kg"]\n[cases]\n',
+    "route.csv": "x,y\n1,2\n",
+    "straight.csv": "x,y,z\n" + "".join(f"{at},0,0\n" for at in range(9)),
+    "junk.csv": "a,b\n1,x\n2,y\n",
+    "nobody.csv": "weight (kg)\n",
+    "wrong.csv": "weight (m)\n1\n",
+    "file": "",
+    "thesis/chapter.txt": "years of work",
+    "empty/.keep": "",
+}
+LONG = "{ from = 1, to = 2, num = 10000000 }"
+FIT = "fit-friction table_a1.csv"
+REFUSED = [
+    # Words of the command line
+    ("swoop", 2, "usage", "swoop"),
+    ("sweep", 2, "usage", "STUDY"),
+    ("sweep study.toml --frobnicate", 2, "usage", "No such option: --frobnicate"),
+    ("sweep study.toml --overwrit", 2, "usage", "did you mean --overwrite"),
+    ("sweep study.toml --resume --overwrite", 2, "usage", "exclude each other"),
+    ("show run --csv --json", 2, "usage", "exclude each other"),
+    ("check run --markdown --json", 2, "usage", "exclude each other"),
+    ("check run --tolerance 1e-3", 2, "usage", "--baseline"),
+    ("plot run --format pgn", 2, "usage", 'did you mean "png"?'),
+    ("plot run --table desings", 2, "usage", 'did you mean "designs"?'),
+    ("show run --table desings", 2, "usage", 'did you mean "designs"?'),
+    ("export run all.csv --table stats", 2, "usage", 'did you mean "states"?'),
+    ("plot --arm persons.toml --case smal", 2, "usage", 'did you mean "small"?'),
+    ("state persons.toml --case Tall", 2, "usage", 'did you mean "tall"?'),
+    ("completion bahs", 2, None, 'did you mean "bash"?'),
+    ("completion tcsh", 2, None, "bash, zsh and fish"),
+    ("init new.toml --template desing", 2, None, 'did you mean "design"?'),
+    ("init new.yaml --template sensitivity", 2, None, "templates: sweep, design"),
+    ("init --from univrsal", 2, None, "universal"),
+    ("init --from ../../setup.py", 2, None, "--list"),
+    ("init --from /etc/passwd", 2, None, "--list"),
+    ("init --from universal --for motor", 2, None, "exclude each other"),
+    ("init study.toml", 2, None, "study.toml"),
+    ("init no/such/folder/study.toml", 5, None, "no/such/folder/study.toml"),
+    # Studies
+    ("sweep none.toml", 2, "study", "none.toml"),
+    *((f"sweep study.toml --set '{text}'", 2, kind, "") for text, kind in (
+        ("arm.b1", "usage"), ("=1", "usage"), ("arm..b1=1", "usage"), ("load.mass=[", "usage"), ("name.x=1", "study"),
+        ("arm.b1=3 kg", "study"), ("arm.bb=1", "study"), ("load.mass=true", "study"), ("x=1", "study"),
+        ("load.mass={ from = 1, to = 2, num = 10000001 }", "study"), ("sheath.path=none.csv", "study"),
+    )),
+    ("sweep study.toml --set sheath.path=route.csv", 3, "input", "route.csv"),
+    (f"sweep study.toml --set 'tendon.pretension={LONG}' --set 'spring.stiffness={LONG}'", 2, "size", ""),
+    (f"sweep study.toml --set 'tendon.pretension={LONG}' --set 'spring.stiffness={LONG}' --set 'spool.ratio={LONG}'",
+     2, "size", ""),
+    ("state study.toml --plot motor.png", 2, "usage", "no speed"),
+    ("state study.toml --reversal --plot motor.bmp", 2, "usage", "png"),
+    ("state study.toml --set 'motion.elbow_angle=170 deg' --reversal --plot motor.png", 2, "usage", "no equilibrium"),
+    ("plot persons.toml", 2, "usage", "is a study, expected a table or the folder of a run"),
+    ("show study.toml", 2, "usage", "is a study"),
+    # Folders
+    ("sweep study.toml --no-figures --out file/inside", 5, "output", "Not a directory"),
+    ("sweep study.toml --no-figures --out thesis", 7, "folder", "thesis"),
+    ("sweep study.toml --no-figures --out study.toml", 7, "folder", "study.toml"),
+    ("check nowhere", 3, "input", "nowhere: no such folder"),
+    ("report nowhere", 3, "input", "nowhere: no such folder"),
+    ("check run/designs.parquet", 3, "input", "is a file, expected the folder of a run"),
+    ("report run/designs.parquet", 3, "input", "is a file, expected the folder of a run"),
+    ("plot empty", 3, "input", ""),
+    ("show empty", 3, "input", "no table"),
+    ("show nothing", 3, "input", "no such"),
+    ("plot run --out nowhere/figure.png", 5, "output", "nowhere"),
+    ("export run missing/all.csv", 5, "output", "cannot be written"),
+    # Tables
+    ("show run --columns load_mas", 2, "usage", 'did you mean "load_mass"'),
+    ("show run --columns design,design", 2, "usage", "twice"),
+    ("show run --where 'load_mas = 5 kg'", 2, "usage", 'did you mean "load_mass"'),
+    ("plot run --where 'load_mas = 5 kg'", 2, "usage", "load_mass"),
+    ("plot run --where 'load_mass = 4 kg'", 2, "usage", "3 kg"),
+    ("show run --where 'load_mass = 5 N'", 2, "usage", "load_mass = 5 N"),
+    ("show run --where x", 2, "usage", "is not a filter"),
+    ("show run --sort nothing", 2, "usage", "no column"),
+    ("show run/designs.parquet --table states", 2, "usage", 'is one table, not "states"'),
+    ("export run run/designs.parquet", 2, "usage", ".csv"),
+    ("export run x.csv --locale nowhere", 2, "usage", "nowhere"),
+    ("export run x.csv --units nowhere", 2, "usage", "nowhere"),
+    ("show missing.csv", 3, "input", "missing.csv"),
+    ("show junk.csv", 3, "input", "no column is a dimension"),
+    ("show nobody.csv", 3, "input", "no persons"),
+    ("show wrong.csv", 3, "input", "unit of length"),
+    # Readings
+    ("fit-friction junk.csv --bend-angle '144 deg'", 3, "input", "junk.csv"),
+    (f"{FIT} --route straight.csv", 3, "input", ""),
+    (f"{FIT} --route table_a1.csv", 3, "input", ""),
+    (f"{FIT} --route none.csv", 3, "input", "none.csv"),
+    (f"{FIT} --route turn.csv --bend-angle '180 deg'", 2, "usage", "--route"),
+    (f"{FIT} --route turn.csv --plot turn.csv", 2, "usage", "would be written over"),
+    (f"{FIT} --bend-angle '180 deg' --path-smoothing '1 mm'", 2, "usage", "no route"),
+    (f"{FIT} --bend-angle '144 deg' --out same.svg --plot same.svg", 2, "usage", "the same file"),
+    *((f"{FIT} --route turn.csv --path-smoothing '{noise}'", 2, "usage", "") for noise in ("1", "-1 mm", "1 kg")),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, configs):
+    """A folder with something of everything."""
+    folder = tmp_path_factory.mktemp("made")
+    for name, content in FILES.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(content, encoding="utf-8")
+    turn = np.linspace(0.0, math.pi, 51)
+    points = 100.0 * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    np.savetxt(folder / "turn.csv", points, delimiter=",", header="x_mm,y_mm,z_mm", comments="")
+    shutil.copy(configs / "friction/table_a1.csv", folder)
+    tendon_cli.sweep(folder / "study.toml", folder / "run")
+    return folder
+
+
+@pytest.mark.parametrize(("line", "code", "kind", "said"), REFUSED, ids=[row[0][:60] for row in REFUSED])
+def test_what_cannot_be_done_is_one_message_and_nothing_is_written(tendon, workplace, made, line, code, kind, said):
+    shutil.copytree(made, workplace, dirs_exist_ok=True)
+    before = {path: path.is_file() and path.read_bytes() for path in Path().rglob("*")}
+    words = shlex.split(line)
+    if "--json" not in words:
+        ran = tendon(*words)
+        assert (ran.exit, ran.out, said in ran.err, "Traceback" in ran.err) == (code, "", True, False), ran.err
+        assert ran.err.startswith("tendon: error: ")
+        assert ran.err.count("tendon: error: ") == 1
+    if kind is not None:
+        ran = tendon(*words, *([] if "--json" in words else ["--json"]))
+        error = ran.json["error"]
+        assert (list(ran.json), list(error)) == (["error"], ["exit", "kind", "message", "where", "hint"])
+        assert (ran.exit, error["exit"], error["kind"], ran.err) == (code, code, kind, "")
+        assert error["message"]
+    assert {path: path.is_file() and path.read_bytes() for path in Path().rglob("*")} == before
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "nothing came in"),
+        ("[load\n", "not TOML"),
+        ("load: [\n", "not YAML"),
+        ("x" * 300_000, "larger than 256 kB"),
+    ],
+)
+def test_what_is_no_study_on_standard_input_is_told(outside, text, said):
+    ran = outside("sweep", "-", input=text)
+    assert (ran.exit, said in ran.err) == (2, True)
+    assert ran.err.startswith("tendon: error: standard input")
+
+
+def test_all_faults_of_a_study_are_told_at_once_with_their_lines_and_the_nearest_names(tendon, workplace):
+    (workplace / "study.toml").write_text('[arm]\nb3 = "1 mm"\na1 = "2 kg"\n[load]\nmass = "-1 kg"\n[lode]\n')
+    ran = tendon("sweep", "study.toml")
+    assert ran.exit == 2
+    assert [word for word in ("line 2", "line 3", "line 5", "line 6", "b3", '"load"') if word not in ran.err] == []
