@@ -1,4 +1,4 @@
-"""Sphinx configuration: Markdown pages, the library from its own documentation, everything usable offline."""
+"""Sphinx configuration: Markdown pages, notebooks that are run, the library from its own documentation, all offline."""
 
 import sys
 from pathlib import Path
@@ -17,9 +17,11 @@ author = "The tendon developers"
 copyright = "the tendon developers, MIT licence"  # noqa: A001 - the name Sphinx asks for
 release = version = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-source_suffix = {".md": "markdown"}
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["_build"]
+nb_execution_mode = "force"  # each notebook is run with the pages, and a cell that fails ends the build
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 nitpicky = False
