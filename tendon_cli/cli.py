@@ -36,7 +36,7 @@ app = typer.Typer(
     name="tendon",
     help="Parameter studies of tendon-driven exosuits: one motor, two tendons, one elbow.",
     epilog="Exit codes: 0 done, 1 bug in tendon, 2 usage or study, 3 input file, 4 negative result, 5 output, "
-    "6 workers lost, 7 folder in use, unfinished or of something else; 130, 143, 129 stopped by a signal.",
+    "6 workers lost, 7 folder in use, unfinished, or holding something else; 130, 143, 129 stopped by a signal.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -66,7 +66,7 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="print the version")
     ] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error; may stand anywhere")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error; works anywhere in the line")] = False,
 ) -> None:
     """Options of every command."""
 

@@ -183,4 +183,8 @@ def test_an_answer_as_a_dataset_agrees_with_its_table():
         cell = data.sel(spool_ratio=row.spool_ratio, spring_stiffness=row.spring_stiffness)
         assert cell["pretension_to"].item() == row.pretension_to
     assert data["condition_load_mass"].values.tolist() == answer.conditions.load_mass.tolist()
-    assert data["pretension_from"].attrs["units"] == "N"
+    assert data["pretension_from"].attrs == {
+        "units": "N",
+        "long_name": "smallest pretension",
+        "description": "smallest pretension of both tendons that keeps every limit",
+    }

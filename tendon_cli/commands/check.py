@@ -17,7 +17,7 @@ Tolerance = Annotated[
 ]
 Apart = Annotated[
     list[str] | None,
-    options.option("KEY", "key of the study that may differ; repeatable", "--except", among=values.keys),
+    options.option("KEY", "key in which the studies may differ; repeatable", "--except", among=values.keys),
 ]
 Worst = Annotated[int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")]
 Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")]

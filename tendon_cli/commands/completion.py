@@ -54,8 +54,8 @@ complete -c tendon -f -a '(__tendon_complete)'"""
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
 
 Shell = Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="which shell")]
-Line = Annotated[str | None, typer.Option(metavar="TEXT", help="complete this line instead, as the script asks")]
-Breaks = Annotated[str, typer.Option(metavar="TEXT", help="with --line: where bash takes a word apart")]
+Line = Annotated[str | None, typer.Option(metavar="TEXT", help="complete this line instead; for the script")]
+Breaks = Annotated[str, typer.Option(metavar="TEXT", help="with --line: the signs at which bash splits words")]
 
 
 def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: Breaks = "=:") -> None:

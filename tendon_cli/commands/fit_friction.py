@@ -21,7 +21,7 @@ Readings = Annotated[
 BendAngle = Annotated[str | None, options.option("ANGLE", "total bend of the sheath: '144 deg' or '144 deg +/- 2 deg'")]
 Route = Annotated[
     Path | None,
-    options.option("FILE", "way-points x, y, z of the sheath instead: its bend, with its error", parser=options.source),
+    options.option("FILE", "way-points x, y, z of the sheath, instead of --bend-angle", parser=options.source),
 ]
 PathSmoothing = Annotated[str | None, options.option("LENGTH", "noise of the route's way-points, such as '0.5 mm'")]
 FirstCell = Annotated[str | None, options.option("COLUMN", "column of the first load cell")]
@@ -37,7 +37,7 @@ CellUncertainty = Annotated[
 ]
 StrokesFile = Annotated[Path | None, options.written("write a table of the strokes: .csv")]
 FitFigure = Annotated[Path | None, options.written("draw readings and fit: .png, .svg, .pdf")]
-Fragment = Annotated[Path | None, options.written("write a fragment for [sheath] friction_from")]
+Fragment = Annotated[Path | None, options.written("write a file for [sheath] friction_from")]
 
 
 def fit_friction(

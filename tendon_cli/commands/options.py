@@ -59,18 +59,18 @@ Settings = Annotated[
     option("KEY=VALUE", "override a key, such as 'arm.b1=160 mm'; repeatable", "--set", among=values.settings),
 ]
 Case = Annotated[str | None, option("NAME", "one of the study's cases", among=values.cases)]
-OutFile = Annotated[Path | None, written("file or folder to write to")]
+OutFile = Annotated[Path | None, written("file to write")]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 
 # What computes a folder of results
-OutFolder = Annotated[Path | None, written("folder; default results/<name>, for design results/<name>-design", "DIR")]
-Jobs = Annotated[int | None, option("N", "how many parts are computed at once; default: all cores", min=1)]
+OutFolder = Annotated[Path | None, written("folder to write to; default results/<name>, results/<name>-design for an answer", "DIR")]
+Jobs = Annotated[int | None, option("N", "compute N parts at once; default: one per core", min=1)]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show the size and cost, write nothing")]
 Resume = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="replace the results in the folder")]
 NoFigures = Annotated[bool, typer.Option("--no-figures", help="draw nothing")]
-NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems that cannot")]
+NoLock = Annotated[bool, typer.Option("--no-lock", help="do not lock the folder, for file systems without locks")]
 Scheduler = Annotated[str | None, option("tcp://HOST:PORT", "compute on this running Dask cluster")]
 
 # Rows of tables
@@ -80,9 +80,9 @@ Table = Annotated[
         parser=place, metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people"
     ),
 ]
-TableName = Annotated[str | None, option("NAME", "which table of the folder", "--table", among=values.tables)]
+TableName = Annotated[str | None, option("NAME", "table of the folder", "--table", among=values.tables)]
 Where = Annotated[
     list[str] | None,
     option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=values.filters),
 ]
-Columns = Annotated[list[str] | None, option("NAMES", "which columns, separated by commas", among=values.columns)]
+Columns = Annotated[list[str] | None, option("NAMES", "columns to show, separated by commas", among=values.columns)]

@@ -16,7 +16,7 @@ Source = Annotated[
     ),
 ]
 DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
-TableName = Annotated[str | None, options.option("states|designs", "which table of a run folder")]
+TableName = Annotated[str | None, options.option("states|designs", "table of a run folder")]
 Quantities = Annotated[
     list[str] | None, options.option("COLUMN", "what to draw; repeatable", "--quantity", "-y", among=values.columns)
 ]

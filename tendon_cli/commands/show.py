@@ -17,7 +17,7 @@ Sort = Annotated[
     str | None, options.option("COLUMN", "sort by this column; -COLUMN: the largest first", among=values.columns)
 ]
 Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
-AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV, in SI, with units in the header")]
+AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV in SI units, named in the header")]
 
 
 def show(
@@ -60,9 +60,9 @@ def _finite(row: dict[str, object]) -> dict[str, object]:
 
 CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]
 Locale = Annotated[
-    str, options.option("LANGUAGE", "decimal sign and separator of a language: de has 1,5 and semicolons")
+    str, options.option("LANGUAGE", "numbers as this language writes them: de writes 1,5 and separates by semicolons")
 ]
-InUnits = Annotated[str, options.option("si|study", "SI units, or those of studies, such as mm", "--units")]
+InUnits = Annotated[str, options.option("si|study", "SI units, or those people read, such as mm", "--units")]
 
 
 def export(

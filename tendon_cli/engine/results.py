@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.display import Displayed
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.journal import Journal
@@ -22,6 +23,7 @@ from tendon_cli.engine.records import lost, read_record
 from tendon_cli.engine.states import StatesOf
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import RECORDS
 
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import xarray as xr
 
+_LONGEST_LABEL = 30
 Variable = tuple[tuple[str, ...], npt.NDArray[Any], dict[str, str]]
 """Dimensions, values and attributes, as xarray takes them."""
 
@@ -202,9 +205,16 @@ def variables_of(table: pa.Table, sizes: dict[str, int]) -> dict[str, Variable]:
         values = frame[held.name]
         array = values.astype(object).to_numpy() if values.dtype == "category" else values.to_numpy()
         meaning = {key.decode(): text.decode() for key, text in (held.metadata or {}).items()}
-        attributes = {"units": meaning.get("unit", "1"), "long_name": meaning.get("long_name", held.name)}
+        attributes = {"units": meaning.get("unit", "1"), "long_name": label_of(held.name, meaning.get("long_name", ""))}
+        attributes["description"] = meaning.get("long_name", "")
         variables[held.name] = (dimensions, array.reshape(shape), attributes)
     return variables
+
+
+def label_of(name: str, meaning: str) -> str:
+    """A name of a column that is short enough for an axis: what it means if that is short, else its name in words."""
+    of_its_own = name in QUANTITIES and meaning != QUANTITIES[name].long_name
+    return meaning if meaning and (of_its_own or len(meaning) <= _LONGEST_LABEL) else say.column(name)
 
 
 def along_own_axes(name: str, variable: Variable) -> Variable:
