@@ -66,7 +66,9 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="print the version")
     ] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="show the traceback of an error; works anywhere in the line")] = False,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="show the traceback of an error; works anywhere in the line")
+    ] = False,
 ) -> None:
     """Options of every command."""
 

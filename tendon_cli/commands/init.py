@@ -15,10 +15,16 @@ StarterFile = Annotated[
 Template = Annotated[
     str,
     options.option(
-        "NAME", "question: sweep, design, robust, people, motor or friction", "--for", "--template", among=values.templates
+        "NAME",
+        "question: sweep, design, robust, people, motor or friction",
+        "--for",
+        "--template",
+        among=values.templates,
     ),
 ]
-Example = Annotated[str | None, options.option("NAME", "copy this study or CSV from the documentation instead", "--from")]
+Example = Annotated[
+    str | None, options.option("NAME", "copy this study or CSV from the documentation instead", "--from")
+]
 IsListed = Annotated[
     bool, typer.Option("--list", help="list the questions and the files that --from copies, write nothing")
 ]

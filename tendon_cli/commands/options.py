@@ -64,7 +64,9 @@ AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON obj
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 
 # What computes a folder of results
-OutFolder = Annotated[Path | None, written("folder to write to; default results/<name>, results/<name>-design for an answer", "DIR")]
+OutFolder = Annotated[
+    Path | None, written("folder to write to; default results/<name>, results/<name>-design for an answer", "DIR")
+]
 Jobs = Annotated[int | None, option("N", "compute N parts at once; default: one per core", min=1)]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="show the size and cost, write nothing")]
 Resume = Annotated[bool, typer.Option("--resume", help="finish what was interrupted")]
