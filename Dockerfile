@@ -10,6 +10,7 @@ RUN apt-get update && apt-get install --yes --no-install-recommends gcc libc6-de
 WORKDIR /source
 COPY pyproject.toml constraints.txt setup.py MANIFEST.in README.md LICENSE CHANGELOG.md CITATION.cff ./
 COPY tendon_cli tendon_cli
+COPY configs configs
 RUN python -m venv /opt/tendon && /opt/tendon/bin/pip install --no-cache-dir --constraint constraints.txt '.[dask,xarray]' \
     && /opt/tendon/bin/python -c 'from tendon_cli import kernel; assert kernel.kind(), "the kernel was not compiled"'
 

@@ -28,6 +28,19 @@ def of_the_package():
     return {file.relative_to(ROOT).as_posix() for file in files if file.suffix not in (".so", ".pyd", ".pyc")}
 
 
+def of_the_configs():
+    """Every file of the studies and readings that the documentation uses."""
+    return {file.relative_to(ROOT).as_posix() for file in (ROOT / "configs").rglob("*") if file.is_file()}
+
+
+def of_a_wheel():
+    """What a wheel holds beside compiled code: the package, and the examples that `tendon init --from` copies."""
+    examples = {f"tendon_cli/examples/{name.removeprefix('configs/')}" for name in of_the_configs()}
+    return {name for name in of_the_package() if Path(name).suffix not in (".c", ".h")} | {
+        name for name in examples if name.endswith((".toml", ".csv"))
+    }
+
+
 def build(source, folder):
     """Build sdist and wheel; on Linux the wheel gets the tag of the oldest C library that it runs with."""
     called("build", "--outdir", folder, source)
@@ -49,11 +62,10 @@ def faults_of_wheel(path):
     with zipfile.ZipFile(path) as wheel:
         found = {name for name in wheel.namelist() if ".dist-info/" not in name and not name.endswith("/")}
     compiled = {name for name in found if name.startswith("tendon_cli/kernel/_native.")}
-    expected = {name for name in of_the_package() if Path(name).suffix not in (".c", ".h")}
     faults = [] if len(compiled) == 1 else ["has no compiled kernel"]
     faults += [] if "-cp311-abi3-" in path.name else ["is not tagged for every Python from 3.11 on (cp311-abi3)"]
     faults += ["is tagged for this machine's Linux only (no manylinux)"] if "-linux_" in path.name else []
-    return faults + _difference(expected | NEEDED, found - compiled)
+    return faults + _difference(of_a_wheel() | NEEDED, found - compiled)
 
 
 def faults_of_sdist(path):
@@ -61,7 +73,7 @@ def faults_of_sdist(path):
     with tarfile.open(path) as sdist:
         names = {member.name.partition("/")[2] for member in sdist.getmembers() if member.isfile()}
     found = {name for name in names if ".egg-info/" not in name} - BY_SETUPTOOLS
-    return _difference(of_the_package() | NEEDED | OF_THE_SOURCE, found)
+    return _difference(of_the_package() | of_the_configs() | NEEDED | OF_THE_SOURCE, found)
 
 
 def _difference(expected, found):

@@ -45,7 +45,7 @@ def test_the_image_is_built_of_what_a_release_is_built_of():
     copies = [line.split()[1:-1] for line in dockerfile if line.startswith("COPY ") and "--from" not in line]
     copied = {word for words in copies for word in words}
     assert copied == {line[1:] for line in ignored if line.startswith("!")}
-    assert copied == release.OF_THE_SOURCE | {"constraints.txt", "tendon_cli"}
+    assert copied == release.OF_THE_SOURCE | {"constraints.txt", "tendon_cli", "configs"}
 
 
 def wheel_of(folder, names):
@@ -57,9 +57,7 @@ def wheel_of(folder, names):
 
 
 def of_a_wheel():
-    return {name for name in release.of_the_package() if not name.endswith((".c", ".h"))} | {
-        "tendon_cli/kernel/_native.abi3.so"
-    }
+    return release.of_a_wheel() | {"tendon_cli/kernel/_native.abi3.so"}
 
 
 def test_a_whole_wheel_has_no_fault(tmp_path):
@@ -107,7 +105,8 @@ def wheel(tmp_path_factory):
         pytest.importorskip(name, reason=f"`{name}` is not installed: pip install -c constraints.txt '.[release]'")
     source, out = (tmp_path_factory.mktemp("release") / name for name in ("source", "dist"))
     left_out = shutil.ignore_patterns("*.so", "*.pyd", "__pycache__")
-    shutil.copytree(ROOT / "tendon_cli", source / "tendon_cli", ignore=left_out)
+    for name in ("tendon_cli", "configs"):
+        shutil.copytree(ROOT / name, source / name, ignore=left_out)
     for name in release.OF_THE_SOURCE:
         shutil.copy(ROOT / name, source / name)
     release.build(source, out)
@@ -131,6 +130,7 @@ def test_the_wheel_installs_and_computes_by_compiled_code(wheel, tmp_path, versi
     swept = called(programs / "tendon", "sweep", "study.toml", "--out", "run", cwd=tmp_path)
     assert swept.returncode == 0, swept.stderr
     assert (tmp_path / "run/designs.parquet").is_file()
-    assert called(programs / "tendon", "init", "mine.yaml", cwd=tmp_path).returncode == 0
+    for words in (("mine.yaml",), ("--from", "universal")):
+        assert called(programs / "tendon", "init", *words, cwd=tmp_path).returncode == 0
     kind = called(programs / "python", "-P", "-c", KIND, cwd=tmp_path)
     assert kind.stdout.strip() not in ("", "None"), kind.stderr
