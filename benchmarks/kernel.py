@@ -58,7 +58,7 @@ def _designs(task: Sweep, designs: range) -> None:
 def _windows(task: Sweep, designs: range) -> None:
     for whole in task.plan.blocks_of_designs(designs):
         for block in small_blocks(task.plan, whole):
-            task.windows.columns(block, task.plan.design(block))
+            task.folds.windows(block, task.plan.design(block))
 
 
 def main(study: str, folder: str, threads: str, times: str) -> None:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from tendon_cli import arms
     from tendon_cli.checks.check import check
-    from tendon_cli.engine.at_angles import states
     from tendon_cli.engine.results import open_run
+    from tendon_cli.engine.states import states
     from tendon_cli.errors import (
         FolderError,
         InputError,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "load_study": "studies.load.load_study", "study": "studies.load.new_study", "varied": "studies.load.varied_study",
-    "state": "state_page.page.state_page", "states": "engine.at_angles.states",
+    "state": "state_page.page.state_page", "states": "engine.states.states",
     "sweep": "face.runs.sweep", "design": "face.runs.design", "estimate": "face.runs.estimate",
     "open": "face.runs.open", "open_run": "engine.results.open_run",
     "check": "checks.check.check", "report": "reports.report.write_report",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from tendon_cli.engine.results import share
+from tendon_cli.say import share
 from tendon_cli.units import counted, factor_of
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ def run_text(run: Run) -> str:
     took = f" in {record['seconds']:.3g} s"
     took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
     lines = [head + (", up to date" if run.up_to_date else took)]
-    lines += [f"  feasible       {share(record['feasible'], designs, 'designs')}: taut, stable and within every limit"]
-    lines += [f"    taut         {share(record['taut'], designs, 'designs')}"]
-    lines += [f"    stable       {share(record['stable'], designs, 'designs')}"]
+    lines += [f"  feasible       {share(record['feasible'], designs, 'design')}: taut, stable and within every limit"]
+    lines += [f"    taut         {share(record['taut'], designs, 'design')}"]
+    lines += [f"    stable       {share(record['stable'], designs, 'design')}"]
     if record["choices"] != designs:
-        found = share(record["feasible_choices"], record["choices"], "choices")
+        found = share(record["feasible_choices"], record["choices"], "choice")
         lines += [f"  choices        {found} feasible at every load, case and person at once"]
-    lines += [f"  slack          {share(record['slack'], states, 'states')}"]
+    lines += [f"  slack          {share(record['slack'], states, 'state')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
     lines += [f"  no slack map   {run.note}"] if run.note else []

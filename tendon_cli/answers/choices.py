@@ -22,13 +22,14 @@ from tendon_cli.answers.question import question
 from tendon_cli.answers.record import as_record, named_rows
 from tendon_cli.answers.tables import as_value, choice_columns, choice_rows, condition_columns, condition_rows
 from tendon_cli.answers.text import text_of
-from tendon_cli.engine.task import LastFile, Note, RowSink, Task
+from tendon_cli.engine.task import LastFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import writer_of
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import arrays_of
 from tendon_cli.tables.schema import Column
+from tendon_cli.tables.write import Rows
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
@@ -108,7 +109,7 @@ class Choices(Task):
             return len(self.part(index))
         return len(self.persons if table != "conditions" and self.persons else self.problem.conditions)
 
-    def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
+    def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
         """Solve the choices of a part; raises Stopped."""
         self.go_on()
         part = self.part(index)

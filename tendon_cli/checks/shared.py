@@ -1,9 +1,10 @@
-"""Which rows two runs have in common, by the values of their axes, if their studies may be compared at all."""
+"""What both checks share; and which rows two runs have in common, if their studies may be compared at all."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,32 @@ from tendon_cli.errors import UsageError
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.schema import key_words
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.tables.read import TableFiles, open_table
 from tendon_cli.units import counted, shorten
 
 _NOT_ASKED = ("name", "title", "output", "figure")
 """What a study says that changes no number."""
+
+
+WORST = 10
+"""How many breaches or flips are listed."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What came of it."""
+
+    holds: bool
+    text: str
+    record: dict[str, Any]
+
+
+def designs_in(folder: Path, record: Mapping[str, Any]) -> TableFiles:
+    """The designs of a recorded run; raises UsageError, InputError."""
+    if "designs" not in record["study"]["output"]["tables"]:
+        hint = '[output] tables needs "designs"'
+        raise UsageError("the run has no table of designs to check", where=str(folder), hint=hint)
+    return open_table(folder / "designs.parquet")
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,10 @@ import pyarrow.compute as pc
 
 from tendon_cli import say
 from tendon_cli.cube.axes import Ints, RowAxis
-from tendon_cli.cube.columns import Columns, Values, as_numpy
+from tendon_cli.cube.columns import Columns, Values
 from tendon_cli.cube.cube import Cube, foreign
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.read import TableFiles, as_numpy
 
 
 def choices_of(table: TableFiles) -> Cube:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -107,39 +107,3 @@ def quantity_in(field: pa.Field) -> Quantity:
 
 def _is_number(kind: pa.DataType) -> bool:
     return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))
-
-
-# --- Values ----------------------------------------------------------------------------------------------------------
-
-
-def as_numpy(column: pa.ChunkedArray) -> Values:
-    """The values of a column. Not by the ways of pyarrow, which import pandas or its functions."""
-    if not column.num_chunks:
-        return np.zeros(0)
-    return np.concatenate([*_chunks(column)])
-
-
-def _chunks(column: pa.ChunkedArray) -> Iterator[Values]:
-    for each in column.chunks:
-        if pa.types.is_string(column.type):
-            yield np.array([word or "" for word in each.to_pylist()], dtype=object)
-        elif pa.types.is_dictionary(column.type):
-            known = np.array([*each.dictionary.to_pylist(), ""], dtype=object)
-            yield known[np.nan_to_num(_floats(each.indices), nan=-1.0).astype(np.int64)]
-        else:
-            yield _floats(each)
-
-
-def _floats(chunk: pa.Array) -> npt.NDArray[np.float64]:
-    valid, data = chunk.buffers()
-    here = slice(chunk.offset, chunk.offset + len(chunk))
-    stored = _bits(data) if chunk.type == pa.bool_() else np.frombuffer(data, chunk.type.to_pandas_dtype())
-    numbers = stored[here].astype(np.float64)
-    if valid is not None:
-        numbers[_bits(valid)[here] == 0] = np.nan
-    return numbers
-
-
-def _bits(buffer: pa.Buffer) -> npt.NDArray[np.uint8]:
-    """Arrow's bits, the lowest first."""
-    return np.unpackbits(np.frombuffer(buffer, np.uint8), bitorder="little")

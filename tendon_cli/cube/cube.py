@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli.cube.axes import ANGLE, LOAD, Ints, RowAxis, axes_of
-from tendon_cli.cube.columns import TRUTHS, Columns, Values, as_numpy, with_derived
+from tendon_cli.cube.columns import TRUTHS, Columns, Values, with_derived
 from tendon_cli.cube.labels import Shown
 from tendon_cli.engine.states import StatesOf
 from tendon_cli.errors import InputError, UsageError
@@ -23,7 +23,7 @@ from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import Study, keys
-from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.read import TableFiles, as_numpy
 from tendon_cli.units import parse_measure, shorten
 
 Table = TableFiles | StatesOf

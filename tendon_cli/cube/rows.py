@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from tendon_cli.cube.columns import Columns, Values, as_numpy
+from tendon_cli.cube.columns import Columns, Values
 from tendon_cli.cube.source import Source, table_in
 from tendon_cli.errors import UsageError
 from tendon_cli.files import whole_file
@@ -21,6 +21,7 @@ from tendon_cli.quantities import Quantity
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
+from tendon_cli.tables.read import as_numpy
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import array_of
 from tendon_cli.units import factor_of, shorten

@@ -9,17 +9,14 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.blocks import Block
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
-from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES
+from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
 from tendon_cli.space.axis import DRAW_AXIS, NAMED_AXES, PERSON_AXIS, SIDES, split_side
 from tendon_cli.space.space import Varying
-from tendon_cli.studies.checks import is_stated
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column
 
 ALWAYS = (
@@ -37,7 +34,7 @@ JUDGEMENTS = {
     "stable": "no state has less than the least elbow stiffness",
     "feasible": "taut, stable and within every limit",
 }
-"""Truths of `designs`, with what they mean; `Totals` counts each."""
+"""Truths of `designs`, with what they mean; the record counts each."""
 
 Values = Callable[[Block], npt.ArrayLike]
 
@@ -61,18 +58,16 @@ class Tables:
             columns[model] = lambda block: np.asarray(self.plan.design(block).flexor.pretension)
         for at, axis in enumerate(self.plan.axes):
             if axis.names:
-                meaning = f"name of the {axis.key}"
-                columns[Column(axis.key, "text", "1", meaning, is_axis=True, choices=axis.names)] = _within(
-                    Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),))
-                )
+                names = Column(axis.key, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
+                columns[names] = _within(Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),)))
         return columns
 
     @cached_property
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
+        results = [self._result(QUANTITIES[name]) for name in OF_DESIGNS]
         of_cycles = OF_CYCLES if self.plan.study.motion.speed is not None else ()
-        names = (*OF_DESIGNS, *of_cycles, *of_limits(self.plan.study))
-        results = [Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in names]
+        results += [Column.of(QUANTITIES[name]) for name in (*of_cycles, *self.plan.of_forms)]
         return (*self.leading, *results, *(Column(name, "truth", "1", meaning) for name, meaning in JUDGEMENTS.items()))
 
     @cached_property
@@ -88,66 +83,33 @@ class Tables:
         """Columns of `states`; of the results those that the study keeps."""
         kept = self.plan.study.output.states or ("status", *OF_STATES)
         status = Column("status", "text", "1", "which tendon is slack", choices=STATUS_NAMES)
-        results = (status, *(Column.of(QUANTITIES[name], nullable=self._nullable(name)) for name in OF_STATES))
+        results = (status, *(self._result(QUANTITIES[name]) for name in OF_STATES))
         return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
 
-    def _nullable(self, result: str) -> bool:
-        """Whether a result may be null anywhere in the study: for a reason besides, or without equilibrium."""
-        if result in ("flexor_travel", "extensor_travel", "slack_fraction", "unstable_fraction"):
-            return False
-        if result == "min_spool_to_tendon":
-            return False
-        if result in (
-            "max_contact_pressure",
-            "pretension_from",
-            "pretension_to",
-            *OF_CYCLES,
-            *of_limits(self.plan.study),
-        ):
-            return True
-        if result in ("flexor_slack", "extensor_slack", "max_slack", "first_slack_angle"):
-            return True
-        if result == "spool_angle" and self.plan.may_be_unilateral:
-            return True
-        return not self.plan.always_balanced
+    def _result(self, quantity: Quantity) -> Column:
+        return Column.of(quantity, nullable=self.plan.may_be_null(quantity.null))
 
-    def _keys(self) -> list[str]:
+    def _keys(self) -> dict[str, None]:
         """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
-        study = self.plan.study
-        axes = [split_side(key)[0] for key in study.axes if key not in NAMED_AXES]
+        axes = [key for key in self.plan.study.axes if key not in NAMED_AXES]
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
         of_bodies = [key for key in keys() if any(key in axis.keys for axis in bodies)]
-        return list(
-            dict.fromkeys(
-                (
-                    *ALWAYS,
-                    *axes,
-                    *(split_side(key)[0] for key in of_bodies),
-                    *sorted(self.plan.space.of_sides & keys().keys()),
-                )
-            )
-        )
+        common = [split_side(key)[0] for key in (*axes, *of_bodies)]
+        return dict.fromkeys((*ALWAYS, *common, *sorted(self.plan.space.of_sides & keys().keys())))
 
     def _columns_of(self, key: str) -> dict[Column, Values]:
-        """The column of a key, or where the sides differ the two of the sides and a null one."""
-        plain, quantity = keys()[key].column, keys()[key].number.quantity
-        if isinstance(self.plan.space.number(key).value, Spline):  # a bend that follows the joint is no number
-            return {Column.of(quantity, plain, is_axis=True): _null}
-        if key not in self.plan.space.of_sides:
-            return {Column.of(quantity, plain, is_axis=True, nullable=False): _within(self.plan.space.number(key))}
-        columns: dict[Column, Values] = {Column.of(quantity, plain, is_axis=True): _null}
-        for side in SIDES:
-            number = self.plan.space.number(key, side)
-            is_curve = isinstance(number.value, Spline)
-            column = Column.of(quantity, f"{plain}_{side}", is_axis=True, nullable=is_curve)
-            columns[column] = _null if is_curve else _within(number)
+        """The column of a key, or if the sides differ the two of the sides and a null one."""
+        plain, quantity, space = keys()[key].column, keys()[key].number.quantity, self.plan.space
+        numbers = {plain: space.number(key)}
+        if key in space.of_sides and not isinstance(numbers[plain].value, Spline):
+            numbers = {plain: Varying(None), **{f"{plain}_{side}": space.number(key, side) for side in SIDES}}
+        columns = {}
+        for name, number in numbers.items():  # a bend that follows the joint is no number
+            is_number = number.value is not None and not isinstance(number.value, Spline)
+            columns[Column.of(quantity, name, is_axis=True, nullable=not is_number)] = (
+                _within(number) if is_number else _null
+            )
         return columns
-
-
-def of_limits(study: Study) -> tuple[str, ...]:
-    """Columns of `designs` that are there because the study states what a limit needs, each an extreme of a form."""
-    optional = [limit for limit in LIMITS.values() if limit.optional]
-    return tuple(each.column for each in optional if all(is_stated(study, need) for need in each.needs))
 
 
 def _design_numbers(block: Block) -> npt.ArrayLike:

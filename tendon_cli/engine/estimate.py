@@ -9,11 +9,10 @@ from typing import Any
 
 from tendon_cli.engine.plan import STATES_PER_PART, Plan
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.quantities import Quantity
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import ROW_GROUP
 from tendon_cli.tables.write import RowGroups
-from tendon_cli.units import UNITS
+from tendon_cli.units import factor_of
 
 # Measured on 64-bit Linux: the interpreter with its libraries, the arrays of one block, and the results of a design.
 _BYTES_AT_REST = 110_000_000
@@ -74,7 +73,7 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     count = sum(len(sample) for sample in samples)
     rows = {table: plan.rows(table, range(count)) for table in task.tables}
     tables = {table: RowGroups(_Nowhere(), task.layout(table, 0, rows[table])) for table in task.tables}
-    _ = task.windows.known  # worked out once, which the sample is not to be charged with
+    _ = task.folds.known_windows  # worked out once, which the sample is not to be charged with
     started = time.perf_counter()
     for sample in samples:
         task.fill_designs(tables, sample)
@@ -84,7 +83,7 @@ def estimate(plan: Plan, jobs: int, *, figures: bool) -> Estimate:
     workers = min(jobs, plan.parts)
     drawing = _SECONDS_FOR_FIGURES if figures else 0.0
     return Estimate(
-        axes=axis_lines(plan),
+        axes=_axis_lines(plan),
         designs=plan.designs,
         states=plan.states,
         rows={table: plan.states if table == "states" else plan.designs for table in tables},
@@ -112,29 +111,19 @@ def _samples(plan: Plan) -> list[range]:
     return [range(start, start + length) for start, length in zip(starts, lengths, strict=True)]
 
 
-def axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
+def _axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
     """Every axis of a study with its first and last value in the units people read."""
-    lines = [_design_axis(plan, index) for index in range(len(plan.axes))]
-    directions, angles = plan.directions, plan.elbow_angles
-    lines.append(AxisLine("motion.direction", len(directions), directions[0], directions[-1]))
-    angle = keys()["motion.elbow_angle"].number.quantity
-    lines.append(AxisLine("motion.elbow_angle", len(angles), shown(angles[0], angle), shown(angles[-1], angle)))
-    return tuple(lines)
+    ends: dict[str, Any] = {axis.key: axis.names or axis.values for axis in plan.axes}
+    ends |= {"motion.direction": plan.directions, "motion.elbow_angle": plan.elbow_angles}
+    return tuple(AxisLine(key, len(v), _shown(key, v[0]), _shown(key, v[-1])) for key, v in ends.items())
 
 
-def shown(value: float, quantity: Quantity) -> str:
-    """A value in SI in the unit that people read it in."""
-    factor = float(UNITS[quantity.shown_in].factor)
-    unit = "" if quantity.shown_in == "1" else f" {quantity.shown_in}"
-    return f"{value / factor:.6g}{unit}"
-
-
-def _design_axis(plan: Plan, index: int) -> AxisLine:
-    axis = plan.axes[index]
-    if axis.names:
-        return AxisLine(axis.key, len(axis), axis.names[0], axis.names[-1])
-    quantity = keys()[axis.key].number.quantity
-    return AxisLine(axis.key, len(axis), shown(axis.values[0], quantity), shown(axis.values[-1], quantity))
+def _shown(key: str, value: Any) -> str:
+    """A value in SI in the unit that people read it in, or a name."""
+    if isinstance(value, str):
+        return value
+    unit = keys()[key].number.quantity.shown_in
+    return f"{value / factor_of(unit):.6g}{'' if unit == '1' else f' {unit}'}"
 
 
 def _bytes_per_worker(task: Sweep) -> int:

@@ -19,7 +19,6 @@ from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
 from tendon_cli.files import OF_A_RUN, output_errors
 from tendon_cli.tables.read import RECORDS, study_hash_of
-from tendon_cli.version import RESULTS_VERSION
 
 LOCK = ".lock"
 OURS = (*RECORDS.values(), JOURNAL, LOCK)
@@ -90,16 +89,9 @@ class RunFolder:
                 f"the file system cannot lock: {error.strerror}", where=str(self.path), hint=hint
             ) from None
 
-    def identity(self) -> dict[str, Any]:
-        """What makes two runs the same."""
-        study = self.task.study
-        return {
-            "verb": self.task.verb, "study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record,
-        }  # fmt: skip
-
     def header(self) -> dict[str, Any]:
         """What the journal of this run begins with."""
-        return {**self.identity(), "tables": list(self.task.tables), "parts": self.task.parts}
+        return {**self.task.identity, "tables": list(self.task.tables), "parts": self.task.parts}
 
     def intact(self, journal: Journal) -> dict[int, PartResult]:
         """Of recorded parts those whose files stand as they were written, at first or at last."""

@@ -36,6 +36,8 @@ class Journal:
     """Files that are written last, or once more, by their names: each may stand already."""
     figures: tuple[str, ...] = ()
     """Names that are about to appear in the folder."""
+    in_memory: bool = False
+    """Of a run without a folder: nothing is written."""
 
     @classmethod
     def read(cls, folder: Path) -> Journal:
@@ -81,6 +83,8 @@ class Journal:
         self._append({"figures": figures})
 
     def _append(self, entry: dict[str, Any]) -> None:
+        if self.in_memory:
+            return
         with output_errors(self.path), self.path.open("ab") as file:
             file.write(_line(entry))
             file.flush()
@@ -115,14 +119,8 @@ def _entries(path: Path) -> list[dict[str, Any]]:
 def _is_header(entry: dict[str, Any]) -> bool:
     """Whether an entry says of what run the journal is."""
     tables, parts = entry.get("tables"), entry.get("parts")
-    return (
-        isinstance(tables, list)
-        and bool(tables)
-        and all(table in TABLES for table in tables)
-        and is_count(parts)
-        and 0 < entry["parts"] <= _MOST_PARTS
-        and isinstance(entry.get("study_hash"), str)
-    )
+    is_known = isinstance(tables, list) and bool(tables) and all(table in TABLES for table in tables)
+    return is_known and is_count(parts) and 0 < entry["parts"] <= _MOST_PARTS and type(entry.get("study_hash")) is str
 
 
 def _entry(result: PartResult) -> dict[str, Any]:

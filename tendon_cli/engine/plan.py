@@ -1,4 +1,4 @@
-"""What a study means as a product: its axes, how many designs and states, and how the work is cut into parts.
+"""What a study means as a product: its axes, how many designs and states, and how the work is cut.
 
 Designs are numbered in the order of the product, the last axis fastest. A *part* is a range of designs that becomes one
 file per table; its length follows from the study alone. Within a part the work goes over *blocks*, hyper-rectangles of
@@ -9,22 +9,23 @@ never in memory.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.engine.blocks import Block
 from tendon_cli.errors import SizeError
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.space.axis import PRETENSION, SLACK, Axis
 from tendon_cli.space.space import ANCHORS, Space
 from tendon_cli.studies.axes import lengths_of, space_of
+from tendon_cli.studies.checks import is_stated
 from tendon_cli.studies.study import Study
 
 Flags = npt.NDArray[np.bool_]
@@ -40,6 +41,49 @@ DESIGNS_AT_ONCE = 2**18
 
 _MOST_STATES = 2**63 - 1
 _MOST_LOOKED_INTO = 2**18
+
+
+@dataclass(frozen=True)
+class Block:
+    """A hyper-rectangle of the product: a slice per design axis, the directions, and the elbow angles."""
+
+    first_design: int
+    designs: tuple[slice, ...]
+    directions: slice
+    angles: slice
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along each design axis, then directions, then angles."""
+        return tuple(part.stop - part.start for part in (*self.designs, self.directions, self.angles))
+
+    @property
+    def design_count(self) -> int:
+        """How many consecutive designs the block covers."""
+        return math.prod(self.shape[:-2])
+
+    def within(self, whole: Block) -> tuple[slice, ...]:
+        """Where its designs stand in those of a larger block."""
+        pairs = zip(self.designs, whole.designs, strict=True)
+        return tuple(slice(part.start - of.start, part.stop - of.start) for part, of in pairs)
+
+    def first_along(self, axes: Collection[int]) -> Block:
+        """The designs of the block that stand first along some axes."""
+        first = (slice(part.start, part.start + 1) if at in axes else part for at, part in enumerate(self.designs))
+        return replace(self, designs=tuple(first))
+
+    def halves(self, axis: int) -> tuple[Block, Block]:
+        """The block cut in two along a design axis; unless it is the first that varies, the halves interlock."""
+        whole, before, after = self.designs[axis], self.designs[:axis], self.designs[axis + 1 :]
+        middle = (whole.start + whole.stop) // 2
+        parts = slice(whole.start, middle), slice(middle, whole.stop)
+        first, second = (replace(self, designs=(*before, part, *after)) for part in parts)
+        return first, second
+
+    def by_angles(self, most: int) -> Iterator[Block]:
+        """The block in stretches of at most so many elbow angles."""
+        for start in range(self.angles.start, self.angles.stop, most):
+            yield replace(self, angles=slice(start, min(start + most, self.angles.stop)))
 
 
 @dataclass(frozen=True)
@@ -78,20 +122,31 @@ class Plan:
         """Number of designs."""
         return math.prod(self.shape)
 
-    @property
+    @cached_property
     def directions(self) -> tuple[str, ...]:
         """The directions of motion, in the order of the rows."""
         return self.study.motion.direction
 
-    @property
+    @cached_property
     def elbow_angles(self) -> npt.NDArray[np.float64]:
         """The elbow angles in rad, in the order of the rows."""
         return self.study.motion.elbow_angle.array
 
+    @cached_property
+    def bounds(self) -> Bounds:
+        """The limits of the study."""
+        return bounds_of(self.study)
+
+    @cached_property
+    def of_forms(self) -> tuple[str, ...]:
+        """Columns of `designs` that are there as the study states what a limit needs, each an extreme of a form."""
+        optional = [limit for limit in LIMITS.values() if limit.optional]
+        return tuple(each.column for each in optional if all(is_stated(self.study, need) for need in each.needs))
+
     @property
     def states_per_design(self) -> int:
         """Directions times elbow angles."""
-        return len(self.study.motion.direction) * len(self.study.motion.elbow_angle)
+        return len(self.directions) * len(self.study.motion.elbow_angle)
 
     @property
     def states(self) -> int:
@@ -148,7 +203,7 @@ class Plan:
             at += block.design_count
 
     def blocks_of_designs(self, designs: range) -> Iterator[Block]:
-        """Cut a range of designs into blocks as long as may be that do not go beyond what is collected at once."""
+        """Cut a range of designs into the fewest blocks that do not go beyond what is collected at once."""
         for start in range(0, len(designs), DESIGNS_AT_ONCE):
             yield from self.blocks(designs[start : start + DESIGNS_AT_ONCE])
 
@@ -165,9 +220,9 @@ class Plan:
         """The designs of a block, as the model takes them."""
         return self.space.design(block.designs)
 
-    def situation(self, block: Block) -> Situation:
-        """What the states of a block depend on."""
-        return Situation.of(self.design(block), *self.motion(block))
+    def inputs(self, block: Block, design: Design | None = None) -> Situation:
+        """What the states of a block depend on; `design` if it is known."""
+        return Situation.of(design or self.design(block), *self.motion(block))
 
     @cached_property
     def only_pretension(self) -> frozenset[int]:
@@ -179,10 +234,11 @@ class Plan:
         """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
         return self.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
 
-    @property
-    def may_be_unilateral(self) -> bool:
-        """Whether any design has tendons that cannot push."""
-        return bool(np.any(self.space.number(SLACK).within(self.space.whole)))
+    def may_be_null(self, when: str) -> bool:
+        """Whether a result that is null under a condition may be so anywhere in the study; see `Quantity.null`."""
+        if when == "slack" and np.any(self.space.number(SLACK).within(self.space.whole)):
+            return True
+        return when == "often" or (when != "never" and not self.always_balanced)
 
     @cached_property
     def always_balanced(self) -> bool:

@@ -81,30 +81,24 @@ def _read_sealed(path: Path, verb: str) -> dict[str, Any] | None:
 
 def _is_sound(record: dict[str, Any], verb: str) -> bool:
     """Whether everything is of its kind; anybody can compute a checksum."""
-    kinds = _ALWAYS | {name: kind for name, kind in _LATER.items() if name in record}
+    kinds = {**_ALWAYS, **dict.fromkeys(_COUNTS[verb], int)}
+    kinds |= {name: kind for name, kind in _LATER.items() if name in record}
     texts = [text for name in ("axes", "warnings", "notes") for text in record.get(name, ())]
-    counts = [*_COUNTS[verb], *(name for name, kind in _LATER.items() if kind is int and name in record)]
     return (
-        all(type(record.get(name)) is kind for name, kind in kinds.items())
-        and all(is_count(record.get(name)) for name in counts)
+        all(type(record.get(name)) is kind and (kind is not int or record[name] >= 0) for name, kind in kinds.items())
         and record.get("verb", verb) == verb
         and type(record.get("seconds")) in (int, float)
         and math.isfinite(record["seconds"])
         and all(isinstance(text, str) for text in texts)
         and all(isinstance(name, str) and FIGURE_FILE.fullmatch(name) for name in record["figures"])
-        and all(_is_file(entry) for entry in record["files"])
+        and all(isinstance(entry, dict) and _is_file(entry) for entry in record["files"])
     )
 
 
-def _is_file(entry: Any) -> bool:
-    return (
-        isinstance(entry, dict)
-        and isinstance(entry.get("path"), str)
-        and _TABLE_FILE.fullmatch(entry["path"]) is not None
-        and is_count(entry.get("size"))
-        and is_count(entry.get("rows", 0))
-        and isinstance(entry.get("sha256"), str)
-    )
+def _is_file(entry: Mapping[str, Any]) -> bool:
+    path, digest = entry.get("path"), entry.get("sha256")
+    is_table = isinstance(path, str) and _TABLE_FILE.fullmatch(path) is not None
+    return is_table and isinstance(digest, str) and is_count(entry.get("size")) and is_count(entry.get("rows", 0))
 
 
 def is_count(value: Any) -> bool:

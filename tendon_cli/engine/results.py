@@ -152,12 +152,6 @@ def open_run(path: str | PathLike[str]) -> Run:
     return Run(record, path, up_to_date=True)
 
 
-def share(part: int, whole: int, noun: str) -> str:
-    """A count of a whole, with its percentage where that says more."""
-    percent = f" ({100 * part / whole:.3g} %)" if 0 < part < whole else ""
-    return f"{part:,} of {whole:,} {noun}{percent}"
-
-
 def xarray_library() -> Any:
     """The package xarray; raises UsageError if it is not installed."""
     try:
@@ -175,13 +169,12 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
     """
     library = xarray_library()
     plan = Plan(recorded_study(record))
-    axes = {axis.column: len(axis) for axis in plan.axes}
-    motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
-    keys = {column.name for column in Tables(plan).leading} | set(motion)
-    keys.discard("design")
-    coordinates: dict[str, Variable] = {}
-    variables: dict[str, Variable] = {}
-    for table, sizes in (("designs", axes), ("states", axes | motion)):
+    sizes = {axis.column: len(axis) for axis in plan.axes}
+    keys = {column.name for column in Tables(plan).leading} - {"design"} | {"direction", "elbow_angle"}
+    coordinates, variables = dict[str, Variable](), dict[str, Variable]()
+    for table in ("designs", "states"):
+        if table == "states":
+            sizes |= {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
         if table not in plan.study.output.tables:
             continue
         for name, variable in variables_of(table_of(table), sizes).items():

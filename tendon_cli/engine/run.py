@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tendon_cli.engine.cluster import cluster_at
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
-from tendon_cli.engine.memory import InMemory
 from tendon_cli.engine.ownership import check_folder
 from tendon_cli.engine.records import lost, read_record, write_record
 from tendon_cli.engine.results import Result
-from tendon_cli.engine.task import PartMaker, PartResult, Task
+from tendon_cli.engine.task import InMemory, PartMaker, PartResult, Task
 from tendon_cli.engine.threads import Runner, available_cores, ended_by_keyboard, in_threads, make_parts
 from tendon_cli.errors import FolderError, OutputError, Stopped, UsageError
 from tendon_cli.studies.study import Study
@@ -65,8 +63,7 @@ def carried_out(
         if out is None:
             if how.scheduler is not None:
                 raise UsageError("a cluster writes into a run folder", hint="name one")
-            record, tables = _in_memory(task.of(study, ended), jobs, how.progress)
-            return kind(record, tables=tables)
+            return _in_memory(task.of(study, ended), kind, jobs, how.progress)
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:
             folder.check_free()
@@ -74,16 +71,34 @@ def carried_out(
             folder, resume=how.resume, overwrite=how.overwrite
         )  # before the lock: a refused one stays as it was
         folder.check_space()
-        with cluster_at(how.scheduler, how.jobs) as cluster, folder.locked(use_lock=how.lock):
+        with _cluster(how) as runner, folder.locked(use_lock=how.lock):
             record, stands = worked_out(
-                folder, jobs=jobs, progress=how.progress, resume=how.resume, overwrite=how.overwrite,
-                runner=None if cluster is None else cluster.results,
-            )  # fmt: skip
+                folder, jobs=jobs, progress=how.progress, resume=how.resume, overwrite=how.overwrite, runner=runner
+            )
             note = None
             if not stands or (how.draw is not None and _wants_figures(folder, record)):
                 note = _with_figures(folder, record, how.draw, up_to_date=stands)
                 folder.finish(record)
             return kind(record, out, up_to_date=stands, note=note)
+
+
+def _in_memory(task: Task, kind: type[Kind], jobs: int, progress: Progress) -> Kind:
+    task.check_memory()
+    maker = InMemory(task, Path())
+    record = _recorded(maker, Journal(Path(), in_memory=True), in_threads(min(jobs, task.parts)), progress)
+    return kind({**record, "files": []}, tables=maker.tables())
+
+
+@contextmanager
+def _cluster(how: How) -> Iterator[Runner | None]:
+    """What makes parts on a cluster, or None without an address; raises UsageError, WorkersLostError."""
+    if how.scheduler is None:
+        yield None
+        return
+    from tendon_cli.engine.cluster.flight import connected  # only who has a cluster pays for its import
+
+    with connected(how.scheduler, how.jobs) as cluster:
+        yield cluster.results
 
 
 def worked_out(
@@ -103,9 +118,8 @@ def worked_out(
     """
     check_folder(folder, resume=resume, overwrite=overwrite)
     replaces = overwrite and folder.clear()
-    started, task = time.monotonic(), folder.task
-    runner = runner or in_threads(min(jobs, task.parts))
-    record, maker = read_record(folder.path), PartMaker(task, folder.path)
+    runner = runner or in_threads(min(jobs, folder.task.parts))
+    record, maker = read_record(folder.path), PartMaker(folder.task, folder.path)
     if record is not None:
         return _repaired(folder, record, maker, runner if resume else None)
     maker.tidy()
@@ -113,48 +127,28 @@ def worked_out(
     journal.parts = {} if replaces else folder.intact(journal)
     journal.figures = () if replaces else journal.figures
     journal.start(folder.header())
-    resumed = len(journal.parts)
+    folder.prepare()
+    return _recorded(maker, journal, runner, progress), False
+
+
+def _recorded(maker: PartMaker, journal: Journal, runner: Runner, progress: Progress) -> dict[str, Any]:
+    """The record of a task whose missing parts are made, and then what only the whole gives."""
+    started, task, study, resumed = time.monotonic(), maker.task, maker.task.study, len(journal.parts)
 
     def take(result: PartResult) -> None:
         journal.add(result)
         progress(len(journal.parts), task.parts)
 
     progress(resumed, task.parts)
-    folder.prepare()
     make_parts(maker, runner, (index for index in range(task.parts) if index not in journal.parts), take)
-    record = _recorded(folder, maker, list(journal.parts.values()), journal)
-    return record | {"resumed_parts": resumed, "seconds": round(time.monotonic() - started, 3)}, False
-
-
-def _in_memory(task: Task, jobs: int, progress: Progress) -> tuple[dict[str, Any], Mapping[str, Any]]:
-    """The record of a task and its tables, none of which reach the disk."""
-    started = time.monotonic()
-    task.check_memory()
-    maker, parts = InMemory(task, Path()), list[PartResult]()
-
-    def take(result: PartResult) -> None:
-        parts.append(result)
-        progress(len(parts), task.parts)
-
-    make_parts(maker, in_threads(min(jobs, task.parts)), range(task.parts), take)
-    record = _recorded(RunFolder(Path(), task), maker, parts)
-    record |= {"seconds": round(time.monotonic() - started, 3), "files": []}
-    return record, maker.tables()
-
-
-def _recorded(
-    folder: RunFolder, maker: PartMaker, parts: list[PartResult], journal: Journal | None = None
-) -> dict[str, Any]:
-    """The record of a run whose parts stand, once the files are written that only the whole gives."""
-    task, study = folder.task, folder.task.study
-    parts = sorted(parts, key=lambda part: part.index)
+    parts = [journal.parts[index] for index in range(task.parts)]
     record = {
         "name": study.name,
         "title": study.title,
-        **{key: value for key, value in folder.identity().items() if key != "study"},
+        **{key: value for key, value in task.identity.items() if key != "study"},
         **task.results([part.note for part in parts]),
         "parts": task.parts,
-        "resumed_parts": 0,
+        "resumed_parts": resumed,
         "seconds": 0.0,
         "versions": versions(),
         "study": study.document(),
@@ -163,25 +157,23 @@ def _recorded(
     }
     record["warnings"] = task.warnings(record)
     files = {name: file for part in parts for name, file in part.files.items()}
-    files |= _written_last(maker, record, journal)
-    return record | {"files": [{"path": name, **asdict(file)} for name, file in files.items()]}
+    files |= _written_last(maker, record, journal.announce_last)
+    entries = [{"path": name, **asdict(file)} for name, file in files.items()]
+    return record | {"files": entries, "seconds": round(time.monotonic() - started, 3)}
 
 
 def _written_last(
-    maker: PartMaker, record: Mapping[str, Any], journal: Journal | None, only: Collection[str] | None = None
+    maker: PartMaker,
+    record: Mapping[str, Any],
+    announce: Callable[[str, WrittenFile], None] = lambda _name, _file: None,
+    only: Collection[str] | None = None,
 ) -> dict[str, WrittenFile]:
-    """Write the files of which only the whole record tells all, or some of these; each is in the journal beforehand."""
+    """Write the files that follow from the whole record, or some of these; each is in the journal beforehand."""
     written = {}
-    for name, layout, write in maker.task.last(record, maker.read):
-        if only is not None and name not in only:
-            continue
-        maker.task.go_on()
-        with maker.open(layout, name) as file:
-            file.fill(layout.rows, write)
-            written[name] = file.close()
-            if journal is not None:
-                journal.announce_last(name, written[name])
-            file.finish()
+    for file in maker.task.last(record, maker.read):
+        if only is None or file[0] in only:
+            maker.task.go_on()
+            written[file[0]] = maker.write(file, announce)
     return written
 
 
@@ -210,7 +202,7 @@ def _repaired(
     maker.tidy()
     missing = [index for index in range(folder.task.parts) if not anew.isdisjoint(folder.task.files(index).values())]
     make_parts(maker, runner, missing, take)
-    for name, file in _written_last(maker, record, None, anew).items():
+    for name, file in _written_last(maker, record, only=anew).items():
         entries[name].update(asdict(file))
     return {**record, "repaired": damaged}, False
 

@@ -1,10 +1,11 @@
-"""The table of states of a study whose run did not keep it: worked out when it is read, only what is read of it."""
+"""States that no run keeps: of a recorded study, or at angles that a program gives; worked out when they are read."""
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,15 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli import kernel
-from tendon_cli.engine.blocks import Block
-from tendon_cli.engine.columns import Tables
-from tendon_cli.engine.plan import Plan
-from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.schema import Column, schema_of
-from tendon_cli.tables.write import array_of
+from tendon_cli.engine.plan import Block, Plan
+from tendon_cli.engine.sweep import Sweep, state_rows
+from tendon_cli.errors import UsageError
+from tendon_cli.studies.load import AnyStudy, any_study, recorded_study, varied_study
+from tendon_cli.tables.read import as_numpy
+from tendon_cli.tables.write import RowsInMemory
+
+_MOVES = ("flexion", "extension")
+_LEADING = ("design", "direction", "elbow_angle")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,21 +36,20 @@ class StatesOf:
     """What is named if something is wrong: the run's folder."""
 
     @cached_property
-    def tables(self) -> Tables:
-        """The columns, whatever the study keeps of them."""
+    def sweep(self) -> Sweep:
+        """What gives them, whatever the study keeps of them."""
         output = {"tables": ["designs", "states"]}
-        whole = {**self.record, "study": {**self.record["study"], "output": output}}
-        return Tables(Plan(recorded_study(whole)))
+        return Sweep.of(recorded_study({**self.record, "study": {**self.record["study"], "output": output}}))
 
     @property
     def plan(self) -> Plan:
         """The study as a product."""
-        return self.tables.plan
+        return self.sweep.plan
 
-    @cached_property
+    @property
     def schema(self) -> pa.Schema:
         """Columns with units and meaning."""
-        return schema_of(self.tables.states, self.facts)
+        return self.sweep.layout("states", 0).schema
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -81,22 +83,12 @@ class StatesOf:
                 start += part.num_rows
 
     def _rows(self, block: Block, names: Sequence[str]) -> pa.Table:
-        columns = {column.name: column for column in self.tables.states}
-        keys = {
-            column.name: (column, values) for column, values in (self.tables.leading | self.tables.of_states).items()
-        }
-        given = {name: np.asarray(values(block), dtype=column.dtype) for name, (column, values) in keys.items()}
-        write = kernel.row_writer(self.tables.plan.situation(block), block.shape, given)
-        count = int(np.prod(block.shape))
-        values_of = {name: np.empty(count, columns[name].dtype) for name in names}
-        write(values_of, range(count))
-        fields = [self.schema.field(name) for name in names]
-        arrays = [_array(columns[name], values) for name, values in values_of.items()]
-        return pa.Table.from_arrays(arrays, schema=pa.schema(fields, self.schema.metadata))
-
-
-def _array(column: Column, values: npt.NDArray[Any]) -> pa.Array:
-    return array_of(column, values, nulls=column.kind == "number" and bool(np.isnan(values).any()))
+        whole = self.sweep.layout("states", 0)
+        columns = {column.name: column for column in whole.columns}
+        schema = pa.schema([whole.schema.field(name) for name in names], whole.schema.metadata)
+        rows = RowsInMemory(replace(whole, columns=tuple(columns[name] for name in names), schema=schema))
+        rows.fill(math.prod(block.shape), state_rows(self.plan, block, self.sweep.keys("states", block)))
+        return rows.table()
 
 
 def _runs(designs: Iterable[int]) -> Iterator[range]:
@@ -107,3 +99,33 @@ def _runs(designs: Iterable[int]) -> Iterator[range]:
     for _, run in itertools.groupby(enumerate(designs), key=lambda each: each[1] - each[0]):
         members = [design for _, design in run]
         yield range(members[0], members[-1] + 1)
+
+
+def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True) -> dict[str, Any]:
+    """The results of a study's states at elbow angles in rad, moving in flexion or extension, as arrays.
+
+    `angle` and `flexion` broadcast against each other. Every result has their shape, after one dimension for each axis
+    of the study, and SI units; `status` is text. Raises UsageError for what is no angle, StudyError for one out of
+    range.
+
+    >>> import numpy as np
+    >>> import tendon_cli as tendon
+    >>> results = tendon.states({}, np.radians([0.0, 45.0, 90.0]))
+    >>> results["motor_torque"].round(3)
+    array([2.59 , 0.392, 0.72 ])
+    """
+    try:
+        angles, moves = np.broadcast_arrays(np.asarray(angle, dtype=np.float64), np.asarray(flexion, dtype=np.bool_))
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"angle and flexion are not arrays of one shape: {error}") from None
+    if not angles.size:
+        raise UsageError("angle is empty, expected at least one")
+    different, at = np.unique(angles, return_inverse=True)
+    asked = varied_study(any_study(design), {
+        "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()], "motion.direction": list(_MOVES),
+    })  # fmt: skip
+    every = StatesOf(asked.record, asked.hash, ())
+    table, shape = every.read(), (*every.plan.shape, *angles.shape)
+    rows = np.where(moves, 0, 1).ravel() * len(different) + at.ravel()
+    by_state = {name: as_numpy(table[name]).reshape(every.plan.designs, -1) for name in table.column_names}
+    return {name: values[:, rows].reshape(shape) for name, values in by_state.items() if name not in _LEADING}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -13,16 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.engine.blocks import Block
-from tendon_cli.engine.choices import choices, feasible_choices, is_flags, noted
 from tendon_cli.engine.columns import Tables
-from tendon_cli.engine.folds import DesignRows, PlanWindows, Totals
-from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Plan
-from tendon_cli.engine.results import share
-from tendon_cli.engine.task import Note, RowSink, Task
+from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, is_flags, noted, small_blocks
+from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
+from tendon_cli.engine.task import Note, Task
+from tendon_cli.say import share
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import Column, TableLayout
-from tendon_cli.tables.write import Filler
+from tendon_cli.tables.write import Filler, Rows
+
+Keys = Mapping[str, npt.NDArray[Any]]
+"""The columns that say which design, or which state, a row is."""
 
 _BLOCKS_AT_ONCE = 8
 """Blocks of a plan that compiled code best takes at once, together a part; the rows do not depend on it."""
@@ -37,13 +38,13 @@ class Sweep(Task):
     plan: Plan
     stop: threading.Event = field(default_factory=threading.Event)
     every_column: Tables = field(init=False)
-    windows: PlanWindows = field(init=False)
+    folds: Folds = field(init=False)
 
     verb = "sweep"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "every_column", Tables(self.plan))
-        object.__setattr__(self, "windows", PlanWindows(self.plan))
+        object.__setattr__(self, "folds", Folds(self.plan))
 
     @classmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
@@ -84,28 +85,47 @@ class Sweep(Task):
         layout = super().layout(table, index, rows)
         return replace(layout, at_once=DESIGNS_AT_ONCE) if table == "designs" else layout
 
-    def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
+    def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
         """Evaluate a part into its tables; raises Stopped."""
         return self.fill_designs(tables, self.plan.part(index))
 
-    def fill_designs(self, tables: Mapping[str, RowSink], designs: range) -> Note:
+    def fill_designs(self, tables: Mapping[str, Rows], designs: range) -> Note:
         """Evaluate a range of designs into the tables that are given; counts them in any case. Raises Stopped."""
         states = self.plan.block_states * (_BLOCKS_AT_ONCE if kernel.kind() else 1)
         for block in self.plan.blocks(designs, states) if "states" in tables else ():
             self.go_on()
             tables["states"].fill(math.prod(block.shape), state_rows(self.plan, block, self.keys("states", block)))
-        totals, judged = Totals(), []
+        totals, judged = dict.fromkeys(COUNTED, 0), []
         for block in self.plan.blocks_of_designs(designs):
-            rows = DesignRows(self.windows, block, self.keys("designs", block), self.go_on)
+            feasible = np.zeros(block.shape[:-2], np.bool_)
+            write = self._design_rows(block, totals, feasible)
             if "designs" in tables:
-                tables["designs"].fill(block.design_count, rows.write)
+                tables["designs"].fill(block.design_count, write)
             else:
-                rows.write({}, range(block.design_count))
-            totals += rows.totals
-            judged.append((block, rows.feasible))
-        return {"totals": asdict(totals), "choices": noted(self.plan, judged)}
+                write({}, range(block.design_count))
+            judged.append((block, feasible))
+        return {"totals": totals, "choices": noted(self.plan, judged)}
 
-    def keys(self, table: str, block: Block) -> dict[str, npt.NDArray[Any]]:
+    def _design_rows(self, block: Block, totals: dict[str, int], feasible: npt.NDArray[np.bool_]) -> Filler:
+        """What writes all rows of a block at once, for they come in another order; counts, and judges each design."""
+        keys = self.keys("designs", block)
+
+        def write(columns: Mapping[str, npt.NDArray[Any]], _rows: range) -> None:
+            shaped = {name: column.reshape(feasible.shape) for name, column in columns.items()}
+            for name in keys.keys() & shaped.keys():
+                shaped[name][...] = np.broadcast_to(keys[name], block.shape)[..., 0, 0]
+            for small in small_blocks(self.plan, block):
+                self.go_on()
+                results, within = self.folds.designs(small), small.within(block)
+                for name in COUNTED:
+                    totals[name] += int(results[name].sum())
+                feasible[within] = results["feasible"]
+                for name in shaped.keys() - keys.keys():
+                    shaped[name][within] = results[name]
+
+        return write
+
+    def keys(self, table: str, block: Block) -> Keys:
         """The columns that say which design, or which state, a row of a block is."""
         keys = self.every_column.leading | (self.every_column.of_states if table == "states" else {})
         return {column.name: np.asarray(values(block), dtype=column.dtype) for column, values in keys.items()}
@@ -113,11 +133,10 @@ class Sweep(Task):
     def is_note(self, index: int, note: Any) -> bool:
         """Whether the note of a part is as `fill` gives it."""
         try:
-            counts = list(asdict(Totals(**note["totals"])).values())
-            known = is_flags(self.plan, self.plan.part(index), note["choices"])
-        except (KeyError, TypeError):
+            counts, known = note["totals"], is_flags(self.plan, self.plan.part(index), note["choices"])
+            return known and set(counts) == set(COUNTED) and all(type(n) is int and n >= 0 for n in counts.values())
+        except (KeyError, TypeError, AttributeError):
             return False
-        return known and all(type(count) is int and count >= 0 for count in counts)
 
     def place(self, index: int) -> str:
         """A part by its designs and where on the axes it starts."""
@@ -133,19 +152,19 @@ class Sweep(Task):
         return {
             "designs": self.plan.designs,
             "states": self.plan.states,
-            **asdict(sum((Totals(**note["totals"]) for note in notes), Totals())),
+            **{name: sum(note["totals"][name] for note in notes) for name in COUNTED},
             "choices": choices(self.plan),
             "feasible_choices": feasible_choices(self.plan, (note["choices"] for note in notes)),
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:
         """What a reader of the tables has to know first."""
-        study, warnings = self.study, super().warnings(record)
+        study, warnings, states = self.study, super().warnings(record), record["states"]
         models = [study.model, *(getattr(case, "model", None) for case in study.cases)]
         warnings += [remark] if (remark := kernel.remark()) else []
         if record["no_equilibrium"]:
             warnings.append(
-                f"{share(record['no_equilibrium'], record['states'], 'states')} have no equilibrium: the flexor has "
+                f"{share(record['no_equilibrium'], states, 'state')} have no equilibrium: the flexor has "
                 "passed the joint's centre (moment arm not above zero), where no tensions balance a positive elbow "
                 "torque, and those that balance another need not be the only ones; their results are null"
             )
@@ -156,12 +175,12 @@ class Sweep(Task):
             )
         if record["unstable"]:
             warnings.append(
-                f"{share(record['unstable'], record['states'], 'states')} are unstable (negative elbow stiffness): the "
+                f"{share(record['unstable'], states, 'state')} are unstable (negative elbow stiffness): the "
                 "spool would have to turn back, and friction acts the other way there"
             )
         return warnings
 
 
-def state_rows(plan: Plan, block: Block, keys: Mapping[str, npt.NDArray[Any]]) -> Filler:
+def state_rows(plan: Plan, block: Block, keys: Keys) -> Filler:
     """What writes the rows of a block's states; `keys` are the columns that say which design and state a row is."""
-    return kernel.row_writer(plan.situation(block), block.shape, keys)
+    return kernel.row_writer(plan.inputs(block), block.shape, keys)

@@ -7,11 +7,11 @@ import json
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import pyarrow as pa
 
@@ -20,22 +20,13 @@ from tendon_cli.files import OF_A_RUN
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
-from tendon_cli.tables.write import Filler, TableFile, WrittenFile
+from tendon_cli.tables.write import Filler, Rows, RowsInMemory, TableFile, WrittenFile
 from tendon_cli.version import RESULTS_VERSION
 
 Note = dict[str, Any]
-"""What a part tells besides its tables: counts and the like, as JSON has them."""
-
-
+"""What a part gives besides its tables: counts and the like, as JSON has them."""
 LastFile = tuple[str, TableLayout, Filler]
-"""A file of which only the whole record tells all: its name, how it is laid out, and what fills it."""
-
-
-class RowSink(Protocol):
-    """Where the rows of a table go."""
-
-    def fill(self, count: int, write: Filler) -> None:
-        """Add rows that are written straight to where a row group is filled."""
+"""A file that follows from the whole record: its name, its layout, and what fills it."""
 
 
 class Task(ABC):
@@ -61,7 +52,7 @@ class Task(ABC):
     @property
     @abstractmethod
     def tables(self) -> Mapping[str, int]:
-        """Its tables, and of how many parts each is; of none where it is written last, of what all parts gave."""
+        """Its tables, and of how many parts each is; of none if it is written last, of what all parts gave."""
 
     @abstractmethod
     def columns(self, table: str) -> tuple[Column, ...]:
@@ -72,7 +63,7 @@ class Task(ABC):
         """Rows of a part of a table."""
 
     @abstractmethod
-    def fill(self, tables: Mapping[str, RowSink], index: int) -> Note:
+    def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
         """Work a part out into those of its tables that are given; raises Stopped."""
 
     @abstractmethod
@@ -90,7 +81,7 @@ class Task(ABC):
 
     @abstractmethod
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
-        """What its record tells of the parts, from the notes of all in their order; raises Stopped."""
+        """What its record says of the parts, from the notes of all in their order; raises Stopped."""
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """What a reader has to know first."""
@@ -101,7 +92,7 @@ class Task(ABC):
         record: Mapping[str, Any],  # noqa: ARG002
         read: Callable[[str], pa.Table],  # noqa: ARG002
     ) -> Iterator[LastFile]:
-        """Files of which only the whole record tells all: their names, and what fills them; `read` gives parts.
+        """Files that follow from the whole record; `read` gives parts.
 
         A part that is written once more is the same however often it is, from its first form or from its last.
         """
@@ -114,6 +105,12 @@ class Task(ABC):
     def parts(self) -> int:
         """How many parts the work is cut into."""
         return max(self.tables.values())
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What makes two runs the same."""
+        study = self.study
+        return {"verb": self.verb, "study_hash": study.hash, "results_version": RESULTS_VERSION, **study.record}
 
     def files(self, index: int) -> dict[str, str]:
         """The files of a part in the run folder, by table."""
@@ -134,7 +131,7 @@ class Task(ABC):
         return {table: schema_of(self.columns(table), {"table": table, **facts}) for table in self.tables}
 
     def go_on(self) -> None:
-        """Raises Stopped where the work shall stop."""
+        """Raises Stopped if the work shall stop."""
         if self.stop.is_set():
             raise Stopped
 
@@ -161,28 +158,7 @@ class PartFailure:
     error: Exception
 
 
-@dataclass(frozen=True)
-class WrittenPart:
-    """A part whose files are written, but not yet in place: from here on nothing but the disk is waited for."""
-
-    index: int
-    note: Note
-    files: dict[str, TableFile]
-    """By their names in the run folder."""
-    stack: ExitStack
-    """Leaves nothing behind of a file that is not put in place."""
-
-    def finish(self, check: Callable[[], None] = lambda: None) -> PartResult:
-        """Put the files in place, where `check` still lets them be; raises OutputError."""
-        with self.stack:
-            for file in self.files.values():
-                file.flush()
-            check()
-            return PartResult(self.index, self.note, {name: file.place() for name, file in self.files.items()})
-
-    def discard(self) -> None:
-        """Leave nothing behind."""
-        self.stack.close()
+Results = Generator[PartResult | PartFailure]
 
 
 @dataclass(frozen=True)
@@ -192,26 +168,37 @@ class PartMaker:
     task: Task
     folder: Path
 
-    def make(self, index: int) -> PartResult:
-        """Work a part out and put its files in place; raises OutputError, or Stopped."""
-        return self.compute(index).finish()
-
-    def compute(self, index: int) -> WrittenPart:
-        """Work a part out into files under temporary names; raises OutputError, or Stopped."""
+    def make(self, index: int, working: AbstractContextManager[object] | None = None) -> PartResult:
+        """Work a part out, `working`, then put its files in place; raises OutputError, or Stopped."""
         names = self.task.files(index)
         with ExitStack() as stack:
-            files = {
-                table: stack.enter_context(self.open(self.task.layout(table, index), name))
-                for table, name in names.items()
-            }
-            note = self.task.fill(files, index)
+            with working or nullcontext():
+                files = {
+                    names[table]: stack.enter_context(TableFile(self.folder / name, self.task.layout(table, index)))
+                    for table, name in names.items()
+                }
+                note = self.task.fill({table: files[name] for table, name in names.items()}, index)
+                for file in files.values():
+                    file.close()
             for file in files.values():
-                file.close()
-            return WrittenPart(index, note, {names[table]: file for table, file in files.items()}, stack.pop_all())
+                file.flush()
+            self.check()
+            return PartResult(index, note, {name: file.place() for name, file in files.items()})
 
-    def open(self, layout: TableLayout, name: str) -> TableFile:
-        """A file of the run folder, ready to be filled; raises OutputError."""
-        return TableFile(self.folder / name, layout)
+    def check(self) -> None:
+        """Raises where written files may not be put in place."""
+
+    def write(self, file: LastFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
+        """Write a file that follows from the whole record; it is announced before it stands; raises OutputError."""
+        name, layout, write = file
+        with TableFile(self.folder / name, layout) as opened:
+            opened.fill(layout.rows, write)
+            announce(name, opened.close())
+            return opened.finish()
+
+    def read(self, name: str) -> pa.Table:
+        """The rows of a file that stands in the run folder; raises InputError."""
+        return TableFiles((self.folder / name,)).read()
 
     def tidy(self) -> None:
         """Remove what was begun by whoever was killed; only for who holds the folder."""
@@ -222,9 +209,37 @@ class PartMaker:
                     with contextlib.suppress(OSError):
                         left.unlink()
 
+
+@dataclass(frozen=True)
+class InMemory(PartMaker):
+    """Makes parts that never reach the disk."""
+
+    kept: dict[str, pa.Table] = field(default_factory=dict, kw_only=True)
+    """Parts of tables by the names of their files."""
+
+    def make(self, index: int, working: AbstractContextManager[object] | None = None) -> PartResult:
+        """Work a part out and keep it."""
+        names = self.task.files(index)
+        with working or nullcontext():
+            rows = {table: RowsInMemory(self.task.layout(table, index)) for table in names}
+            note = self.task.fill(rows, index)
+            self.kept.update({name: rows[table].table() for table, name in names.items()})
+        return PartResult(index, note)
+
+    def write(self, file: LastFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:  # noqa: ARG002
+        """Keep what follows from the whole record."""
+        name, layout, write = file
+        rows = RowsInMemory(layout)
+        rows.fill(layout.rows, write)
+        self.kept[name] = rows.table()
+        return WrittenFile(layout.rows, 0, "")
+
     def read(self, name: str) -> pa.Table:
-        """The rows of a file that stands in the run folder; raises InputError."""
-        return TableFiles((self.folder / name,)).read()
+        """The rows of a part that is kept."""
+        return self.kept[name]
 
-
-Results = Generator[PartResult | PartFailure]
+    def tables(self) -> dict[str, pa.Table]:
+        """The tables, each of all its parts."""
+        every = {table: max(1, parts) for table, parts in self.task.tables.items()}
+        names = {table: [file_name(table, index, parts) for index in range(parts)] for table, parts in every.items()}
+        return {table: pa.concat_tables(self.kept.pop(name) for name in each) for table, each in names.items()}

@@ -11,14 +11,12 @@ from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from types import FrameType
-from typing import TypeVar
 
 from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
 from tendon_cli.errors import MemoryShortError, OutputError, Stopped, TendonError, WorkersLostError, is_memory_short
 
 Runner = Callable[[PartMaker, Iterator[int]], Results]
 """Makes parts, and gives them in whatever order they are finished."""
-Made = TypeVar("Made")
 
 _ADDRESSES_PER_JOB = 200 * 10**6
 """Two stacks, an arena of the C library (64 MB), and the arrays of a part."""
@@ -26,9 +24,7 @@ _ADDRESSES_PER_JOB = 200 * 10**6
 
 def available_cores() -> int:
     """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def make_parts(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Callable[[PartResult], None]) -> None:
@@ -38,17 +34,22 @@ def make_parts(maker: PartMaker, runner: Runner, parts: Iterable[int], take: Cal
         try:
             for result in results:
                 failure = _taken(result, take)
-                if failure is None:
-                    continue
-                failures.append(failure)
-                if isinstance(failure.error, OutputError):
+                failures += [failure] if failure else []
+                if failure and isinstance(failure.error, OutputError):
                     maker.task.stop.set()  # the next part would not fit either
         except BaseException as error:  # such as KeyboardInterrupt: the parts that are being made end at once
             maker.task.stop.set()
             if is_memory_short(error):
                 raise _memory_short(maker, "threads") from error
             raise
-    _raise_for(failures, maker)
+    for failure in failures:  # what stopped the writing first, then anything else, then a stop
+        if isinstance(failure.error, TendonError) and not isinstance(failure.error, Stopped):
+            raise failure.error
+    faults = [failure for failure in failures if not isinstance(failure.error, Stopped)]
+    if faults:
+        raise _lost(maker, faults) from faults[0].error
+    if failures:
+        raise failures[0].error
 
 
 def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None]) -> PartFailure | None:
@@ -62,24 +63,16 @@ def _taken(result: PartResult | PartFailure, take: Callable[[PartResult], None])
     return None
 
 
-def _raise_for(failures: list[PartFailure], maker: PartMaker) -> None:
-    """Raise for the parts that failed: what stopped the writing first, then a stop, then anything else."""
-    faults = [failure for failure in failures if not isinstance(failure.error, Stopped)]
-    for failure in faults:
-        if isinstance(failure.error, TendonError):
-            raise failure.error
-    if faults:
-        first = faults[0]
-        if is_memory_short(first.error):
-            raise _memory_short(maker, place(maker, first.index)) from first.error
-        raise WorkersLostError(
-            f"{len(faults)} of {maker.task.parts} parts failed, the others are kept; first "
-            f"{place(maker, first.index)}: {type(first.error).__name__}: {first.error}",
-            where=str(maker.folder),
-            hint="--resume tries the failed parts again",
-        ) from first.error
-    if failures:
-        raise failures[0].error
+def _lost(maker: PartMaker, faults: list[PartFailure]) -> TendonError:
+    first, where = faults[0], place(maker, faults[0].index)
+    if is_memory_short(first.error):
+        return _memory_short(maker, where)
+    return WorkersLostError(
+        f"{len(faults)} of {maker.task.parts} parts failed, the others are kept; first "
+        f"{where}: {type(first.error).__name__}: {first.error}",
+        where=str(maker.folder),
+        hint="--resume tries the failed parts again",
+    )
 
 
 def _memory_short(maker: PartMaker, what: str) -> MemoryShortError:
@@ -114,56 +107,42 @@ def _affordable(jobs: int) -> int:
 
 def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
     """Each part when it is asked for."""
-    for index in missing:
-        yield _attempt(index, partial(maker.make, index))
+    return (_attempt(maker, index) for index in missing)
 
 
 def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
     """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
 
-    However this ends, no thread works on a part any more.
+    At most `jobs` compute, as many more wait for the disk. However this ends, no thread works on a part any more.
     """
-    from concurrent.futures import Future, ThreadPoolExecutor  # a small study does without these imports
+    from joblib import Parallel, delayed  # a small study does without this import
 
-    from joblib import Parallel, delayed
-
-    room = threading.Semaphore(2 * jobs)  # parts that nobody has taken yet; a slow disk holds up the computing
     ended = threading.Event()
-    at_work = threading.Semaphore(jobs)  # whoever holds all of it is alone
+    computing, begun = threading.Semaphore(jobs), threading.Semaphore(2 * jobs)
 
-    def compute(index: int) -> PartFailure | Future[PartFailure | PartResult]:
-        room.acquire()
-        with at_work:
-            part = PartFailure(index, Stopped()) if ended.is_set() else _attempt(index, partial(maker.compute, index))
-            if isinstance(part, PartFailure):
-                return part
-            if ended.is_set():
-                part.discard()
-                return PartFailure(index, Stopped())
-            return disk.submit(_attempt, index, part.finish)
+    def make(index: int) -> PartResult | PartFailure:
+        with begun:
+            return PartFailure(index, Stopped()) if ended.is_set() else _attempt(maker, index, computing)
 
-    with (
-        ThreadPoolExecutor(jobs) as disk,
-        Parallel(n_jobs=jobs, backend="threading", return_as="generator_unordered", pre_dispatch="2*n_jobs") as pool,
-    ):
-        parts = pool(delayed(compute)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
+    with Parallel(2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs") as pool:
+        parts = pool(delayed(make)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
         try:
-            for part in parts:
-                yield part if isinstance(part, PartFailure) else part.result()
-                room.release()
+            for part in parts:  # noqa: UP028 - `yield from` would close joblib's generator, which then cancels
+                yield part
+        except BaseException:
+            maker.task.stop.set()
+            raise
         finally:
             ended.set()
-            room.release(maker.task.parts)  # for whoever waits
             list(parts)  # until those that are at work are done, for which joblib would not wait
-            for _ in range(jobs):  # nor does it after KeyboardInterrupt
-                at_work.acquire()
-            at_work.release(jobs)
+            for _ in range(2 * jobs):  # nor does it after KeyboardInterrupt
+                begun.acquire()
 
 
-def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
-    """A step in the making of a part; its failure is reported with the part's coordinates, while the others go on."""
+def _attempt(maker: PartMaker, index: int, computing: threading.Semaphore | None = None) -> PartResult | PartFailure:
+    """A part; its failure is reported with the part's coordinates, while the others go on."""
     try:
-        return step()
+        return maker.make(index, computing)
     except Exception as error:  # noqa: BLE001
         return PartFailure(index, error)
 
@@ -171,8 +150,8 @@ def _attempt(index: int, step: Callable[[], Made]) -> Made | PartFailure:
 @contextlib.contextmanager
 def ended_by_keyboard(stop: threading.Event | None) -> Iterator[threading.Event]:
     """The event that ends a run: the caller's, or one that Ctrl-C sets; a second Ctrl-C does not wait."""
-    heard = stop is None and threading.current_thread() is threading.main_thread()
-    if stop is not None or not heard or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    is_main = threading.current_thread() is threading.main_thread()
+    if stop is not None or not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield stop or threading.Event()
         return
     ended = threading.Event()

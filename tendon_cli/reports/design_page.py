@@ -14,7 +14,7 @@ from tendon_cli.answers.population_text import population_share
 from tendon_cli.answers.question import question
 from tendon_cli.cube.axes import evenly, thinned
 from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, position
-from tendon_cli.cube.columns import Values, as_numpy
+from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
 from tendon_cli.quantities import QUANTITIES
@@ -34,7 +34,7 @@ from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_reco
 from tendon_cli.reports.sweep_page import ending
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.read import open_table
+from tendon_cli.tables.read import as_numpy, open_table
 
 RESULTS = (
     "tolerance", "served", "served_at", "pretension", "pretension_from", "pretension_to", "max_tension",

@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import Shown
-from tendon_cli.engine.blocks import Block
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array

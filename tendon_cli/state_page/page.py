@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.display import Displayed
-from tendon_cli.engine.blocks import Block
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path
 from tendon_cli.model.actuator import State
@@ -89,7 +88,7 @@ def state_page(
     worn = worn_by(nominal, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else nominal)
     block = _only_state(plan, case)
-    state = State.of(plan.situation(block))
+    state = State.of(plan.inputs(block))
     angle = float(np.degrees(plan.elbow_angles[0]))
     load = one(state.situation.design.load_mass)
     sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle)]

@@ -11,7 +11,7 @@ import hashlib
 import os
 from io import RawIOBase
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from tendon_cli.files import open_file
 
@@ -25,7 +25,7 @@ _LONGEST_FOOTER = 256 * 1024 * 1024
 _STEP = 1 << 20
 
 
-class StampedSink:
+class StampedSink(RawIOBase):
     """A file that a Parquet writer fills; it hashes what passes, and puts the digest into the footer at the end."""
 
     def __init__(self, file: BinaryIO | RawIOBase) -> None:
@@ -36,43 +36,26 @@ class StampedSink:
         self.size = 0
         self.footer = b""
         """As it was stamped."""
-        self.closed = False
         self.discards = False
-        """Set where the file is given up: nothing more is written."""
+        """Set if the file is given up: nothing more is written."""
 
-    def write(self, data: bytes) -> int:
+    def write(self, data: Any) -> int:
         """Pass bytes on to the file."""
-        if self.discards:
-            return len(data)
-        self._passed.update(data)
-        if self._footer is not None:
-            self._footer.append(bytes(data))
-        self._file.write(data)
-        self.size += len(data)
+        if not self.discards:
+            self._passed.update(data)
+            if self._footer is not None:
+                self._footer.append(bytes(data))
+            self._file.write(data)
+            self.size += len(data)
         return len(data)
 
     def tell(self) -> int:
         """How many bytes were written."""
         return self.size
 
-    def flush(self) -> None:
-        """Nothing is held back here."""
-
-    def close(self) -> None:
-        """The Parquet writer is done; the file stays open until it is stamped."""
-        self.closed = True
-
-    def readable(self) -> bool:
-        """A sink cannot be read."""
-        return False
-
     def writable(self) -> bool:
-        """It can be written to until it is closed."""
+        """It can be written to until it is closed, which leaves the file open to be stamped."""
         return not self.closed
-
-    def seekable(self) -> bool:
-        """It is written from front to back."""
-        return False
 
     def begin_footer(self) -> None:
         """All pages are written; what follows is the footer."""
@@ -93,47 +76,40 @@ class StampedSink:
 
 
 def is_intact(path: Path) -> bool | None:
-    """Whether every byte of a table file is as it was written; None where the file bears no digest of ours."""
+    """Whether every byte of a table file is as it was written; None if the file bears no digest of ours."""
     with open_file(path) as file:
-        offset, footer = _footer(file)
+        end = file.seek(0, os.SEEK_END)
+        file.seek(max(0, end - 8))
+        tail = file.read(8)
+        length = int.from_bytes(tail[:4], "little") + 8
+        if tail[4:] != b"PAR1" or length > min(end, _LONGEST_FOOTER):
+            return None
+        file.seek(end - length)
+        footer = file.read(length)
         start = _digest_in(footer)
         if start is None:
             return None
-        kept = footer[start : start + 64]
-        digest = hashlib.sha256()
-        _update(digest, file, offset)
+        digest = _digest_of(file, end - length)
         digest.update(footer[:start] + _ZEROS + footer[start + 64 :])
-        return digest.hexdigest().encode() == kept
+        return digest.hexdigest().encode() == footer[start : start + 64]
 
 
 def file_sha256(path: Path) -> str:
     """SHA-256 of a file as it is."""
-    digest = hashlib.sha256()
     with open_file(path) as file:
-        _update(digest, file, os.fstat(file.fileno()).st_size)
-    return digest.hexdigest()
+        return _digest_of(file, os.fstat(file.fileno()).st_size).hexdigest()
 
 
-def _update(digest: hashlib._Hash, file: BinaryIO, count: int) -> None:
-    """Hash the first `count` bytes of a file."""
+def _digest_of(file: BinaryIO, count: int) -> hashlib._Hash:
+    """Of the first `count` bytes of a file."""
+    digest = hashlib.sha256()
     file.seek(0)
     while count > 0 and (piece := file.read(min(count, _STEP))):
         digest.update(piece)
         count -= len(piece)
-
-
-def _footer(file: BinaryIO) -> tuple[int, bytes]:
-    """Offset of the Parquet footer, and all bytes from there; nothing where there is none."""
-    end = file.seek(0, 2)
-    file.seek(max(0, end - 8))
-    tail = file.read(8)
-    length = int.from_bytes(tail[:4], "little") + 8
-    if tail[4:] != b"PAR1" or length > min(end, _LONGEST_FOOTER):
-        return 0, b""
-    file.seek(end - length)
-    return end - length, file.read(length)
+    return digest
 
 
 def _digest_in(footer: bytes) -> int | None:
-    """Offset in a footer of the 64 hexadecimal digits of the digest; nothing where there is not exactly one place."""
+    """Offset in a footer of the 64 hexadecimal digits of the digest; None unless there is exactly one place."""
     return footer.index(_MARK) + len(_MARK) if footer.count(_MARK) == 1 else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -53,29 +54,36 @@ class TableFiles:
         """Part by part, each with the number of its first row."""
         first = 0
         for file in self.files:
-            try:
-                # Not pq.read_table, which imports pandas.
-                with pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as whole:
-                    part = whole.read(columns=list(columns) if columns else None)
-            except (pa.ArrowException, OSError) as error:
-                if is_memory_short(error):
-                    raise
-                raise _damaged(file, str(error).splitlines()[0]) from None
+            # Not pq.read_table, which imports pandas.
+            with _damage_in(file), pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as whole:
+                part = whole.read(columns=list(columns) if columns else None)
             yield first, part
             first += part.num_rows
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
         """Some columns, so many rows at a time, in the order of the rows and in constant memory."""
+        how = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
         for file in self.files:
-            try:
-                how = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
-                with pq.ParquetFile(str(file), **how) as whole:
-                    for batch in whole.iter_batches(rows, columns=list(columns), use_threads=False):
-                        yield pa.Table.from_batches([batch])
-            except (pa.ArrowException, OSError) as error:
-                if is_memory_short(error):
-                    raise
-                raise _damaged(file, str(error).splitlines()[0]) from None
+            with _damage_in(file), pq.ParquetFile(str(file), **how) as whole:
+                for batch in whole.iter_batches(rows, columns=list(columns), use_threads=False):
+                    yield pa.Table.from_batches([batch])
+
+
+@contextlib.contextmanager
+def _damage_in(file: Path) -> Iterator[None]:
+    """What the library says of a damaged file as an InputError."""
+    try:
+        yield
+    except UnicodeDecodeError:
+        raise _damaged(file, "a name in it is no text") from None
+    except FileNotFoundError:
+        raise InputError("no such table", where=str(file)) from None
+    except (pa.ArrowException, OSError) as error:
+        if is_memory_short(error):
+            raise
+        if isinstance(error, OSError) and error.strerror:  # of the system, not of Arrow
+            raise InputError(f"cannot be read: {error.strerror}", where=str(file)) from None
+        raise _damaged(file, str(error).splitlines()[0]) from None
 
 
 def open_table(path: Path) -> TableFiles:
@@ -150,24 +158,13 @@ def _by_number(part: Path) -> tuple[int, str]:
 
 
 def _verify(file: Path) -> None:
-    try:
+    with _damage_in(file):
         intact = is_intact(file)
-        if intact is None:
-            metadata = pq.read_schema(file).metadata or {}
-            known = any(key.startswith(b"tendon.") for key in metadata)
-            if not known:
-                raise InputError("is not a table written by tendon", where=str(file), hint="run `tendon sweep` first")
+        metadata = (pq.read_schema(file).metadata or {}) if intact is not False else {}
+        if intact is None and not any(key.startswith(b"tendon.") for key in metadata):
+            raise InputError("is not a table written by tendon", where=str(file), hint="run `tendon sweep` first")
         if not intact:
             raise _damaged(file, "its bytes are not those that were written")
-        pq.read_schema(file)
-    except FileNotFoundError:
-        raise InputError("no such table", where=str(file)) from None
-    except UnicodeDecodeError:
-        raise _damaged(file, "a name in it is no text") from None
-    except (pa.ArrowException, OSError) as error:
-        if isinstance(error, OSError) and error.strerror:  # of the system, not of Arrow
-            raise InputError(f"cannot be read: {error.strerror}", where=str(file)) from None
-        raise _damaged(file, str(error).splitlines()[0]) from None
 
 
 def _facts(schema: pa.Schema) -> dict[str, Any]:
@@ -184,37 +181,47 @@ def _damaged(file: Path, reason: str) -> InputError:
     return InputError(f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew")
 
 
+# --- Values ----------------------------------------------------------------------------------------------------------
+
+
 def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArray[Any]]:
-    """Columns as they are written from: NaN for null, text by its place among the column's choices.
-
-    From buffers, because the library's conversions import pandas.
-    """
-    return {
-        column.name: np.concatenate(
-            [np.empty(0, column.dtype), *(_array(column, chunk) for chunk in table[column.name].chunks)],
-            dtype=column.dtype, casting="unsafe",
-        )
-        for column in columns
-    }  # fmt: skip
+    """Columns as they are written from: NaN for null, text by its place among the column's choices."""
+    arrays = {}
+    for column in columns:
+        values = as_numpy(table[column.name])
+        if column.kind == "text":
+            places = {word: place for place, word in enumerate(column.choices)}
+            values = np.array([places[word] for word in values])
+        arrays[column.name] = values.astype(column.dtype)
+    return arrays
 
 
-def _array(column: Column, chunk: pa.Array) -> npt.NDArray[Any]:
-    if column.kind == "text":
-        places = np.array([column.choices.index(word) for word in chunk.dictionary.to_pylist()], dtype=np.int64)
-        indices: npt.NDArray[Any] = _numbers(chunk.indices, chunk.indices.type.to_pandas_dtype())
-        return np.asarray(places[indices])
-    if column.kind == "truth":
-        _, data = chunk.buffers()
-        bits = np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little")
-        return np.asarray(bits[chunk.offset : chunk.offset + len(chunk)])
-    return _numbers(chunk, np.float64 if column.kind == "number" else np.int64)
+def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
+    """Numbers and truths with NaN for null, words with "". Not by the ways of pyarrow, which import pandas."""
+    return np.concatenate([*_chunks(column)]) if column.num_chunks else np.zeros(0)
 
 
-def _numbers(chunk: pa.Array, dtype: type[np.generic]) -> npt.NDArray[Any]:
+def _chunks(column: pa.ChunkedArray) -> Iterator[npt.NDArray[Any]]:
+    for each in column.chunks:
+        if pa.types.is_string(column.type):
+            yield np.array([word or "" for word in each.to_pylist()], dtype=object)
+        elif pa.types.is_dictionary(column.type):
+            known = np.array([*each.dictionary.to_pylist(), ""], dtype=object)
+            yield known[np.nan_to_num(_floats(each.indices), nan=-1.0).astype(np.int64)]
+        else:
+            yield _floats(each)
+
+
+def _floats(chunk: pa.Array) -> npt.NDArray[np.float64]:
     valid, data = chunk.buffers()
-    rows = slice(chunk.offset, chunk.offset + len(chunk))
-    values = np.frombuffer(data, dtype)[rows]
-    if valid is None or not chunk.null_count:
-        return values
-    is_valid = np.unpackbits(np.frombuffer(valid, np.uint8), bitorder="little")[rows].astype(np.bool_)
-    return np.where(is_valid, values, np.nan)
+    here = slice(chunk.offset, chunk.offset + len(chunk))
+    stored = _bits(data) if chunk.type == pa.bool_() else np.frombuffer(data, chunk.type.to_pandas_dtype())
+    numbers = stored[here].astype(np.float64)
+    if valid is not None:
+        numbers[_bits(valid)[here] == 0] = np.nan
+    return numbers
+
+
+def _bits(buffer: pa.Buffer) -> npt.NDArray[np.uint8]:
+    """Arrow's bits, the lowest first."""
+    return np.unpackbits(np.frombuffer(buffer, np.uint8), bitorder="little")

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import Any, BinaryIO, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -48,6 +48,32 @@ def _has_nan(values: npt.NDArray[Any]) -> bool:
     A sum of squares by BLAS starts threads, whose waiting took half of a sweep's processor time.
     """
     return values.dtype.kind == "f" and math.isnan(values.min(initial=math.inf))
+
+
+class Rows(Protocol):
+    """Where the rows of a table go."""
+
+    def fill(self, count: int, write: Filler) -> None:
+        """Add rows that are written straight to where they are collected."""
+
+
+class RowsInMemory:
+    """Rows of a table that never reaches the disk."""
+
+    def __init__(self, layout: TableLayout) -> None:
+        self._layout, self._pieces = layout, list[pa.Table]()
+
+    def fill(self, count: int, write: Filler) -> None:
+        """Add rows that `write` puts straight to where they are kept."""
+        columns = self._layout.columns
+        values = {column.name: np.empty(count, column.dtype) for column in columns}
+        write(values, range(count))
+        arrays = [array_of(column, values[column.name]) for column in columns]
+        self._pieces.append(pa.Table.from_arrays(arrays, schema=self._layout.schema))
+
+    def table(self) -> pa.Table:
+        """All rows."""
+        return pa.concat_tables(self._pieces) if self._pieces else self._layout.schema.empty_table()
 
 
 class RowGroups:
@@ -107,7 +133,7 @@ class RowGroups:
         known, arrays = self._with_nan, []
         for column in self._columns:
             values = self._buffers[column.name][: self._filled]
-            arrays.append(array_of(column, values, nulls=_has_nan(values) if known is None else column.name in known))
+            arrays.append(array_of(column, values, nulls=None if known is None else column.name in known))
         self._writer.write_table(pa.Table.from_arrays(arrays, schema=self._schema), row_group_size=self._row_group)
         self.rows += self._filled
         self._filled, self._with_nan = 0, set()
@@ -215,14 +241,16 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     }
 
 
-def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool) -> pa.Array:
+def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool | None = None) -> pa.Array:
     """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
 
-    Built from buffers, because the library's conversions import pandas.
+    `nulls` says whether any is NaN; None if they are to be searched for it. Built from buffers, because the library's
+    conversions import pandas.
     """
     if column.kind == "text":
         positions = _from_buffers(column.type.index_type, values)
         return pa.DictionaryArray.from_arrays(positions, column.words, safe=False)
+    nulls = _has_nan(values) if nulls is None else nulls
     if nulls and not column.nullable:
         raise RuntimeError(f"{column.name} has a value that is not a number, and cannot be null")
     return _from_buffers(column.type, values, nulls=nulls)

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.checks.check import compare
-from tendon_cli.checks.compare import _change
-from tendon_cli.checks.shared import Shared
+from tendon_cli.checks.compare import _difference, compare
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 
@@ -118,12 +116,8 @@ def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
 
 
 def test_a_null_against_a_number_is_a_change():
-    shared = Shared((), {}, {})
-    one, none = np.array([1.0]), np.array([np.nan])
-    change = _change("designs", "margin", one, none, 1.0, 0.5, shared, 0)
-    assert (change.share, change.rows) == (np.inf, 1)
-    assert _change("designs", "margin", none, none, 1.0, 0.5, shared, 0) is None
-    assert _change("designs", "margin", one, one, 1.0, 0.0, shared, 0) is None
+    first, second = np.array([1.0, np.nan, np.nan, 1.0]), np.array([np.nan, 1.0, np.nan, 1.0])
+    assert _difference(first, second, is_flag=False).tolist() == [np.inf, np.inf, 0.0, 0.0]
 
 
 def test_flags_are_compared_exactly_whatever_the_tolerance(plain, tmp_path):

@@ -57,15 +57,15 @@ def test_a_study_with_files_has_the_same_bytes_though_workers_do_not_see_them(
 def test_an_unfinished_local_run_is_finished_on_the_cluster(tendon, study, cluster, local, hashes_in, monkeypatch):
     from tendon_cli.engine.task import PartMaker
 
-    compute = PartMaker.compute
+    make = PartMaker.make
 
-    def fails(self, index):
+    def fails(self, index, working=None):
         if index >= 5:
             raise FloatingPointError
-        return compute(self, index)
+        return make(self, index, working)
 
     with monkeypatch.context() as patch:
-        patch.setattr(PartMaker, "compute", fails)
+        patch.setattr(PartMaker, "make", fails)
         assert tendon(*SWEEP).exit == 6
     ran = tendon(*SWEEP, "--resume", "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["resumed_parts"]) == (0, 5)

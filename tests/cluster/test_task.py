@@ -23,7 +23,7 @@ def maker(study):
     """A run that has been begun in a locked folder, as the client sees it."""
     folder = RunFolder(Path("run"), Sweep(Plan(load_study(study))))
     with folder.locked():
-        journal = {**folder.identity(), "parts": folder.task.parts}
+        journal = folder.header()
         (folder.path / "journal.jsonl").write_text("00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8")
         folder.prepare()
         yield PartMaker(folder.task, folder.path)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.engine import plan as plan_module
-from tendon_cli.engine.choices import choices, choices_of, feasible_choices, is_flags, noted
+from tendon_cli.engine.folds import choices, choices_of, feasible_choices, is_flags, noted
 from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import study_from
 

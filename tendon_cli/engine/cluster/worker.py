@@ -144,11 +144,8 @@ class _RemoteMaker(PartMaker):
 
     assignment: Assignment = field(kw_only=True)
 
-    def make(self, index: int) -> PartResult:
-        """Work a part out and put its files in place; raises OutputError, Stopped, or Unfit."""
-        return self.compute(index).finish(self._check)
-
-    def _check(self) -> None:
+    def check(self) -> None:
+        """Raises Unfit if the run has gone on without this worker."""
         if not self.assignment.stands_in_folder():
             raise Unfit("the run folder is gone, or holds another run by now")
 
