@@ -175,10 +175,15 @@ def test_the_best_is_one_row_or_none_and_the_best_by_goal_a_table(goals):
 
 
 def test_an_answer_as_a_dataset_agrees_with_its_table():
-    answer = tendon.design(
-        {"spool": {"ratio": [0.5, 0.6]}, "spring": {"stiffness": [5000, 8000, 9000]}, "load": {"mass": [0, 10]}}
-    )
+    asked = {"spool": {"ratio": [0.5, 0.6]}, "spring": {"stiffness": [5000, 8000, 9000]}, "load": {"mass": [0, 10]}}
+    answer = tendon.design(asked)
     data = answer.to_xarray()
+    assert data["window_from"].dims == ("spool_ratio", "spring_stiffness", "condition")
+    both = data["window_from"].max("condition"), data["window_to"].min("condition")
+    for name, ends in zip(("pretension_from", "pretension_to"), both, strict=True):
+        np.testing.assert_allclose(ends, data[name].transpose(*ends.dims), rtol=1e-12)
+    empty = tendon.design({**asked, "load": {"mass": 0}}).to_xarray()
+    np.testing.assert_allclose(data["window_to"].isel(condition=0), empty["pretension_to"], rtol=1e-12)
     for row in answer.choices[~answer.choices.refined].itertuples():
         cell = data.sel(spool_ratio=row.spool_ratio, spring_stiffness=row.spring_stiffness)
         assert cell["pretension_to"].item() == row.pretension_to

@@ -11,10 +11,14 @@ import pyarrow.compute as pc
 
 from tendon_cli.answers.front import Goal
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
+from tendon_cli.studies.load import recorded_study
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+_MOST_WINDOWS = 10**7
+_UNDER = "pretension that keeps every limit under this condition alone; there is none if from is above to"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,10 +84,13 @@ class Answer(Result):
         return framed(self.table("conditions"))
 
     def to_xarray(self) -> xr.Dataset:
-        """The windows and worst values over the axes of the choices, less refined ones, and the conditions.
+        """The columns of choices over their axes, less refined ones, and the window of each under each condition alone.
 
-        Needs the package xarray; raises UsageError without.
+        `window_from` and `window_to` are worked out from the recorded study, for up to ten million windows. Needs the
+        package xarray; raises UsageError without.
         """
+        from tendon_cli.answers.question import question
+
         library = xarray_library()
         table = self.table("choices")
         grid = table.filter(pc.invert(table.column("refined")))
@@ -91,6 +98,13 @@ class Answer(Result):
         sizes = {name: len(grid.column(name).unique()) for name in names}
         choices = variables_of(grid, sizes)
         conditions = variables_of(self.table("conditions"), {"condition": self.record["conditions"]})
+        problem = question(recorded_study(self.record))
+        if len(problem.choices) * len(problem.conditions) <= _MOST_WINDOWS:
+            count = len(problem.choices)
+            ends = problem.ends(problem.choices.numbers(np.arange(count)), count)
+            for name, values, which in (("window_from", ends.low, "smallest"), ("window_to", ends.high, "largest")):
+                attributes = {"units": "N", "long_name": f"{which} pretension", "description": f"{which} {_UNDER}"}
+                choices[name] = (*sizes, "condition"), values.reshape(*sizes.values(), -1), attributes
         coordinates = {name: along_own_axes(name, choices.pop(name)) for name in names}
         coordinates |= {f"condition_{name}": variable for name, variable in conditions.items() if name != "condition"}
         facts = {name: self.record[name] for name in ("name", "title", "study_hash")}
