@@ -1,94 +1,94 @@
-"""The answer to a design question: what is best, what binds it, and if nothing suits, why and what would help."""
+"""The answer to a design question: what is best, what binds it, and if nothing suits, why and what would help.
+
+It is a record as `design.json` and `--json` have it; texts, figures and pages are made of that and the tables.
+"""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 
+from tendon_cli.answers.bench import bench_record
 from tendon_cli.answers.candidates import (
-    Candidates,
     Pair,
     best_of,
-    counted,
+    conflicts_of,
     leaves_out,
     nearest,
     numbers_of,
-    pairs,
+    of_rows,
     relevant,
-)  # fmt: skip
-from tendon_cli.answers.conflicts import Conflict, conflict
-from tendon_cli.answers.fixes import Fix, fixes, sampled
-from tendon_cli.answers.front import SERVED, USUAL, Goal, compromise, front, goals_of
-from tendon_cli.answers.problem import Problem
+)
+from tendon_cli.answers.fixes import fixes, relaxation, sampled
+from tendon_cli.answers.front import SERVED, USUAL, Goal, compromise, front, goals_of, losses
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.refine import refined
-from tendon_cli.answers.sensitivity import Sensitivity, sensitivities
+from tendon_cli.answers.sensitivity import sensitivities
+from tendon_cli.answers.solve import Solutions
+from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
+from tendon_cli.engine.task import Note
 
 _REFINED_ON_FRONT = 24
 
 
 @dataclass(frozen=True, eq=False)
-class Summary:
-    """What is known of all choices: counts, and the few that may matter; parts of it can be added up."""
-
-    choices: int
-    feasible: int
-    conflicts: Counter[Pair]
-    relevant: Candidates
-    """The best by each goal, those that may be on the front, and the nearest that each pair of limits leaves without
-    a window."""
-
-    def __add__(self, other: Summary) -> Summary:
-        relevant = Candidates.joined([self.relevant, other.relevant])
-        return Summary(
-            self.choices + other.choices, self.feasible + other.feasible, self.conflicts + other.conflicts, relevant
-        )
-
-
-@dataclass(frozen=True, eq=False)
 class Findings:
-    """An answer in the terms of the question, from which `record` is made."""
+    """An answer in the terms of the question, from which its record is made."""
 
     problem: Problem
     goals: tuple[Goal, ...]
     """None if the study leaves them open."""
-    summary: Summary
-    best: dict[str, Candidates]
+    choices: int
+    feasible: int
+    conflicts: Counter[Pair]
+    """In how many choices each pair of limits leaves no window."""
+    relevant: Solutions
+    """The best by each goal, those that may be on the front, and the nearest to a window of each conflict."""
+    best: dict[str, Solutions]
     """The best choice by each goal's column; if several goals make a front, its best compromise under an empty name."""
-    gains: dict[str, float]
+    gains: dict[str, float] = field(default_factory=dict)
     """By what share of its score a refined choice beats the best of the grid, by goal's column."""
-    front: Candidates | None
+    front: Solutions | None = None
     """Choices that no other beats, if there are several goals; in the order of the first goal."""
-    between: Candidates
-    """Choices between the points of the grid that are among the best or on the front."""
-    conflicts: tuple[Conflict, ...] = ()
-    """Most frequent first."""
-    fixes: tuple[Fix, ...] = ()
-    """Of the choice that is nearest to have a window, if none has."""
-    sensitivities: tuple[Sensitivity, ...] = ()
-    """Of the window of the best choice."""
-    window_for_all: tuple[float, float] | None = None
-    """The interval of the best choice in which all are served, N, if the question asks for a share."""
-    notes: list[str] = field(default_factory=list)
 
     @property
-    def most_universal(self) -> Candidates:
-        """The choice to be named first, or if none has a window the one that serves most."""
-        relevant = self.summary.relevant
-        return self.chosen or relevant.taken(np.array([np.argmax(relevant.solutions.served)]))
-
-    @property
-    def chosen(self) -> Candidates | None:
+    def chosen(self) -> Solutions | None:
         """The choice to be named first; None if none has a window."""
         return next(iter(self.best.values()), None)
 
+    @property
+    def most_universal(self) -> Solutions:
+        """The choice to be named first, or if none has a window the one that serves most."""
+        return self.chosen or self.relevant.taken([int(np.argmax(self.relevant["served"]))])
 
-def summarise(candidates: Candidates, goals: tuple[Goal, ...]) -> Summary:
-    """What matters of some choices."""
-    solutions = candidates.solutions
-    kept = candidates.taken(relevant(candidates, goals))
-    return Summary(len(candidates), int(solutions.feasible.sum()), counted(solutions), kept)
+    @property
+    def between(self) -> Solutions | None:
+        """Choices between the points of the grid that are among the best or on the front, each place once."""
+        named = [*self.best.values()] if self.front is None else [self.front]
+        some = [one.taken(one.row < 0) for one in named if (one.row < 0).any()]
+        if not some:
+            return None
+        _, first = np.unique(_places(whole := Solutions.joined(some)), axis=0, return_index=True)
+        return whole.taken(np.sort(first))
+
+
+def _places(choices: Solutions) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.column_stack([np.asarray(values, dtype=np.float64) for values in choices.columns.values()])
+
+
+def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
+    """What matters of some choices, as JSON has it: counts, conflicts, and the rows that may be named."""
+    return {
+        "choices": len(choices),
+        "feasible": int(choices["feasible"].sum()),
+        "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts_of(choices).items()],
+        "rows": choices.row[relevant(choices, goals)].tolist(),
+    }
 
 
 def goals_or_usual(problem: Problem) -> tuple[Goal, ...]:
@@ -97,83 +97,142 @@ def goals_or_usual(problem: Problem) -> tuple[Goal, ...]:
     return goals_of(problem.study) or usual
 
 
-def findings(problem: Problem, summary: Summary) -> Findings:
-    """The answer, from the summary of all choices."""
-    goals, kept, notes = goals_of(problem.study), summary.relevant, [*problem.notes]
+def findings(problem: Problem, notes: Sequence[Note]) -> Findings:
+    """The answer, from the notes of all parts; choices that may matter are solved again, whoever solved them before."""
+    goals, conflicts = goals_of(problem.study), Counter[Pair]()
+    for note in notes:
+        conflicts.update({tuple(names): count for names, count in note["conflicts"]})
+    kept = of_rows(problem, np.array([row for note in notes for row in note["rows"]], dtype=np.int64))
+    choices, have = (sum(note[name] for note in notes) for name in ("choices", "feasible"))
+    feasible, gains, on_front = kept.taken(kept["feasible"]), dict[str, float](), None
+    bests: dict[str, Solutions] = {}
+    for goal in goals_or_usual(problem) if len(feasible) else ():
+        start = feasible.taken([best_of(feasible, feasible.scores((goal,))[:, 0])])
+        bests[goal.column] = refined(problem, (goal,), start) or start
+        before, after = (one.scores((goal,)).item() for one in (start, bests[goal.column]))
+        if after != before and before:
+            gains[goal.column] = (after - before) / abs(before)
+    if len(goals) > 1 and len(feasible):
+        on_front = _front(problem, goals, feasible, list(bests.values()))
+        bests = {"": on_front.taken([compromise(on_front.scores(goals))])}
+    return Findings(problem, goals, choices, have, conflicts, kept, bests, gains, on_front)
+
+
+def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]) -> Solutions:
+    """The front, each of its choices made better between the points of the grid if that is possible."""
+
+    def ordered(some: Solutions) -> Solutions:
+        some = some.taken(front(some.scores(goals)))
+        return some.taken(np.argsort(-some.scores(goals)[:, 0], kind="stable"))
+
+    on_front = ordered(feasible)
+    if len(on_front) > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
+        on_front = on_front.taken(np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64))
+    ones = [on_front.taken([at]) for at in range(len(on_front))]
+    return ordered(Solutions.joined([refined(problem, goals, one) or one for one in ones] + bests))
+
+
+# --- The record ------------------------------------------------------------------------------------------------------
+
+
+def as_record(answer: Findings) -> dict[str, Any]:
+    """The answer. SI values, null for what is not a number; `choice` is a row of choices.parquet."""
+    problem, chosen, notes = answer.problem, answer.chosen, [*answer.problem.notes]
     if leaves_out(problem):
         notes.append(
-            f"all {summary.choices:,} choices have their window; the worst values at their pretension are worked out"
+            f"all {answer.choices:,} choices have their window; the worst values at their pretension are worked out"
             " for those that may matter, and are null in the others"
         )
-    feasible = kept.taken(kept.solutions.feasible)
-    none = kept.taken(np.zeros(len(kept), dtype=np.bool_))
-    if not len(feasible):
-        return _explained(Findings(problem, goals, summary, {}, {}, None, none, notes=notes))
-    single = {goal.column: _best(problem, goal, feasible) for goal in goals_or_usual(problem)}
-    gains = {column: gain for column, (_, gain) in single.items() if gain}
-    bests, on_front = {column: one for column, (one, _) in single.items()}, None
-    if len(goals) > 1:
-        on_front = _front(problem, goals, feasible, list(bests.values()))
-        bests = {"": on_front.taken(np.array([compromise(on_front.scores(goals))]))}
-    named = [*bests.values()] if on_front is None else [on_front]
-    between = _distinct(Candidates.joined([one.taken(one.row < 0) for one in named]))
-    return _explained(Findings(problem, goals, summary, bests, gains, on_front, between, notes=notes))
+    best = {name: row_of(answer, one) for name, one in answer.best.items()}
+    return {
+        "choices": answer.choices,
+        "conditions": len(problem.conditions),
+        "feasible": answer.feasible,
+        "serve": problem.enough,
+        "goals": [asdict(goal) for goal in answer.goals],
+        "best": next(iter(best.values()), None),
+        "best_by": {} if answer.goals else best,
+        "given_up": _given_up(answer),
+        "window_for_all": None if chosen is None else _window_for_all(problem, chosen),
+        "gains": answer.gains,
+        "front": [] if answer.front is None else _rows(answer, answer.front),
+        **({} if chosen is None else bench_record(problem, chosen)),
+        "fixes": [] if chosen is not None else _fixes(answer, notes),
+        "conflicts": _conflicts(answer),
+        "sensitivities": [] if chosen is None else sensitivities(problem, chosen),
+        "population": None,
+        "notes": notes,
+    }
 
 
-def _best(problem: Problem, goal: Goal, feasible: Candidates) -> tuple[Candidates, float]:
-    """The best by one goal, between the points of the grid, too, and by what share it beats the grid's."""
-    start = feasible.taken(np.array([best_of(feasible, feasible.scores((goal,))[:, 0])]))
-    better = refined(problem, (goal,), start)
-    if better is None:
-        return start, 0.0
-    before, after = start.scores((goal,)).item(), better.scores((goal,)).item()
-    return better, (after - before) / abs(before) if before else 0.0
+def named_rows(record: Mapping[str, Any]) -> tuple[list[int], list[dict[str, Any]]]:
+    """Of the choices that a record names those on the front, as rows of the table, and those that the grid has not.
+
+    The latter stand in the table after all others, in the order that is given.
+    """
+    rows = [*([record["best"]] if record["best"] else []), *record["best_by"].values()]
+    named = {row["choice"]: row for row in (*rows, *record["front"]) if row["choice"] is not None}
+    on_front = sorted(choice for choice, row in named.items() if row["on_front"])
+    return on_front, [named[choice] for choice in sorted(named) if choice >= record["choices"]]
 
 
-def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Candidates, bests: list[Candidates]) -> Candidates:
-    """The front, each of its choices made better between the points of the grid if that is possible."""
-    on_front = feasible.taken(front(feasible.scores(goals)))
-    on_front = on_front.taken(np.argsort(-on_front.scores(goals)[:, 0], kind="stable"))
-    if len(on_front) > _REFINED_ON_FRONT and any(factor.is_range for factor in problem.choices.axes):
-        on_front = on_front.taken(np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64))
-    ones = [on_front.taken(np.array([at])) for at in range(len(on_front))]
-    whole = Candidates.joined([refined(problem, goals, one) or one for one in ones] + bests)
-    whole = whole.taken(front(whole.scores(goals)))
-    return whole.taken(np.argsort(-whole.scores(goals)[:, 0], kind="stable"))
+def row_of(answer: Findings, one: Solutions) -> dict[str, Any]:
+    """A choice as a row of the table, with its number there."""
+    return _rows(answer, one)[0]
 
 
-def _distinct(candidates: Candidates) -> Candidates:
-    """Each place once."""
-    if not candidates.columns or not len(candidates):
-        return candidates
-    places = np.column_stack([np.asarray(values, dtype=np.float64) for values in candidates.columns.values()])
-    _, first = np.unique(places, axis=0, return_index=True)
-    return candidates.taken(np.sort(first))
+def _rows(answer: Findings, choices: Solutions) -> list[dict[str, Any]]:
+    on_front = np.full(len(choices), answer.front is not None or len(answer.goals) == 1)
+    rows = choice_rows(answer.problem, choices, choices.row < 0, on_front)
+    records = as_records(choice_columns(answer.problem), rows)
+    numbers, between = choices.row.tolist(), answer.between
+    for at in np.flatnonzero(choices.row < 0):
+        here = _places(choices)[at]
+        same = [] if between is None else np.flatnonzero((_places(between) == here).all(axis=1)).tolist()
+        numbers[at] = answer.choices + same[0] if same else -1
+    return [{"choice": number if number >= 0 else None, **row} for number, row in zip(numbers, records, strict=True)]
 
 
-def _window_for_all(problem: Problem, choice: Candidates) -> tuple[float, float] | None:
-    """The interval in which a choice serves all; None if there is none, or if all is what is asked for."""
+def _given_up(answer: Findings) -> float | None:
+    """Of what the goals span on the front, the largest share that the best compromise gives up of any."""
+    if answer.front is None or answer.chosen is None:
+        return None
+    scores = answer.front.scores(answer.goals)
+    at = np.flatnonzero((scores == answer.chosen.scores(answer.goals)[0]).all(axis=1))[0]
+    return float(losses(scores)[at].max())
+
+
+def _window_for_all(problem: Problem, choice: Solutions) -> list[float | None] | None:
+    """The interval in which a choice serves all, N; None if there is none, or if all is what is asked for."""
     ends = problem.ends(numbers_of(problem, choice.columns), 1)
     low, high = float(ends.low.max()), float(ends.high.min())
-    return (low, high) if problem.enough < 1.0 and low <= high else None
+    return [low, high if math.isfinite(high) else None] if problem.enough < 1.0 and low <= high else None
 
 
-def _explained(answer: Findings) -> Findings:
-    """With conflicts, and with sensitivities of the best or, if there is none, with fixes."""
-    problem, kept = answer.problem, answer.summary.relevant
-    infeasible = kept.taken(~kept.solutions.feasible)
-    conflicts = []
-    named = pairs(infeasible.solutions)
-    for pair, count in answer.summary.conflicts.most_common():
-        rows = np.array([at for at, other in enumerate(named) if other == pair])
-        conflicts.append(conflict(problem, pair, count, nearest(infeasible.taken(rows))))
-    answer = replace(answer, conflicts=tuple(conflicts))
-    if answer.chosen is not None:
-        moves = tuple(sensitivities(problem, answer.chosen))
-        return replace(answer, sensitivities=moves, window_for_all=_window_for_all(problem, answer.chosen))
-    closest = nearest(infeasible)
+def _conflicts(answer: Findings) -> list[dict[str, Any]]:
+    """Pairs of limits that leave choices without a window, the most frequent first, and what relaxing one would take.
+
+    `gap` is by how much the pretensions asked for miss each other, N, in the choice that is nearest to a window;
+    `relaxed` to what each limit must be relaxed for that one to have a window, null where that does not help.
+    """
+    records, of_pairs = [], conflicts_of(answer.relevant)
+    for pair, count in answer.conflicts.most_common():
+        closest = nearest(answer.relevant.taken(of_pairs[pair]))
+        gap = closest.one("pretension_from") - closest.one("pretension_to")
+        limits = [limit for limit in pair if limit in answer.problem.bounds]
+        records.append({
+            "limits": list(pair), "choices": count, "gap": gap if math.isfinite(gap) else None,
+            "nearest": row_of(answer, closest),
+            "relaxed": {limit: relaxation(answer.problem, closest, limit) for limit in limits},
+        })  # fmt: skip
+    return records
+
+
+def _fixes(answer: Findings, notes: list[str]) -> list[dict[str, Any]]:
+    """What would give the choice that is nearest to a window one."""
+    problem, closest = answer.problem, nearest(answer.relevant)
     some = sampled(problem, closest)
     if len(some.weighting) < len(problem.weighting):
         of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
-        answer.notes.append(f"what would help is worked out for {of_all}: those that bind, and others at random")
-    return replace(answer, fixes=tuple(fixes(some, closest)))
+        notes.append(f"what would help is worked out for {of_all}: those that bind, and others at random")
+    return fixes(some, closest)

@@ -1,171 +1,90 @@
-"""Some choices of a question with what they come to, and which of them may matter to an answer."""
+"""Some choices of a question, and which of them may matter to an answer."""
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.answers.front import SERVED, USUAL, Goal, best, front, goals_of
-from tendon_cli.answers.problem import Flags, Problem
-from tendon_cli.answers.solve import WORST, Solutions, severest, solve, without_worst, worst
+from tendon_cli.answers.question import Problem
+from tendon_cli.answers.solve import WORST, Columns, Solutions, severest, solve, without_worst, worst
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import Axis, Numbers, Rows
+from tendon_cli.space.axis import Numbers, Rows
 
-Columns = dict[str, npt.NDArray[Any]]
 Pair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less; one alone that no pretension can keep."""
 
 STATES_FOR_ALL = 2**30
 """States of all choices under persons or draws, beyond which the worst is worked out for the relevant ones alone."""
 
-_AMONG_EQUALS = (Goal("tolerance", maximise=True),)
-"""What decides between choices that are as good by a goal, such as all that serve everyone."""
-
 _SEVEREST = 8
 _UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))
 """Better than any worst there is."""
 
 
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """Choices, those of the grid and others between its points."""
-
-    row: Rows
-    """Their rows in `choices.parquet`; -1 for one between the points of the grid that has none yet."""
-    columns: Columns
-    """Their values of each axis: SI, or of named values the position among their names."""
-    solutions: Solutions
-
-    def __len__(self) -> int:
-        return len(self.row)
-
-    def column(self, name: str) -> Array:
-        """An axis or a result by its column's name."""
-        if name in self.columns:
-            return np.asarray(self.columns[name], dtype=np.float64)
-        return self.solutions.column(name)
-
-    def scores(self, goals: tuple[Goal, ...]) -> Array:
-        """The score of each by each goal, (choices, goals); one without a window has the least."""
-        scores = np.column_stack([goal.score(self.column(goal.column)) for goal in goals])
-        return np.where(self.solutions.feasible[:, np.newaxis], scores, -np.inf)
-
-    def taken(self, rows: Rows | Flags) -> Candidates:
-        """Some of them."""
-        columns = {name: values[rows] for name, values in self.columns.items()}
-        return Candidates(self.row[rows], columns, self.solutions.taken(rows))
-
-    @classmethod
-    def joined(cls, parts: list[Candidates]) -> Candidates:
-        """Those of several, one after the other."""
-        columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
-        solutions = Solutions.joined([part.solutions for part in parts])
-        return cls(np.concatenate([part.row for part in parts]), columns, solutions)
-
-
-def of_rows(problem: Problem, rows: Rows) -> Candidates:
+def of_rows(problem: Problem, rows: Rows) -> Solutions:
     """The choices of some rows, solved."""
-    solutions = solve(problem, problem.choices.numbers(rows), len(rows))
-    return Candidates(rows, problem.choices.columns(rows), solutions)
+    solved = solve(problem, problem.choices.numbers(rows), len(rows))
+    return Solutions(solved.results, rows, problem.choices.columns(rows))
 
 
-def of_columns(problem: Problem, columns: Columns, count: int) -> Candidates:
+def of_columns(problem: Problem, columns: Columns, count: int) -> Solutions:
     """Choices anywhere, solved."""
-    solutions = solve(problem, numbers_of(problem, columns), count)
-    return Candidates(np.full(count, -1), columns, solutions)
+    solved = solve(problem, numbers_of(problem, columns), count)
+    return Solutions(solved.results, solved.row, columns)
 
 
 def numbers_of(problem: Problem, columns: Columns) -> Numbers:
     """What choices, given by their columns, say of the study's numbers."""
     numbers: dict[str, Array] = {}
-    for factor in problem.choices.axes:
-        numbers |= _numbers_of(factor, columns[factor.column])
+    for axis in problem.choices.axes:
+        values = columns[axis.column]
+        numbers |= {key: each[values] for key, each in axis.numbers.items()} if axis.names else {axis.key: values}
     return numbers
 
 
-def _numbers_of(factor: Axis, values: npt.NDArray[Any]) -> Numbers:
-    if factor.names:
-        return {key: numbers[values] for key, numbers in factor.numbers.items()}
-    return {factor.key: values}
-
-
-# --- Those without a window ------------------------------------------------------------------------------------------
-
-
-def pairs(solutions: Solutions) -> list[Pair]:
-    """What leaves each choice without a window; empty for one that has one."""
-    none: Pair = ()
-    named = []
+def conflicts_of(solutions: Solutions) -> dict[Pair, Rows]:
+    """What leaves choices without a window, and the places of those choices."""
+    low, high, at = (solutions[name] for name in ("pretension_from", "pretension_to", "pretension"))
     # A given pretension may miss a window at one of its ends.
-    below = solutions.has_window & (solutions.pretension < solutions.pretension_from)
-    above = solutions.has_window & (solutions.pretension > solutions.pretension_to)
-    alone = np.isnan(solutions.pretension_from) | below
-    for feasible, at_low, at_high, low, high in zip(
-        solutions.feasible, alone, above, solutions.from_by, solutions.to_by, strict=True
-    ):
-        codes = (low,) if at_low else (high,) if at_high else (low, high)
-        names = [LIMIT_NAMES[code] for code in codes if code != NOTHING]
-        named.append(none if feasible else tuple(dict.fromkeys(names)))
-    return named
+    below, above = solutions.has_window & (at < low), solutions.has_window & (at > high)
+    first = np.where(above, solutions["to_by"], solutions["from_by"])
+    second = np.where(np.isnan(low) | below | above, NOTHING, solutions["to_by"])
+    rows = np.flatnonzero(~solutions["feasible"])
+    codes, kind = np.unique(np.column_stack([first, second])[rows], axis=0, return_inverse=True)
+    pairs: dict[Pair, Rows] = {}
+    for place, each in enumerate(codes.tolist()):
+        pair = tuple(dict.fromkeys(LIMIT_NAMES[code] for code in each if code != NOTHING))
+        pairs[pair] = np.union1d(pairs.get(pair, rows[:0]), rows[kind.ravel() == place])
+    return pairs
 
 
-def counted(solutions: Solutions) -> Counter[Pair]:
-    """How many choices each pair leaves without a window."""
-    low, at = solutions.pretension_from, solutions.pretension
-    codes = np.column_stack(
-        [solutions.from_by, solutions.to_by, np.isnan(low), solutions.has_window & (at < low), solutions.has_window]
-    )
-    infeasible = np.flatnonzero(~solutions.feasible)
-    _, first, counts = np.unique(codes[infeasible], axis=0, return_index=True, return_counts=True)
-    of_pairs: Counter[Pair] = Counter()
-    for pair, count in zip(pairs(solutions.taken(infeasible[first])), counts.tolist(), strict=True):
-        of_pairs[pair] += count
-    return of_pairs
-
-
-def nearest(candidates: Candidates) -> Candidates:
-    """The one of some choices without a window that is nearest to have one.
-
-    It serves most, and misses by the least share.
-    """
-    solutions = candidates.solutions
-    low, high = solutions.pretension_from, solutions.pretension_to
+def nearest(solutions: Solutions) -> Solutions:
+    """The one of some choices without a window that is nearest to have one: it serves most, and misses by least."""
+    low, high = solutions["pretension_from"], solutions["pretension_to"]
     with np.errstate(invalid="ignore"):
         gap = (low - high) / (np.abs(low) + np.abs(high))
-    order = np.lexsort((candidates.row, np.where(np.isnan(gap), np.inf, gap), -solutions.served))
-    return candidates.taken(order[:1])
+    order = np.lexsort((solutions.row, np.where(np.isnan(gap), np.inf, gap), -solutions["served"]))
+    return solutions.taken(order[:1])
 
 
-# --- Those that may matter -------------------------------------------------------------------------------------------
+def best_of(solutions: Solutions, scores: Array) -> int:
+    """The place of the highest score; of equals, such as all that serve everyone, that of the largest tolerance."""
+    return best(scores, solutions.scores((Goal("tolerance", maximise=True),))[:, 0])
 
 
-def relevant(candidates: Candidates, goals: tuple[Goal, ...]) -> Rows:
+def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
     """The best by each goal, the front, the one that serves most, and for each conflict the nearest to a window."""
-    solutions = candidates.solutions
-    keep = [np.array([np.argmax(solutions.served)])]
-    if solutions.feasible.any():
-        feasible = np.flatnonzero(solutions.feasible)
-        some = candidates.taken(feasible)
+    keep = [np.array([np.argmax(solutions["served"])])]
+    if solutions["feasible"].any():
+        feasible = np.flatnonzero(solutions["feasible"])
+        some = solutions.taken(feasible)
         scores = some.scores(goals or (SERVED, *USUAL))
         keep += [feasible[[best_of(some, column)]] for column in scores.T]
         keep += [feasible[front(scores)]] if len(goals) > 1 else []
-    infeasible = np.flatnonzero(~solutions.feasible)
-    named = np.array([" ".join(pair) for pair in pairs(solutions.taken(infeasible))])
-    for name in np.unique(named):
-        of_pair = infeasible[named == name]
-        closest = nearest(candidates.taken(of_pair))
-        keep.append(of_pair[candidates.row[of_pair] == closest.row])
+    for rows in conflicts_of(solutions).values():
+        keep.append(rows[solutions.row[rows] == nearest(solutions.taken(rows)).row])
     return np.unique(np.concatenate(keep))
-
-
-def best_of(candidates: Candidates, scores: Array) -> int:
-    """The place of the highest score; of equals that of the largest tolerance."""
-    return best(scores, candidates.scores(_AMONG_EQUALS)[:, 0])
 
 
 def leaves_out(problem: Problem) -> bool:
@@ -176,7 +95,7 @@ def leaves_out(problem: Problem) -> bool:
     return problem.conditions.groups is not None and bounded and states > STATES_FOR_ALL
 
 
-def part_of(problem: Problem, rows: Rows) -> Candidates:
+def part_of(problem: Problem, rows: Rows) -> Solutions:
     """Choices by their rows, solved, with the worst at the pretension of each or, if possible, of the relevant.
 
     The worst over a few conditions bounds the worst over all. With such bounds the relevant ones are chosen, worked
@@ -184,29 +103,23 @@ def part_of(problem: Problem, rows: Rows) -> Candidates:
     """
     if not leaves_out(problem):
         return of_rows(problem, rows)
-    numbers, columns, goals = problem.choices.numbers(rows), problem.choices.columns(rows), goals_of(problem.study)
-    solutions, served = without_worst(problem, numbers, len(rows))
+    numbers, goals = problem.choices.numbers(rows), goals_of(problem.study)
+    solved, served = without_worst(problem, numbers, len(rows))
+    solved = Solutions(solved.results, rows, problem.choices.columns(rows))
 
-    def of(chosen: Rows) -> dict[str, Array]:
-        some = {key: values[chosen] for key, values in numbers.items()}
-        return worst(problem, some, solutions.pretension[chosen], served[chosen])
+    def given(chosen: Rows) -> tuple[Numbers, Array]:
+        return {key: values[chosen] for key, values in numbers.items()}, solved["pretension"][chosen]
 
-    first = np.array([np.argmax(solutions.served)])
-    reference = {key: values[first] for key, values in numbers.items()}
-    few = severest(problem, reference, solutions.pretension[first], served[first], _SEVEREST)
-    bounds = worst(problem.under(few), numbers, solutions.pretension, served[:, few])
-    known = of(first)
+    first = np.array([np.argmax(solved["served"])])
+    few = severest(problem, *given(first), served[first], _SEVEREST)
+    bounds = worst(problem.under(few), *given(np.arange(len(rows))), served[:, few])
+    known = worst(problem, *given(first), served[first])
     for name, values in bounds.items():
         if not np.isnan(known[name][0]):  # what is not asked for, as pressure without a strap, has no bound
             bounds[name] = np.where(np.isnan(values), _UNKNOWN[name], values)
-    bounded = solutions.with_worst(slice(None), bounds, has_worst=False).with_worst(first, known)
-    while len(rest := _missing(Candidates(rows, columns, bounded), goals)):
-        bounded = bounded.with_worst(rest, of(rest))
-    left, null = np.flatnonzero(~bounded.has_worst), np.asarray(np.nan)
-    return Candidates(rows, columns, bounded.with_worst(left, dict.fromkeys(WORST, null), has_worst=False))
-
-
-def _missing(candidates: Candidates, goals: tuple[Goal, ...]) -> Rows:
-    """The relevant ones whose worst is not worked out."""
-    rows = relevant(candidates, goals)
-    return rows[~candidates.solutions.has_worst[rows]]
+    solved = solved.with_worst(slice(None), bounds, has_worst=False).with_worst(first, known)
+    while rest := [row for row in relevant(solved, goals) if not solved["has_worst"][row]]:
+        missing = np.array(rest)
+        solved = solved.with_worst(missing, worst(problem, *given(missing), served[missing]))
+    left = np.flatnonzero(~solved["has_worst"])
+    return solved.with_worst(left, dict.fromkeys(WORST, np.asarray(np.nan)), has_worst=False)

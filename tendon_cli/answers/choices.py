@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,15 +11,21 @@ from typing import Any, Self
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli.answers.answer import Summary, findings, summarise
-from tendon_cli.answers.candidates import Columns, numbers_of, of_rows, part_of
+from tendon_cli.answers.answer import as_record, findings, named_rows, row_of, summarised
+from tendon_cli.answers.candidates import numbers_of, part_of
 from tendon_cli.answers.front import goals_of
-from tendon_cli.answers.persons import one_by_one, person_columns, person_rows
-from tendon_cli.answers.population import GroupWindows, population, windows_of
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.question import question
-from tendon_cli.answers.record import as_record, named_rows
-from tendon_cli.answers.tables import as_value, choice_columns, choice_rows, condition_columns, condition_rows
+from tendon_cli.answers.population import GroupWindows, population
+from tendon_cli.answers.question import Problem, question
+from tendon_cli.answers.solve import Columns
+from tendon_cli.answers.tables import (
+    as_value,
+    choice_columns,
+    choice_rows,
+    condition_columns,
+    condition_rows,
+    person_columns,
+    person_rows,
+)
 from tendon_cli.answers.text import text_of
 from tendon_cli.engine.task import LastFile, Note, Task
 from tendon_cli.errors import SizeError
@@ -75,7 +80,7 @@ class Choices(Task):
     @cached_property
     def persons(self) -> Axis | None:
         """The axis of persons or draws, each of whom has a row of a table that is written last."""
-        return one_by_one(self.problem)
+        return self.problem.one_by_one
 
     @property
     def length(self) -> int:
@@ -120,7 +125,7 @@ class Choices(Task):
         for table, sink in tables.items():
             count = self.rows(table, index)
             sink.fill(count, writer_of(known[table], (count,)))
-        return _note(summarise(candidates, goals_of(self.study)))
+        return summarised(candidates, goals_of(self.study))
 
     def is_note(self, index: int, note: Any) -> bool:
         """Whether the note of a part is as `fill` gives it."""
@@ -145,21 +150,12 @@ class Choices(Task):
         return f"choices {part.start} to {part.stop - 1}"
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
-        """The answer, from the choices that may matter; these are solved once more, whoever has solved them before."""
-        conflicts: Counter[tuple[str, ...]] = Counter()
-        for note in notes:
-            conflicts.update({tuple(names): count for names, count in note["conflicts"]})
-        rows = np.array([row for note in notes for row in note["rows"]], dtype=np.int64)
-        summary = Summary(
-            sum(note["choices"] for note in notes),
-            sum(note["feasible"] for note in notes),
-            conflicts,
-            of_rows(self.problem, rows),
-        )
-        found = findings(self.problem, summary)
-        chosen = found.most_universal
-        whom = population(self.problem, chosen, self._windows_of(chosen.columns)) if self.persons is not None else None
-        record = as_record(found, whom)
+        """The answer, from the choices that may matter."""
+        found = findings(self.problem, notes)
+        record, chosen = as_record(found), found.most_universal
+        if self.persons is not None:
+            windows = self._windows_of(chosen.columns)
+            record["population"] = population(self.problem, chosen, row_of(found, chosen), windows)
         return record | {"text": text_of(self.problem, record)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
@@ -197,15 +193,5 @@ class Choices(Task):
         """The windows of all persons or draws for one choice, solved once."""
         key = tuple((name, values[0].item()) for name, values in columns.items())
         if key not in self.solved:
-            self.solved[key] = windows_of(self.problem, numbers_of(self.problem, columns))
+            self.solved[key] = GroupWindows.of(self.problem, numbers_of(self.problem, columns))
         return self.solved[key]
-
-
-def _note(summary: Summary) -> Note:
-    """What matters of a part, as JSON has it."""
-    return {
-        "choices": summary.choices,
-        "feasible": summary.feasible,
-        "conflicts": [[list(pair), count] for pair, count in summary.conflicts.items()],
-        "rows": summary.relevant.row.tolist(),
-    }

@@ -1,13 +1,18 @@
-"""Which share of persons, draws or conditions one pretension serves, by a sweep over the ends of the windows.
+"""Which share of persons, draws or conditions one pretension serves, and which few suits together serve most.
 
 The share served changes only where a window begins or ends, so the pretensions that serve most, and those that serve
 enough, are known from the sorted ends. Windows are closed: two that only touch share one pretension.
+
+A few suits, each at its pretension, serve together: of each only the largest sets matter, those between an end at
+which a window begins and the next one, at which a window ends. Which few of these together serve most is a problem of
+maximal coverage, solved exactly as a mixed-integer linear program.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -141,3 +146,84 @@ def curve(low: Array, high: Array, weighting: Array) -> Curve:
     share, count = np.column_stack(shares).ravel(), effective_count(weighting)
     intervals = np.reshape([say.interval(each, count) for each in share.tolist()], (-1, 2))
     return Curve(np.repeat(ends, 2), share, intervals[:, 0], intervals[:, 1])
+
+
+# --- A few suits -----------------------------------------------------------------------------------------------------
+
+
+class Sizes(NamedTuple):
+    """The suits that together serve most."""
+
+    choices: tuple[int, ...]
+    """Rows of the windows, ascending."""
+    pretensions: tuple[float, ...]
+    """One for each suit, N: the middle of those at which it serves the same persons."""
+    share: float
+    """Of the weighting."""
+
+
+def best_sizes(
+    low: Array, high: Array, weighting: Array, most: int, heed: Callable[[], None] = lambda: None
+) -> tuple[Sizes, ...]:
+    """With one suit, two and so on to `most` those that serve the largest share; further ones only if they serve more.
+
+    `low` and `high` are the ends of the windows, N, of shape (choices, persons), empty where low > high or NaN.
+    `heed` is called before each search, and may raise to end it.
+    """
+    choice, pretension, serves = _largest_sets(low, high)
+    weights, best = normalised(weighting), [Sizes((), (), 0.0)]
+    for count in range(1, most + 1):
+        heed()
+        chosen = _needed(serves, weights, _covering(serves, weights, count) if len(choice) else [])
+        chosen.sort(key=lambda at: (choice[at], pretension[at]))
+        served = serves[chosen].any(axis=0)
+        share = 1.0 if served.all() else float(min(weights[served].sum(), 1.0))
+        sizes = Sizes(tuple(choice[chosen].tolist()), tuple(pretension[chosen].tolist()), share)
+        best.append(sizes if share > best[-1].share + ROUNDING else best[-1])
+    return tuple(best[1:])
+
+
+def _largest_sets(low: Array, high: Array) -> tuple[npt.NDArray[np.int64], Array, Flags]:
+    """For each choice the pretensions whose set of persons served no other contains, and whom each serves."""
+    choices, pretensions, serves = [], [np.empty(0)], [np.empty((0, low.shape[1]), dtype=np.bool_)]
+    for choice, (starts, stops) in enumerate(zip(low, high, strict=True)):
+        is_open = starts <= stops
+        ends = np.concatenate([starts[is_open], stops[is_open]])
+        order = np.argsort(ends, kind="stable")  # at one pretension windows begin before others end
+        begins = order < is_open.sum()
+        last = np.flatnonzero(begins[:-1] & ~begins[1:])
+        begin, end = ends[order[last]], ends[order[last + 1]]
+        serves.append((starts <= begin[:, np.newaxis]) & (begin[:, np.newaxis] <= stops))
+        choices += [choice] * len(last)
+        pretensions.append(np.where(np.isinf(end), begin, (begin + end) / 2.0))
+    return np.array(choices, dtype=np.int64), np.concatenate(pretensions), np.concatenate(serves)
+
+
+def _covering(serves: Flags, weights: Array, most: int) -> list[int]:
+    """The at most `most` sets whose union weighs most: chosen sets are 1, a person is served by a chosen set or not."""
+    if most == 1:
+        return [int(np.argmax(serves @ weights))]
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import csr_array, eye_array, hstack
+
+    kinds, kind_of = np.unique(serves, axis=1, return_inverse=True)  # persons whom the same sets serve are one
+    weight = np.bincount(kind_of.ravel(), weights=weights, minlength=kinds.shape[1])
+    sets, persons = kinds.shape
+    # person <= sum of the chosen sets that serve him; the sets chosen are at most `most`.
+    covered = hstack([csr_array(-kinds.T.astype(np.float64)), eye_array(persons)])
+    chosen = np.concatenate([np.ones(sets), np.zeros(persons)])
+    solved = milp(
+        np.concatenate([np.zeros(sets), -weight]), integrality=chosen, bounds=Bounds(0.0, 1.0),
+        constraints=[LinearConstraint(covered, ub=0.0), LinearConstraint(chosen[np.newaxis], ub=float(most))],
+        options={"mip_rel_gap": 0.0},
+    )  # fmt: skip
+    return np.flatnonzero(np.asarray(solved.x)[:sets] > 0.5).tolist()
+
+
+def _needed(serves: Flags, weights: Array, chosen: list[int]) -> list[int]:
+    """The chosen sets without those that serve nobody whom the others do not."""
+    for at in sorted(chosen, key=lambda at: float(serves[at] @ weights)):
+        others = [other for other in chosen if other != at]
+        if not (serves[at] & ~serves[others].any(axis=0)).any():
+            chosen = others
+    return chosen

@@ -1,15 +1,17 @@
-"""What would give a choice without a window one: for each parameter that a designer can change the least change."""
+"""What would give a choice without a window one: the least change of each parameter, or of each limit in conflict."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.candidates import Candidates, numbers_of
+from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.problem import Flags, Problem
+from tendon_cli.answers.question import Flags, Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Numbers, Rows
@@ -48,37 +50,37 @@ _FEW = 8
 _STAGED = 64
 """Groups of conditions from which on some are tried before the others."""
 
-
-@dataclass(frozen=True)
-class Fix:
-    """The least change of one parameter that opens a window."""
-
-    parameter: str
-    before: float
-    """SI."""
-    after: float | None
-    """SI; None if no value within the plausible range does."""
-    plausible: tuple[float, float]
-    pretension: float = np.nan
-    """The one that then suits, N."""
-    costs: dict[str, float] | None = None
-    """The worst of every quantity at it, over all conditions."""
-    printed: str = ""
-    """A value as a study can have it, rounded so that it opens a window, too."""
-    printed_pretension: str = ""
-    """One of that window, in N."""
-
-    @property
-    def size(self) -> float:
-        """How large the change is: the logarithm of the factor."""
-        return np.inf if self.after is None else float(abs(np.log(self.after / self.before)))
+First = Callable[[Array], int | None]
+"""Of some values of a parameter the first that gives a window."""
 
 
-def fixes(problem: Problem, choice: Candidates) -> list[Fix]:
-    """What each parameter alone does for one choice, the least change first."""
+def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
+    """What each parameter alone does for one choice, as recorded, the least change first.
+
+    SI; `after` is null if no value within the plausible range gives a window, else `printed` is a value as a study can
+    have it, rounded so that it gives one, too, and `printed_pretension` is one of that, N.
+    """
     trials = Trials.of(problem, choice)
     before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, trials.numbers, key)) < np.inf}
-    return sorted((_fix(trials, key, value) for key, value in before.items()), key=lambda fix: fix.size)
+    found = [_fix(trials, key, value) for key, value in before.items()]
+    return sorted(found, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
+
+
+def relaxation(problem: Problem, choice: Solutions, limit: str) -> float | None:
+    """The value of a limit nearest to the one asked for at which a choice has a window, all else equal, or None."""
+    numbers, start = numbers_of(problem, choice.columns), float(problem.bounds[limit])
+    outward = -1.0 if limit.startswith("min_") else 1.0
+
+    def first(values: Array) -> int | None:
+        solved = (solve(problem.bounded(limit, value), numbers, 1, with_worst=False) for value in values)
+        return next((at for at, each in enumerate(solved) if each["feasible"][0]), None)
+
+    if first(np.array([outward * np.inf])) is None:
+        return None
+    empty, step = start, outward * max(abs(start), 1e-3)
+    while first(np.array([start + step])) is None:
+        empty, step = start + step, 2.0 * step
+    return _edge(first, empty, start + step, 3, 200)
 
 
 def work(problem: Problem) -> int:
@@ -86,7 +88,7 @@ def work(problem: Problem) -> int:
     return len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.bounds.of_motion else 1)
 
 
-def sampled(problem: Problem, choice: Candidates) -> Problem:
+def sampled(problem: Problem, choice: Solutions) -> Problem:
     """The same question under as many of its persons, draws or conditions as changes can be tried for.
 
     They are drawn at random, but for those that bind the choice.
@@ -96,10 +98,9 @@ def sampled(problem: Problem, choice: Candidates) -> Problem:
     return problem if most >= groups else problem.of_groups(np.sort(_order(problem, choice)[:most]))
 
 
-def _order(problem: Problem, choice: Candidates) -> Rows:
+def _order(problem: Problem, choice: Solutions) -> Rows:
     """All groups of conditions, at random, but first those that bind a choice."""
-    solutions = choice.solutions
-    ends = np.array([solutions.from_condition[0], solutions.to_condition[0]])
+    ends = np.array([choice["from_condition"][0], choice["to_condition"][0]])
     binding = np.unique(problem.groups[np.minimum(ends, len(problem.groups) - 1)])
     order = np.random.default_rng(1).permutation(len(problem.weighting))
     return np.concatenate([binding, order[~np.isin(order, binding)]])
@@ -113,17 +114,18 @@ def _now(problem: Problem, numbers: Numbers, key: str) -> float:
     return float(np.asarray(replace(space.number(key), scales=()).within(space.whole)).item())
 
 
-def _fix(trials: Trials, key: str, before: float) -> Fix:
+def _fix(trials: Trials, key: str, before: float) -> dict[str, Any]:
     low, high = PARAMETERS[key]
     ends = [end for end in (low, high) if (end - before) * (end - low - (high - end)) > 0.0]
     values = [value for end in ends if (value := _nearest(trials, key, before, end)) is not None]
+    record = {"parameter": key, "before": before, "after": None, "plausible": (low, high)}
     if not values:
-        return Fix(key, before, None, (low, high))
+        return record | {"pretension": None, "printed": "", "printed_pretension": ""}
     after = min(values, key=lambda value: abs(np.log(value / before)))
-    solutions = solve(trials.problem, {**trials.numbers, key: np.array([after])}, 1)
-    costs = {name: float(solutions.column(name)[0]) for name in WORST}
-    printed = _printed(trials, key, before, after)
-    return Fix(key, before, after, (low, high), float(solutions.pretension[0]), costs, *printed)
+    solved = solve(trials.problem, {**trials.numbers, key: np.array([after])}, 1)
+    costs = {name: solved.one(name) if np.isfinite(solved.one(name)) else None for name in ("pretension", *WORST)}
+    printed, pretension = _printed(trials, key, before, after)
+    return record | {"after": after, **costs, "printed": printed, "printed_pretension": pretension}
 
 
 def _printed(trials: Trials, key: str, before: float, after: float) -> tuple[str, str]:
@@ -132,10 +134,10 @@ def _printed(trials: Trials, key: str, before: float, after: float) -> tuple[str
     for digits in range(3, 16):
         text = say.quantity(of, after, digits, toward=toward)
         value = parse_measure(text.replace(",", ""), of.dimension).si
-        solutions = solve(trials.problem, {**trials.numbers, key: np.array([value])}, 1, with_worst=False)
-        if solutions.feasible[0]:
-            low, high = float(solutions.pretension_from[0]), float(solutions.pretension_to[0])
-            return text, say.within(float(solutions.pretension[0]), low, high, digits=3)
+        solved = solve(trials.problem, {**trials.numbers, key: np.array([value])}, 1, with_worst=False)
+        if solved["feasible"][0]:
+            at, low, high = (solved.one(name) for name in ("pretension", "pretension_from", "pretension_to"))
+            return text, say.within(at, low, high, digits=3)
     return repr(after), ""
 
 
@@ -150,21 +152,23 @@ def _nearest(trials: Trials, key: str, before: float, end: float) -> float | Non
         first, nearest = trials.first(key, values)
     if first is None:
         return None
-    return float(values[0]) if first == 0 else _edge(trials, key, values[first - 1], values[first])
-
-
-def _edge(trials: Trials, key: str, empty: float, open_: float) -> float:
-    """Where a window opens between two values; the last that has one."""
     # Many small questions are faster asked together, large ones one by one.
-    sections, rounds = (_SECTIONS, _ROUNDS) if work(trials.problem) <= _SMALL else (3, _HALVINGS)
+    steps = (_SECTIONS, _ROUNDS) if work(trials.problem) <= _SMALL else (3, _HALVINGS)
+    if first == 0:
+        return float(values[0])
+    return _edge(lambda some: trials.first(key, some)[0], float(values[first - 1]), float(values[first]), *steps)
+
+
+def _edge(first: First, empty: float, open_: float, sections: int, rounds: int) -> float:
+    """Where a window opens between two values; the last that has one."""
     for _ in range(rounds):
         values = np.linspace(empty, open_, sections)
         values[-1] = open_
-        first, _ = trials.first(key, values[1:-1])
-        first = sections - 1 if first is None else first + 1
-        if (empty, open_) == (values[first - 1], values[first]):
+        at = first(values[1:-1])
+        at = sections - 1 if at is None else at + 1
+        if (empty, open_) == (values[at - 1], values[at]):
             break
-        empty, open_ = float(values[first - 1]), float(values[first])
+        empty, open_ = float(values[at - 1]), float(values[at])
     return open_
 
 
@@ -179,7 +183,7 @@ class Trials:
     """The question for some persons, and their share of the weighting; last for all."""
 
     @classmethod
-    def of(cls, problem: Problem, choice: Candidates) -> Trials:
+    def of(cls, problem: Problem, choice: Solutions) -> Trials:
         """Of a choice, whose binding conditions come first if all must be served."""
         order, groups = _order(problem, choice), len(problem.weighting)
         sizes = [groups // 8, groups // 2] if groups >= _STAGED else []
@@ -202,32 +206,27 @@ class Trials:
         left, is_open = np.arange(len(values)), np.zeros(len(values), dtype=np.bool_)
         for stage, (problem, share) in enumerate(self.stages):
             is_last = stage == len(self.stages) - 1
-            step = at_once if is_last else len(left)
-            hopeful = left[:0]
+            step, hopeful = at_once if is_last else len(left), left[:0]
             for at in range(0, len(left), max(1, step)):
                 some = left[at : at + step]
-                solutions = self._solved(problem, key, values[some])
-                reached[some], width[some] = stage, _width(problem, solutions)
+                changed = {name: np.repeat(value, len(some)) for name, value in self.numbers.items()}
+                solved = solve(problem, changed | {key: values[some]}, len(some), with_worst=False)
+                reached[some], width[some] = stage, _width(problem, solved)
                 # Whoever is not among those tried here may be served; if even that is not enough, all is known.
-                at_most = np.where(solutions.feasible, 1.0, solutions.served * share + 1.0 - share)
-                passed = solutions.feasible if is_last else at_most >= self.problem.enough - ROUNDING
+                at_most = np.where(solved["feasible"], 1.0, solved["served"] * share + 1.0 - share)
+                passed = solved["feasible"] if is_last else at_most >= self.problem.enough - ROUNDING
                 hopeful = np.concatenate([hopeful, some[passed]])
                 if is_last and len(hopeful):
                     break
             left = hopeful
         is_open[left] = True
-        order = np.lexsort((width, reached))
-        return is_open, np.argsort(order)
-
-    def _solved(self, problem: Problem, key: str, values: Array) -> Solutions:
-        changed = {name: np.repeat(value, len(values)) for name, value in self.numbers.items()}
-        return solve(problem, changed | {key: values}, len(values), with_worst=False)
+        return is_open, np.argsort(np.lexsort((width, reached)))
 
 
 def _width(problem: Problem, solutions: Solutions) -> Array:
     """How far a window is open, N; if a share is asked for, by how much more than enough is served."""
     if problem.enough < 1.0:
-        return solutions.served - problem.enough
+        return solutions["served"] - problem.enough
     with np.errstate(invalid="ignore"):
-        width = solutions.pretension_to - solutions.pretension_from
+        width = solutions["pretension_to"] - solutions["pretension_from"]
     return np.where(np.isnan(width), -np.inf, width)

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.persons import members, one_by_one, person_columns
-from tendon_cli.answers.population_text import input_name, population_share, why_not
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.words import Row, row_words
+from tendon_cli.answers.question import Problem
+from tendon_cli.answers.tables import members, person_columns
+from tendon_cli.answers.words import Row, input_name, population_share, row_words, why_not
 from tendon_cli.figures.population import Bars, Group, draw_for_whom, draw_how_sure
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
@@ -30,7 +29,7 @@ def draw_population(problem: Problem, record: Row, folder: Path, place: Path) ->
 
     Raises InputError, OutputError.
     """
-    population, axis = record["population"], one_by_one(problem)
+    population, axis = record["population"], problem.one_by_one
     if axis is None:
         return []
     rows = arrays_of(person_columns(problem, axis), open_table(folder / f"{axis.key}s.parquet").read())

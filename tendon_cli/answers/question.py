@@ -1,18 +1,221 @@
-"""From a study to the question that it asks: its choices, its conditions, its limits, and what is left out."""
+"""A design question: a study's choices and conditions, its limits, and how windows over them are worked out."""
 
 from __future__ import annotations
 
-from tendon_cli.answers.problem import Problem
+import math
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from tendon_cli import kernel
 from tendon_cli.engine.plan import bounds_of
-from tendon_cli.space.axis import PRETENSION, split_side
+from tendon_cli.errors import Stopped
+from tendon_cli.model import between, window
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.bounds import Bounds
+from tendon_cli.model.design import F0, Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.window import Ends, Window
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, Axis, Numbers, Rows, split_side
+from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 
+Flags = npt.NDArray[np.bool_]
+
+_STATES_AT_ONCE = 2**21
+"""So that the model's arrays stay within a few megabytes each."""
+_NEAR = 0.01
+"""Share within which windows of conditions are looked at between the angles; these move ends by a thousandth."""
+_MOTOR_IN_NUMPY = 8
+"""By how much fewer are at once with limits on the motor, of which all states have arrays."""
 _ENDS_SUFFICE = ("load.mass", "load.scale", PRETENSION)
 """Of an interval of a load the ends suffice, as tensions and torques are linear in it; pretension is solved for."""
-_SEVERAL = ("peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency")
+_SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is asked: over which choices, under which conditions, within which limits."""
+
+    study: Study
+    choices: Space
+    conditions: Space
+    bounds: Bounds
+    enough: float = 1.0
+    """The share that a window must serve."""
+    middle: bool = True
+    """A choice is set in the middle of its window, else at its least pretension."""
+    given: float | None = None
+    """The pretension of every choice, N, if the question has one; its window is solved, too."""
+    notes: tuple[str, ...] = ()
+    """What was left out of the question, and why."""
+    stop: threading.Event = field(default_factory=threading.Event)
+    """Set when whoever asked wants no answer any more."""
+
+    @cached_property
+    def angles(self) -> Array:
+        """Elbow angles at which states are taken, (1, K), rad: the same between the study's first and last."""
+        return between.grid(self.study.motion.elbow_angle.array)
+
+    @property
+    def flexion(self) -> Flags:
+        """Whether each direction is flexion, (D, 1)."""
+        return np.array([direction == "flexion" for direction in self.study.motion.direction]).reshape(-1, 1)
+
+    @property
+    def states_per_design(self) -> int:
+        """Directions times elbow angles."""
+        return self.angles.size * self.flexion.size
+
+    @cached_property
+    def condition_numbers(self) -> Numbers:
+        """What all conditions say of the study's numbers."""
+        return self.conditions.numbers(np.arange(len(self.conditions)))
+
+    @cached_property
+    def groups(self) -> Rows:
+        """The group of each condition: what must be served together to count."""
+        groups = self.conditions.groups
+        return np.arange(len(self.conditions)) if groups is None else groups
+
+    @cached_property
+    def weighting(self) -> Array:
+        """Of each group, the largest between a half and 1, so that sums stay finite."""
+        weights = self.conditions.weighting
+        if weights is None:
+            return np.ones(self.groups[-1] + 1)
+        each = weights[np.flatnonzero(np.diff(self.groups, prepend=-1))]
+        return np.asarray(np.ldexp(each, -int(np.frexp(np.max(each))[1])))
+
+    def under(self, conditions: Rows) -> Problem:
+        """The same question under some of its conditions alone, each of which counts by itself."""
+        points = Axis.of_points(_taken(self.condition_numbers, conditions), len(conditions))
+        return replace(self, conditions=Space((points,)))
+
+    def of_groups(self, chosen: Rows) -> Problem:
+        """The same question for some of those who count together, ascending."""
+        rows = np.flatnonzero(np.isin(self.groups, chosen))
+        space = self.under(rows).conditions
+        weighting, groups = self.weighting[self.groups[rows]], np.searchsorted(chosen, self.groups[rows])
+        return replace(self, conditions=replace(space, weighting=weighting, groups=groups))
+
+    def saying(self, numbers: Numbers) -> Problem:
+        """The same question where its conditions say something else, or more, of the study's numbers."""
+        rows = Axis.of_points({**self.condition_numbers, **numbers}, len(self.conditions))
+        return replace(self, conditions=replace(self.conditions, axes=(rows,)))
+
+    def bounded(self, name: str, value: float) -> Problem:
+        """The same question with another value of one limit, or of the speed."""
+        return replace(self, bounds=self.bounds.changed(name, value))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many persons and draws there are, by the keys of their axes; a share is of the pairs if of both.
+
+        Bodies drawn of a person are draws.
+        """
+        counts = {axis.key: len(axis) for axis in self.conditions.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)}
+        bodies = self.study.people.population.completions if self.study.people is not None else 1
+        if PERSON_AXIS in counts and bodies > 1:
+            return {PERSON_AXIS: counts[PERSON_AXIS] // bodies, DRAW_AXIS: counts.get(DRAW_AXIS, 1) * bodies}
+        return counts
+
+    @property
+    def counted(self) -> str:
+        """What a share is of: "persons", "pairs" of person and draw, "draws" or "conditions"."""
+        kinds = tuple(self.counts)
+        return "pairs" if len(kinds) == 2 else f"{kinds[0]}s" if kinds else "conditions"
+
+    @property
+    def one_by_one(self) -> Axis | None:
+        """The axis of persons, or if there are none of draws; None if there are neither."""
+        axes = {axis.key: axis for axis in self.conditions.axes}
+        return axes.get(PERSON_AXIS) or axes.get(DRAW_AXIS)
+
+    def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None) -> Design:
+        """Designs (choices, conditions, 1, 1) of some choices under all conditions, or those given, as they vary.
+
+        A condition says more than a choice. `pretension` has the shape (choices,).
+        """
+        under = self.condition_numbers if conditions is None else conditions
+        return self.points(numbers if pretension is None else {**numbers, PRETENSION: pretension}, under).design()
+
+    def points(self, numbers: Numbers, under: Numbers) -> Space:
+        """Every choice of some under every condition of some, by what these say of the study's numbers."""
+        return Space((Axis.of_points(numbers), Axis.of_points(under)), self.choices.single)
+
+    def windows(self, numbers: Numbers, count: int) -> Window:
+        """The windows of `count` choices, (choices, conditions), with the limits that bind."""
+        return cast("Window", self.ends(numbers, count, named=True))
+
+    def ends(self, numbers: Numbers, count: int, *, named: bool = False) -> Ends:
+        """The same in half the time: windows where naming the limits costs nothing, else their ends alone."""
+        of_motion, whole = bool(self.bounds.of_motion), dict[str, Any]()
+        named = named or of_motion or kernel.kind() is None
+        for rows, conditions, design in self.chunks(numbers, count):
+            each = self._of_states(design, (rows.stop - rows.start, conditions.stop - conditions.start))
+            if named:
+                each = window.named(each, design, self.angles, self.flexion, self.bounds)
+            if of_motion:
+                each = narrowed(cast("Window", each), design, self.angles, self.flexion, self.bounds).window
+            for name, values in vars(window.as_read(each, design)).items():
+                if name not in whole:
+                    whole[name] = np.empty((count, len(self.conditions)), dtype=values.dtype)
+                whole[name][rows, conditions] = values
+        return Window(**whole) if named else Ends(**whole)
+
+    def _of_states(self, design: Design, shape: tuple[int, int]) -> Ends:
+        found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
+        kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
+        ends = window.finished(found, design, self.bounds)
+        return between.refined(ends, design, self.angles, self.flexion, self.bounds, self._may_bind(ends, design))
+
+    def _may_bind(self, ends: Ends, design: Design) -> Flags:
+        """Which windows, (choices, conditions), may set those of their choices, whichever angles lie between."""
+        if design.read != F0:  # whose order may be another one
+            return np.ones(ends.low.shape, dtype=np.bool_)
+        if self.enough < 1.0:  # any may: a share is counted over the angles of the grid
+            return np.zeros(ends.low.shape, dtype=np.bool_)
+        low, high = ends.low.max(axis=1, keepdims=True), ends.high.min(axis=1, keepdims=True)
+        with np.errstate(invalid="ignore"):
+            return np.asarray((ends.low >= low - _NEAR * (1.0 + low)) | (ends.high <= high + _NEAR * (1.0 + high)))
+
+    def heed(self) -> None:
+        """Raises Stopped where that is asked for."""
+        if self.stop.is_set():
+            raise Stopped
+
+    def chunks(
+        self, numbers: Numbers, count: int, pretension: Array | None = None
+    ) -> Iterator[tuple[slice, slice, Design]]:
+        """Choices and conditions that are worked out together, and their designs: several of both.
+
+        So what depends on one of these alone is worked out once. Raises Stopped between them if that is asked for.
+        """
+        under = len(self.conditions)
+        most = max(1, _STATES_AT_ONCE // self.states_per_design // (_MOTOR_IN_NUMPY if self.bounds.of_motion else 1))
+        width = min(under, max(1, most // min(count, 2 * math.isqrt(most))))
+        step = max(1, most // width)
+        at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
+        for condition in range(0, under, width):
+            conditions = slice(condition, min(condition + width, under))
+            for row in range(0, count, step):
+                self.heed()
+                rows = slice(row, min(row + step, count))
+                yield rows, conditions, self.design(_taken(at, rows), _taken(self.condition_numbers, conditions))
+
+
+def _taken(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
+    return {key: values[rows] for key, values in numbers.items()}
 
 
 def question(study: Study) -> Problem:
@@ -26,35 +229,26 @@ def question(study: Study) -> Problem:
         enough=study.serve,
         middle=study.design.pretension == "middle",
         given=study.design.pretension.single if isinstance(study.design.pretension, Values) else None,
-        notes=(*study.warnings, *_left_out(study), *_of_people_and_draws(study)),
+        notes=(*study.warnings, *_left_out(study)),
     )
 
 
-def _left_out(study: Study) -> list[str]:
-    """What the study says of pretension, which is solved for."""
+def _left_out(study: Study) -> Iterator[str]:
+    """What the study says of pretension, which is solved for; what is assumed of persons; what is not drawn."""
     given = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
-    notes = []
     if any(split_side(key)[1] for key in given):
-        notes.append("the study's pretensions per side are left out: one of both sides is solved for")
+        yield "the study's pretensions per side are left out: one of both sides is solved for"
     if any(study.numbers[key].is_axis for key in given):
-        notes.append("the study's values of pretension are left out: the window is solved exactly, without them")
+        yield "the study's values of pretension are left out: the window is solved exactly, without them"
     if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
-        notes.append("the pretensions of the study's cases are left out: one of all is solved for")
-    ends = [key for key in study.intervals if split_side(key)[0] not in _ENDS_SUFFICE]
-    if ends:
-        notes.append(f"{', '.join(ends)}: solved at both ends of the interval; what lies between is not proved")
-    several = [name for name in _SEVERAL if name in study.limits]
-    if several:
-        notes.append(f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used")
-    return notes
-
-
-def _of_people_and_draws(study: Study) -> list[str]:
-    """What is assumed of persons, and whether what is uncertain is not drawn, or nothing is."""
-    drawn = study.people is not None and study.people.content is None
-    notes = list(study.people.population.notes) if study.people is not None and drawn else []
+        yield "the pretensions of the study's cases are left out: one of all is solved for"
+    if ends := [key for key in study.intervals if split_side(key)[0] not in _ENDS_SUFFICE]:
+        yield f"{', '.join(ends)}: solved at both ends of the interval; what lies between is not proved"
+    if several := [name for name in study.limits if name in _SEVERAL]:
+        yield f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used"
+    if study.people is not None and study.people.content is None:
+        yield from study.people.population.notes
     if study.uncertain and study.uncertainty is None:
-        notes.append("uncertain numbers stand at their middle; [uncertainty] draws them")
+        yield "uncertain numbers stand at their middle; [uncertainty] draws them"
     if study.uncertainty is not None and not study.uncertain:
-        notes.append("nothing in this study is uncertain, so that [uncertainty] draws nothing")
-    return notes
+        yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"

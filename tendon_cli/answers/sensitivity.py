@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.candidates import Candidates, numbers_of
-from tendon_cli.answers.problem import Problem
-from tendon_cli.answers.solve import solve
+from tendon_cli.answers.candidates import numbers_of
+from tendon_cli.answers.question import Problem
+from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array, Spline
+from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import excess
 from tendon_cli.model.setting import shown
-from tendon_cli.space.axis import PRETENSION, WORDS, of_side
+from tendon_cli.space.axis import PRETENSION, WORDS, Numbers, of_side
 from tendon_cli.studies.study import keys
-
-End = Literal["from", "to"]
 
 _STEP = 1e-30
 """Of an imaginary change: a complex step has no error of difference, so it may be as small as can be."""
@@ -28,115 +26,84 @@ _SHARE = 0.01
 _NEAR = 3
 """States apart that count as the same, for the angle that binds moves with most numbers."""
 
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """How one end of a window moves with one number."""
-
-    end: End
-    key: str
-    """Dotted key of the number; of a limit `limits.` and its name."""
-    value: float
-    """In the state that binds, SI."""
-    slope: float
-    """N per SI unit."""
-    steady: bool
-    """Whether the same limit binds in the same state when the number is 1 % larger or smaller."""
-
-    @property
-    def per_percent(self) -> float:
-        """N per 1 % of the number."""
-        return self.slope * self.value / 100.0
+Slope = Callable[[Design, Bounds], float]
+"""How an end moves with what is complex in a design or in the bounds, N."""
 
 
-def sensitivities(problem: Problem, choice: Candidates) -> list[Sensitivity]:
-    """Of both ends of one choice's window, the largest per 1 % first; none of an end that no limit on motion sets."""
-    slopes: list[Sensitivity] = []
-    ends: tuple[End, End] = ("from", "to")
-    for end in ends:
-        code = int(getattr(choice.solutions, f"{end}_by")[0])
-        state = int(getattr(choice.solutions, f"{end}_state")[0])
-        is_set = state >= 0 or (code >= 0 and _is_of_motion(LIMIT_NAMES[code]))
-        if is_set and np.isfinite(getattr(choice.solutions, f"pretension_{end}")[0]):
-            slopes += _of_end(problem, choice, end, code, state)
-    return sorted(slopes, key=lambda each: -abs(each.per_percent))
+def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
+    """How both ends of one choice's window move, as recorded, the largest per 1 % first.
+
+    `slope` is N per SI unit of a number, by its dotted key, or of a limit, `limits.` and its name; `steady` is whether
+    the same limit binds in the same state when the number is 1 % larger or smaller. An end that no limit on motion
+    sets has none.
+    """
+    slopes = [each for end in ("from", "to") for each in _of_end(problem, choice, end)]
+    return sorted(slopes, key=lambda each: -abs(each["per_percent"]))
 
 
-def _of_end(problem: Problem, choice: Candidates, end: End, code: int, state: int) -> list[Sensitivity]:
-    condition = int(getattr(choice.solutions, f"{end}_condition")[0])
-    numbers = dict(numbers_of(problem, choice.columns))
-    alone = problem.under(np.array([condition]))
-    pretension = float(getattr(choice.solutions, f"pretension_{end}")[0])
-    design, name, slopes = alone.design(numbers), LIMIT_NAMES[code], []
-    of_motor = _OfMotor(alone, design, code, state, pretension) if _is_of_motion(name) else None
-    direction, place = divmod(state, alone.angles.size)
-    beside = float(getattr(choice.solutions, f"{end}_angle")[0])
-    angle = float(alone.angles[0, place]) if np.isnan(beside) else beside
-    bound = of_motor or _OfState(alone, code, angle, bool(alone.flexion[direction, 0]), end == "to")
+def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str, Any]]:
+    code, state, condition = (int(choice[f"{end}_{of}"][0]) for of in ("by", "state", "condition"))
+    name = LIMIT_NAMES[code]
+    of_motion = code >= 0 and name in LIMITS and LIMITS[name].of_motion
+    if not (state >= 0 or of_motion) or not np.isfinite(choice[f"pretension_{end}"][0]):
+        return
+    numbers, alone = numbers_of(problem, choice.columns), problem.under(np.array([condition]))
+    design, bounds = alone.design(numbers), alone.bounds
+    slope = (_of_motor if of_motion else _of_state)(alone, choice, end, design)
+
+    def record(key: str, value: float, slope: float, *, steady: bool = True) -> dict[str, Any]:
+        each = {"end": end, "key": key, "value": value, "slope": slope, "steady": steady}
+        return {**each, "per_percent": slope * value / 100.0}
+
     for key, value in _numbers_at(alone, numbers).items():
-        changed = {key: np.array([value + _STEP * 1j])}
-        slope = bound.slope(alone.design(numbers, {**alone.condition_numbers, **changed}))
-        slopes.append(Sensitivity(end, key, value, slope, _is_steady(problem, numbers, key, value, end, (code, state))))
-    if name not in problem.bounds:
-        return slopes
+        changed = alone.design(numbers, {**alone.condition_numbers, key: np.array([value + _STEP * 1j])})
+        steady = _is_steady(problem, numbers, key, value, end, (code, state))
+        yield record(key, value, slope(changed, bounds), steady=steady)
+    if name not in bounds:
+        return
     if "motion.speed" in (need.key for need in LIMITS[name].needs):
-        speed = float(problem.bounds.speed)
-        slopes.append(Sensitivity(end, "motion.speed", speed, bound.slope(design, "speed"), steady=True))
-    return [*slopes, Sensitivity(end, f"limits.{name}", problem.limit(name), bound.slope(design, name), steady=True)]
+        speed = float(bounds.speed)
+        yield record("motion.speed", speed, slope(design, _stepped(bounds, "speed", speed)))
+    bound = float(bounds[name])
+    yield record(f"limits.{name}", bound, slope(design, _stepped(bounds, name, bound)))
 
 
-@dataclass(frozen=True, eq=False)
-class _OfState:
-    """An end that a limit on a state sets: it is where the limit is just kept."""
+def _stepped(bounds: Bounds, name: str, value: float) -> Bounds:
+    """Bounds of which one, or the speed, is complex."""
+    return bounds.changed(name, np.asarray(value + _STEP * 1j))
 
-    alone: Problem
-    code: int
-    angle: float
-    flexion: bool
-    upper: bool
 
-    def slope(self, design: Design, bound: str | None = None) -> float:
-        """How it moves with what is complex in a design, or with the bound itself."""
-        at = np.array([[self.angle]]), np.array([[self.flexion]])
-        bounds = self.alone.bounds if bound is None else _stepped(self.alone.bounds, bound)
-        end = limit_end(self.code, design, *at, bounds, upper=self.upper)
-        read = end if self.code == LIMIT_PRETENSION else shown(design, end)
+def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:  # noqa: ARG001
+    """Of an end that a limit on a state sets: it is where the limit is just kept."""
+    code, state, beside = int(choice[f"{end}_by"][0]), int(choice[f"{end}_state"][0]), choice.one(f"{end}_angle")
+    direction, place = divmod(state, alone.angles.size)
+    angle = np.array([[float(alone.angles[0, place]) if np.isnan(beside) else beside]])
+    flexion = np.array([[bool(alone.flexion[direction, 0])]])
+
+    def slope(changed: Design, bounds: Bounds) -> float:
+        kept = limit_end(code, changed, angle, flexion, bounds, upper=end == "to")
+        read = kept if code == LIMIT_PRETENSION else shown(changed, kept)
         return float(read.imag.item()) / _STEP
 
+    return slope
 
-@dataclass(frozen=True, eq=False)
-class _OfMotor:
-    """An end F that a limit on the motor sets: its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF)."""
 
-    alone: Problem
-    design: Design
-    code: int
-    state: int
-    pretension: float
+def _of_motor(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:
+    """Of an end F that a limit on the motor sets: its excess e is 0 there, so that dF/dp = -(de/dp)/(de/dF)."""
+    name, state = LIMIT_NAMES[choice[f"{end}_by"][0]], int(choice[f"{end}_state"][0])
+    pretension = choice.one(f"pretension_{end}")
 
-    def slope(self, design: Design, bound: str | None = None) -> float:
-        """How it moves with what is complex in a design, or with a bound or the speed."""
-        given = self.alone.bounds
-        bounds = given if bound is None else _stepped(given, bound)
-        return -self._excess(design, bounds, self.pretension) / self._excess(
-            self.design, given, self.pretension + _STEP * 1j
+    def slope(changed: Design, bounds: Bounds) -> float:
+        by_number, by_pretension = (
+            excess(name, each, alone.angles, alone.flexion, held, at, state).imag
+            for each, held, at in ((changed, bounds, pretension), (design, alone.bounds, pretension + _STEP * 1j))
         )
+        return -by_number / by_pretension
 
-    def _excess(self, design: Design, bounds: Bounds, pretension: complex) -> float:
-        name, alone = LIMIT_NAMES[self.code], self.alone
-        return excess(name, design, alone.angles, alone.flexion, bounds, pretension, self.state).imag
-
-
-def _stepped(bounds: Bounds, name: str) -> Bounds:
-    """Bounds of which one, or the speed, is complex."""
-    return bounds.changed(name, np.asarray((bounds.speed if name == "speed" else bounds[name]) + _STEP * 1j))
+    return slope
 
 
-def _is_of_motion(name: str) -> bool:
-    return name in LIMITS and LIMITS[name].of_motion
-
-
-def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
+def _numbers_at(alone: Problem, numbers: Numbers) -> dict[str, float]:
     """Every number that counts for a choice under one condition, by its key; of one side where the sides differ."""
     space = alone.points(numbers, alone.condition_numbers)
     values = {}
@@ -147,15 +114,12 @@ def _numbers_at(alone: Problem, numbers: dict[str, Array]) -> dict[str, float]:
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
-def _is_steady(
-    problem: Problem, numbers: dict[str, Array], key: str, value: float, end: End, binding: tuple[int, int]
-) -> bool:
+def _is_steady(problem: Problem, numbers: Numbers, key: str, value: float, end: str, binding: tuple[int, int]) -> bool:
     """Whether the same limit binds in the same state when a number is 1 % larger, and smaller, in every condition."""
+    given = problem.condition_numbers.get(key)
+    scaled = np.full(len(problem.conditions), value) if given is None else np.where(np.isnan(given), value, given)
     for factor in (1.0 - _SHARE, 1.0 + _SHARE):
-        given = problem.condition_numbers.get(key)
-        scaled = np.full(len(problem.conditions), value) if given is None else np.where(np.isnan(given), value, given)
-        solutions = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
-        by, state = int(getattr(solutions, f"{end}_by")[0]), int(getattr(solutions, f"{end}_state")[0])
-        if by != binding[0] or abs(state - binding[1]) > _NEAR:
+        solved = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
+        if solved[f"{end}_by"][0] != binding[0] or abs(int(solved[f"{end}_state"][0]) - binding[1]) > _NEAR:
             return False
     return True

@@ -1,4 +1,4 @@
-"""The tables of an answer: a row per choice, and a row per condition."""
+"""The tables of an answer: a row per choice, per condition, and per person or draw under the choice named first."""
 
 from __future__ import annotations
 
@@ -6,71 +6,61 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.candidates import Candidates, Columns, numbers_of
-from tendon_cli.answers.problem import Flags, Problem
-from tendon_cli.answers.setting import COLUMNS as SETTING
-from tendon_cli.answers.setting import setting_columns
-from tendon_cli.answers.solve import WORST
+from tendon_cli.answers.bench import SET, setting_columns, settings, study_arm
+from tendon_cli.answers.candidates import numbers_of
+from tendon_cli.answers.coverage import share_served
+from tendon_cli.answers.population import LESS, MORE, NEITHER, GroupWindows, people_of
+from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.solve import WORST, Columns, Solutions
+from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import Axis
+from tendon_cli.space.axis import Axis, Rows
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
 _LIMITS = ("", *LIMIT_NAMES)
 """By a limit's code and one: NOTHING is -1."""
+_BINDS = tuple(Column(f"{end}_condition", "count", "1", "row of conditions that binds") for end in ("from", "to"))
+_SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 
 
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
     """Columns of `choices.parquet`."""
-    directions = ("", *problem.study.motion.direction)
-    number = {name: Column.of(QUANTITIES[name]) for name in ("tolerance", "served", "served_at", "pretension", *WORST)}
+    directions, neither = ("", *problem.study.motion.direction), "or what no pretension could keep"
+    of_state = "direction of the state that binds; empty where the limit belongs to none"
     return (
         *map(_of_axis, problem.choices.axes),
         Column("refined", "truth", "1", "a point between those of the grid"),
-        Column.of(QUANTITIES["pretension_from"]),
-        Column.of(QUANTITIES["pretension_to"]),
+        *_of_quantities("pretension_from", "pretension_to"),
         Column("windows", "count", "1", "intervals of pretension that serve enough; the widest is the window"),
-        number["tolerance"],
-        Column("from_by", "text", "1", "limit that binds below, or what no pretension could keep", choices=_LIMITS),
-        Column("to_by", "text", "1", "limit that binds above, or what no pretension could keep", choices=_LIMITS),
-        *(Column(f"{end}_condition", "count", "1", "row of conditions that binds") for end in ("from", "to")),
-        *(Column(f"{end}_direction", "text", "1", _OF_STATE, choices=directions) for end in ("from", "to")),
+        *_of_quantities("tolerance"),
+        Column("from_by", "text", "1", f"limit that binds below, {neither}", choices=_LIMITS),
+        Column("to_by", "text", "1", f"limit that binds above, {neither}", choices=_LIMITS),
+        *_BINDS,
+        *(Column(f"{end}_direction", "text", "1", of_state, choices=directions) for end in ("from", "to")),
         *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
-        number["served"],
-        number["served_at"],
-        number["pretension"],
-        *(number[name] for name in WORST),
-        *(Column.of(QUANTITIES[name]) for name in SETTING),
+        *_of_quantities("served", "served_at", "pretension", *WORST, *SET, "tolerance_length"),
         Column("feasible", "truth", "1", "it has a window; if the pretension is given, that serves enough"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
     )
 
 
-_OF_STATE = "direction of the state that binds; empty where the limit belongs to none"
-
-
-def choice_rows(problem: Problem, candidates: Candidates, refined: Flags, on_front: Flags) -> Columns:
+def choice_rows(problem: Problem, choices: Solutions, refined: Flags, on_front: Flags) -> Columns:
     """Rows of `choices.parquet`; text as positions among the column's words."""
-    found = candidates.solutions
-    rows: Columns = {**candidates.columns, "refined": refined}
-    rows |= {"pretension_from": found.pretension_from, "windows": found.windows, "tolerance": found.tolerance}
-    rows["pretension_to"] = np.where(np.isinf(found.pretension_to), np.nan, found.pretension_to)
+    rows = choices.results | choices.columns | {"refined": refined, "on_front": on_front}
+    low, high, at = (choices[name] for name in ("pretension_from", "pretension_to", "pretension"))
+    rows["pretension_to"] = _finite(high)
     for end in ("from", "to"):
-        state = getattr(found, f"{end}_state")
-        direction, angle = np.divmod(state, problem.angles.size)
-        rows[f"{end}_by"] = getattr(found, f"{end}_by").astype(np.int64) + 1
-        rows[f"{end}_condition"] = getattr(found, f"{end}_condition")
+        state, angle = choices[f"{end}_state"], choices[f"{end}_angle"]
+        direction, place = np.divmod(state, problem.angles.size)
+        rows[f"{end}_by"] = choices[f"{end}_by"].astype(np.int64) + 1
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
-        beside = getattr(found, f"{end}_angle")
-        of_state = np.where(state < 0, np.nan, problem.angles[0, angle])
-        rows[f"{end}_elbow_angle"] = np.where(np.isnan(beside), of_state, beside)
-    rows |= {name: getattr(found, name) for name in ("served", "served_at", "pretension", *WORST)}
-    rows |= setting_columns(
-        problem, numbers_of(problem, candidates.columns), found.pretension_from, found.pretension_to, found.pretension
-    )
-    return rows | {"feasible": found.feasible, "on_front": on_front}
+        of_state = np.where(state < 0, np.nan, problem.angles[0, place])
+        rows[f"{end}_elbow_angle"] = np.where(np.isnan(angle), of_state, angle)
+    return rows | setting_columns(problem, numbers_of(problem, choices.columns), low, high, at)
 
 
 def condition_columns(problem: Problem) -> tuple[Column, ...]:
@@ -81,10 +71,95 @@ def condition_columns(problem: Problem) -> tuple[Column, ...]:
 
 def condition_rows(problem: Problem) -> Columns:
     """Rows of `conditions.parquet`."""
-    count = len(problem.conditions)
-    given = problem.conditions.weighting
-    weighting = np.ones(count) if given is None else given
-    return problem.conditions.columns(np.arange(count)) | {"weighting": weighting}
+    count, given = len(problem.conditions), problem.conditions.weighting
+    return problem.conditions.columns(np.arange(count)) | {"weighting": np.ones(count) if given is None else given}
+
+
+# --- Persons and draws -----------------------------------------------------------------------------------------------
+
+
+def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
+    """Columns of `persons.parquet`, or of `draws.parquet`."""
+    people = people_of(problem)
+    ends = (("from", "below"), ("to", "above"))
+    return (
+        Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names),
+        *((_SEX,) if people is not None and people.sexes else ()),
+        Column("weighting", "number", "1", "how much it counts in a share"),
+        *_of_quantities(*(DIMENSIONS if people is not None else ()), "pretension_from", "pretension_to"),
+        *(Column(f"{end}_by", "text", "1", f"limit that binds {word}", choices=_LIMITS) for end, word in ends),
+        *_BINDS,
+        Column("served", "number", "1", "whether the pretension of the choice serves it; of several draws the share"),
+        *_of_quantities(*SET),
+    )
+
+
+def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Columns, pretension: float) -> Columns:
+    """A row per person under one choice at its pretension (N): its window is of at least `serve` of its draws."""
+    count, people = len(axis), people_of(problem)
+    served = windows.served(pretension).reshape(count, -1)
+    low, high, first, last = _windows(problem, windows, served.shape)
+    rows: Columns = {
+        axis.column: np.arange(count),
+        "weighting": np.ones(count) if axis.weighting is None else axis.weighting,
+        "pretension_from": low,
+        "pretension_to": _finite(high),
+        "from_by": windows.low_by[first].astype(np.int64) + 1,
+        "to_by": windows.high_by[last].astype(np.int64) + 1,
+        "from_condition": windows.low_condition[first],
+        "to_condition": windows.high_condition[last],
+        "served": served.mean(axis=1),
+    }
+    if people is not None:
+        rows |= {name: people.values[:, at] for at, name in enumerate(DIMENSIONS)}
+        rows |= {"sex": np.array([_SEX.choices.index(sex) for sex in people.sexes])} if people.sexes else {}
+    design = study_arm(problem, numbers_of(problem, columns), np.array([pretension]), axis)
+    return rows | settings(design, count)
+
+
+def _windows(problem: Problem, windows: GroupWindows, shape: tuple[int, ...]) -> tuple[Array, Array, Rows, Rows]:
+    """The window of each person, and the group that binds at each end of it."""
+    low, high = windows.low.reshape(shape), windows.high.reshape(shape)
+    first, last = np.argmax(low, axis=1), np.argmin(high, axis=1)
+    start, rows = np.arange(shape[0]) * shape[1], np.arange(shape[0])
+    ends = low[rows, first], high[rows, last]
+    if shape[1] > 1:
+        covered = share_served(low, high, np.ones(shape[1]), enough=problem.enough)
+        some = ~np.isnan(covered.low)
+        first = np.where(some, np.argmax(low == covered.low[:, np.newaxis], axis=1), first)
+        last = np.where(some, np.argmax(high == covered.high[:, np.newaxis], axis=1), last)
+        ends = np.where(some, covered.low, ends[0]), np.where(some, covered.high, ends[1])
+    return *ends, start + first, start + last
+
+
+def members(rows: Any, reason: Any, pretension: float) -> Rows:
+    """Who of a table is not served for a reason of the record, as places in it; `rows` has arrays by column."""
+    low, high, limits = rows["pretension_from"], rows["pretension_to"], [*map(_LIMITS.index, reason["limits"])]
+    with np.errstate(invalid="ignore"):
+        has_window = ~np.isnan(low) & ~(low > high)
+        chosen = {
+            MORE: has_window & (low > pretension) & (rows["from_by"] == limits[0]),
+            LESS: has_window & (high < pretension) & (rows["to_by"] == limits[0]),
+            NEITHER: ~has_window & (rows["from_by"] == limits[0]) & np.isin(rows["to_by"], [*limits, 0]),
+        }[reason["needs"]]
+    return np.flatnonzero((rows["served"] < 1.0) & chosen)
+
+
+# --- Columns and values ----------------------------------------------------------------------------------------------
+
+
+def _of_quantities(*names: str) -> tuple[Column, ...]:
+    return tuple(Column.of(QUANTITIES[name]) for name in names)
+
+
+def _of_axis(axis: Axis) -> Column:
+    if axis.names:
+        return Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
+    return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
+
+
+def _finite(ends: Array) -> Array:
+    return np.where(np.isinf(ends), np.nan, ends)
 
 
 def as_records(columns: tuple[Column, ...], rows: Columns) -> list[dict[str, Any]]:
@@ -100,12 +175,6 @@ def _as_list(column: Column, values: np.ndarray[Any, Any]) -> list[Any]:
         endless = RIGID if column.is_axis else None
         return [value if np.isfinite(value) else endless if value == np.inf else None for value in values.tolist()]
     return list(values.tolist())
-
-
-def _of_axis(axis: Axis) -> Column:
-    if axis.names:
-        return Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
-    return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
 
 
 def as_value(column: Column, value: Any) -> Any:

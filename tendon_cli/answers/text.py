@@ -2,70 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.answer import goals_or_usual
+from tendon_cli.answers.bench import bench_lines, drift_words
 from tendon_cli.answers.front import Goal
-from tendon_cli.answers.population_text import population_lines
-from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.words import (
     Row,
     aligned,
-    bench_lines,
-    conflict_lines,
-    drift_words,
+    broken,
     end_words,
+    ends_of,
     everyone,
-    fix_lines,
-    high_of,
-    in_choices,
     margins,
+    move_lines,
     parameter,
+    population_lines,
     row_words,
-    tolerance,
-)  # fmt: skip
+    where_words,
+)
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES = 8
-_MOST_MOVES = 5
 _EDGE = 1e-9
+_COSTS = ("max_tension", "max_spring_extension", "peak_motor_torque")
+_COST_HEADS = ("tension", "spring", "torque")
 
 
 def text_of(problem: Problem, record: Row) -> str:
     """The whole answer, and what it is to persons or draws."""
-    best = record["best"]
-    lines = [*(_no_window(problem, record) if best is None else _answer(problem, record, best))]
+    paragraphs = [*(_no_window(problem, record) if record["best"] is None else _answer(problem, record))]
     if record["population"] is not None:
-        lines += [
-            line for text, indent in population_lines(problem, record) for line in say.filled(text, indent) or [""]
-        ]
-    return "\n".join([*lines, *_paragraphs("Note: ", record["notes"])])
-
-
-def _paragraphs(start: str, texts: Iterable[str]) -> list[str]:
-    return [line for text in texts for line in say.filled(f"{start}{text}")]
+        paragraphs += population_lines(problem, record["population"])
+    paragraphs += (f"Note: {note}" for note in record["notes"])
+    filled = (say.filled(text.lstrip(), text[: -len(text.lstrip()) or None]) or [""] for text in paragraphs)
+    return "\n".join(line for lines in filled for line in lines)
 
 
 # --- There is a window -----------------------------------------------------------------------------------------------
 
 
-def _answer(problem: Problem, record: Row, best: Row) -> Iterator[str]:
-    yield from say.filled(_first_sentence(problem, record, best))
-    yield "\nWhy"
-    yield from say.filled(end_words(problem, best, "from", "below"), "  ")
-    yield from say.filled(end_words(problem, best, "to", "above") + drift_words(record), "  ")
-    yield from say.filled(
-        f"at {say.within(best['pretension'], best['pretension_from'], high_of(best))} N the worst is {_worst(best)}",
-        "  ",
-    )
+def _answer(problem: Problem, record: Row) -> Iterator[str]:
+    best = record["best"]
+    yield _first_sentence(problem, record, best)
+    yield from ("", "Why", f"  {end_words(problem, best, 'from')}")
+    yield f"  {end_words(problem, best, 'to')}{drift_words(record['drift'])}"
+    yield f"  at {_set(best)} the worst is {_worst(best)}"
     yield from _study_pretension(problem, record, best)
     yield from bench_lines(problem, record, best)
     yield from _edges(problem, best)
-    yield from _moves(record)
+    yield from move_lines(record["sensitivities"])
     yield from _alternatives(problem, record)
     yield from _counts(problem, record)
 
@@ -73,27 +64,37 @@ def _answer(problem: Problem, record: Row, best: Row) -> Iterator[str]:
 def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
     """The pretension, whom it serves, and between which ends that holds."""
     what = row_words(problem.choices, best)
-    start = f"{what}: a pretension" if what else "A pretension"
-    low, high = best["pretension_from"], high_of(best)
-    serves = f"{start} of {say.within(best['pretension'], best['pretension_from'], high_of(best))} N"
-    either_way = f", {tolerance(best)} % either way" if np.isfinite(high) else ""
+    start, (low, high) = f"{what}: a pretension" if what else "A pretension", ends_of(best)
+    served = best["served_at"]
+    whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
     if problem.given is not None:
-        share = f"{say.percent(best['served_at'])} of {_everyone(problem)}"
-        whom = share if best["served_at"] < 1.0 else _all_of(problem)
         return f"{start} of {say.number(problem.given)} N suits {whom}; {margins(problem, best)}."
+    either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
     if problem.enough >= 1.0:
-        span = f"anything {_span(low, high)} does{either_way}"
-        return f"{serves} suits {_all_of(problem)}; {span}.{_why_first(problem, record)}"
-    share = f"{say.percent(best['served_at'])} of {_everyone(problem)}" if best["served_at"] < 1.0 else _all_of(problem)
-    span = f"at least {say.percent(problem.enough)} are served {_span(low, high)}{either_way}"
-    if (ends := record["window_for_all"]) is not None:
-        everyone = np.inf if ends[1] is None else ends[1]
-        span += ", all of them " + ("there" if (ends[0], everyone) == (low, high) else _span(ends[0], everyone))
-    return f"{serves} serves {share}; {span}.{_why_first(problem, record)}"
+        words = f"suits {_all_of(problem)}; anything {_span(low, high)} does{either_way}"
+    else:
+        words = f"serves {whom}; at least {say.percent(problem.enough)} are served {_span(low, high)}{either_way}"
+        if (ends := record["window_for_all"]) is not None:
+            of_all = (ends[0], np.inf if ends[1] is None else ends[1])
+            words += ", all of them " + ("there" if of_all == (low, high) else _span(*of_all))
+    return f"{start} of {_set(best)} {words}.{_why_first(problem, record)}"
+
+
+def _set(row: Row) -> str:
+    return f"{say.within(row['pretension'], *ends_of(row))} N"
 
 
 def _span(low: float, high: float) -> str:
     return f"from {say.number(low)}" + (f" to {say.number(high)} N" if np.isfinite(high) else " N on")
+
+
+def _tolerance(row: Row) -> str:
+    """The tolerance in percent; what is hardly any is none."""
+    return say.number(100.0 * row["tolerance"], 2) if row["tolerance"] > 1e-4 else "0"
+
+
+def _everyone(problem: Problem) -> str:
+    return everyone(problem.counts, len(problem.weighting), problem.counted)
 
 
 def _all_of(problem: Problem) -> str:
@@ -104,10 +105,6 @@ def _all_of(problem: Problem) -> str:
     if whom.startswith("this"):
         return f"all of {whom}" if len(problem.weighting) > 1 else whom
     return f"all {whom}"
-
-
-def _everyone(problem: Problem) -> str:
-    return everyone(problem.counts, len(problem.weighting), problem.counted)
 
 
 def _why_first(problem: Problem, record: Row) -> str:
@@ -121,10 +118,10 @@ def _why_first(problem: Problem, record: Row) -> str:
 
 
 def _superlative(goal: Goal) -> str:
-    return f"{'largest' if goal.maximise else 'smallest'} {_named(goal.column)}"
+    return f"{'largest' if goal.maximise else 'smallest'} {_name(goal.column)}"
 
 
-def _named(column: str) -> str:
+def _name(column: str) -> str:
     return say.column(column).removeprefix("max ").removeprefix("min ").removeprefix("peak ")
 
 
@@ -142,43 +139,22 @@ def _study_pretension(problem: Problem, record: Row, best: Row) -> Iterator[str]
     given = {key: values for key, values in problem.study.numbers.items() if split_side(key)[0] == PRETENSION}
     if record["choices"] > 1 or list(given) != [PRETENSION] or given[PRETENSION].is_axis:
         return
-    value = given[PRETENSION].single
-    verdict = "suits, too" if best["pretension_from"] <= value <= high_of(best) else "is too little"
-    verdict = "is too much" if value > high_of(best) else verdict
-    yield from say.filled(f"the study's pretension of {say.number(value)} N {verdict}", "  ")
+    value, (low, high) = given[PRETENSION].single, ends_of(best)
+    verdict = "is too little" if value < low else "is too much" if value > high else "suits, too"
+    yield f"  the study's pretension of {say.number(value)} N {verdict}"
 
 
 def _edges(problem: Problem, best: Row) -> Iterator[str]:
     """Where the best is at the end of a range that was asked for."""
-    for factor in problem.choices.axes:
-        if not factor.is_range:
-            continue
-        value, span = float(best[factor.column]), factor.values
-        for edge, word in ((span.min(), "lower"), (span.max(), "upper")):
+    for axis in (axis for axis in problem.choices.axes if axis.is_range):
+        value = float(best[axis.column])
+        for edge, word in ((axis.values.min(), "lower"), (axis.values.max(), "upper")):
             if abs(value - edge) <= _EDGE * abs(edge):
-                symbol = keys()[factor.key].number.quantity.symbol
-                shown = parameter(factor.key, value)
-                yield from say.filled(f"{symbol} is at its {word} end, {shown}: widen the range", "  ")
+                symbol = keys()[axis.key].number.quantity.symbol
+                yield f"  {symbol} is at its {word} end, {parameter(axis.key, value)}: widen the range"
 
 
-def _moves(record: Row) -> Iterator[str]:
-    """What moves the ends of the window most."""
-    moves = record["sensitivities"]
-    if not moves:
-        return
-    yield "\nWhat moves the window most, per 1 %"
-    for end, word in (("from", "lower"), ("to", "upper")):
-        of_end = [each for each in moves if each["end"] == end and each["per_percent"]][:_MOST_MOVES]
-        if of_end:
-            yield from say.filled(f"{word} end: {', '.join(map(_move, of_end))}", "  ")
-    if any(not each["steady"] for each in moves):
-        yield from say.filled("* within 1 % another limit or state takes over", "  ")
-
-
-def _move(each: Row) -> str:
-    key = each["key"].removeprefix("limits.")
-    name = keys()[each["key"]].number.quantity.symbol if each["key"] in keys() else say.column(key)
-    return f"{name} {each['per_percent']:+.2g} N{'' if each['steady'] else '*'}"
+# --- Choices beside it -----------------------------------------------------------------------------------------------
 
 
 def _alternatives(problem: Problem, record: Row) -> Iterator[str]:
@@ -186,43 +162,37 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[str]:
     goals, front = goals_or_usual(problem), record["front"]
     by_goal = {goals[0].column: record["best"]} if record["goals"] else record["best_by"]
     rows = [(_superlative(goal), by_goal[goal.column]) for goal in goals if goal.column in by_goal]
+    head = "Best by"
     if front:
-        yield f"\nThe front ({say.counted(len(front), 'choice')}; no other is better in every goal)"
+        head = f"The front ({say.counted(len(front), 'choice')}; no other is better in every goal)"
         rows = [("", row) for row in front[:: max(1, len(front) // _MOST_ALTERNATIVES)]]
     elif record["choices"] + sum(bool(row["refined"]) for _, row in rows) < 2:
         return
-    else:
-        yield "\nBest by"
-    yield from _table(problem, rows)
-    if record["gains"]:
-        gains = [f"{_named(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()]
-        yield from say.filled(f"~ between the points of the grid; better than it in {', '.join(gains)}", "  ")
-
-
-def _table(problem: Problem, rows: list[tuple[str, Row]]) -> Iterator[str]:
     some = problem.enough < 1.0
-    lines: list[tuple[str, ...]] = [("", "", "window N", "±%", "N", *["served"] * some, "tension", "spring", "torque")]
+    lines: list[tuple[str, ...]] = [("", "", "window N", "±%", "N", *["served"] * some, *_COST_HEADS)]
     for name, row in rows:
-        high = "on" if np.isinf(high_of(row)) else f"to {say.number(high_of(row), 3)}"
-        worst = ("max_tension", "max_spring_extension", "peak_motor_torque")
+        low, high = ends_of(row)
         lines.append((
             name, ("~" if row["refined"] else "") + row_words(problem.choices, row),
-            f"{say.number(row['pretension_from'], 3)} {high}", tolerance(row), say.number(row["pretension"], 3),
-            *[say.percent(row["served_at"])] * some,
-            *("-" if row[each] is None else say.quantity(each, row[each]) for each in worst),
+            f"{say.number(low, 3)} {'on' if np.isinf(high) else f'to {say.number(high, 3)}'}",
+            _tolerance(row), say.number(row["pretension"], 3), *[say.percent(row["served_at"])] * some, *_costs(row),
         ))  # fmt: skip
-    yield from aligned(lines)
+    yield from ("", head, *aligned(lines))
+    if record["gains"]:
+        gains = [f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()]
+        yield f"  ~ between the points of the grid; better than it in {', '.join(gains)}"
+
+
+def _costs(row: Row) -> list[str]:
+    return ["-" if row[name] is None else say.quantity(name, row[name]) for name in _COSTS]
 
 
 def _counts(problem: Problem, record: Row) -> Iterator[str]:
     """How many choices have a window, and what leaves the others without one."""
     if record["choices"] > 1:
-        yield ""
         have = "has" if record["feasible"] == 1 else "have"
-        counts = f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')}"
-        yield from say.filled(f"{counts} {have} a window.")
-    for each in record["conflicts"]:
-        yield from say.filled(in_choices(problem, each), "  ")
+        yield from ("", f"{record['feasible']:,} of {say.counted(record['choices'], 'choice')} {have} a window.")
+    yield from (f"  {_in_choices(problem, each)}" for each in record["conflicts"])
 
 
 # --- There is none ----------------------------------------------------------------------------------------------------
@@ -232,13 +202,54 @@ def _no_window(problem: Problem, record: Row) -> Iterator[str]:
     choices = record["choices"]
     which = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
     whom = _all_of(problem) if problem.enough >= 1.0 else f"{say.percent(problem.enough)} of {_everyone(problem)}"
-    if problem.given is None:
-        yield from say.filled(f"No pretension suits {whom}{which}.")
-    else:
-        yield from say.filled(f"A pretension of {say.number(problem.given)} N does not suit {whom}{which}.")
-    yield "\nWhy"
+    at = "No pretension suits"
+    if problem.given is not None:
+        at = f"A pretension of {say.number(problem.given)} N does not suit"
+    yield from (f"{at} {whom}{which}.", "", "Why")
     for each in record["conflicts"]:
-        yield from conflict_lines(problem, record, each)
+        yield from (f"  {text}" for text in _conflict(problem, record, each))
     if record["fixes"]:
-        yield "\nWhat would help, all else equal"
-        yield from fix_lines(record["fixes"])
+        yield from ("", "What would help, all else equal", *_fixes(record["fixes"]))
+
+
+def _in_choices(problem: Problem, conflict: Row) -> str:
+    """In how many choices two limits exclude each other, and how."""
+    choices, nearest = say.counted(conflict["choices"], "choice"), conflict["nearest"]
+    if problem.given is not None and nearest["pretension_from"] is not None and len(conflict["limits"]) == 1:
+        return f"in {choices} {say.number(problem.given)} N does not do: {broken(problem, conflict['limits'][0])}"
+    return f"in {choices} {say.conflict(conflict['limits'], problem.study.limits)}"
+
+
+def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
+    """What leaves some choices without a window, and what relaxing a limit would take."""
+    row = conflict["nearest"]
+    low, high = ends_of(row)
+    if record["choices"] > 1:
+        yield f"{_in_choices(problem, conflict)}; nearest to a window: {row_words(problem.choices, row)}"
+    if low is None:
+        yield f"at any pretension {broken(problem, row['from_by'])}{where_words(problem, row, 'from')}"
+    elif problem.given is not None and low <= high:
+        end = "from" if problem.given < low else "to"
+        yield f"{end_words(problem, row, end)}; {margins(problem, row)}"
+    else:
+        yield f"{end_words(problem, row, 'from')},"
+        yield f"{end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
+        if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
+            served = f"{say.percent(row['served'])} of the {problem.counted}"
+            yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"
+    for limit, value in conflict["relaxed"].items():
+        toward = -np.inf if limit.startswith("min_") else np.inf
+        opens = value is not None and f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
+        yield opens or f"relaxing {limit} does not help"
+
+
+def _fixes(fixes: list[Row]) -> Iterator[str]:
+    """What each parameter alone would have to become, as a table."""
+    lines: list[tuple[str, ...]] = [("", "N", *_COST_HEADS)]
+    for fix in (fix for fix in fixes if fix["after"] is not None):
+        before = parameter(fix["parameter"], fix["before"])
+        lines.append((f"{before} to {fix['printed']}", fix["printed_pretension"], *_costs(fix)))
+    yield from aligned(lines) if len(lines) > 1 else ()
+    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
+    if idle:
+        yield f"  no plausible value of these helps: {', '.join(idle)}"

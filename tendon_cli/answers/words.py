@@ -1,4 +1,4 @@
-"""What the texts of an answer share: choices, conditions, ends of windows and tables of 80 columns."""
+"""Choices, conditions, persons and draws in words, made of the record of an answer."""
 
 from __future__ import annotations
 
@@ -9,39 +9,47 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.problem import Problem
-from tendon_cli.space.axis import PERSON_AXIS
+from tendon_cli.answers.coverage import ROUNDING
+from tendon_cli.answers.population import LESS, MORE, NEITHER
+from tendon_cli.answers.question import Problem
+from tendon_cli.answers.uncertainty import BODY
+from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 
 Row = Mapping[str, Any]
-"""A row of `choices.parquet` as the record of an answer has it."""
+"""A part of the record of an answer, such as a row of `choices.parquet`."""
+
+_MOST_NAMED = 3
+_DIFFERENT = 0.5
+"""Standard deviations from which on those not served are said to differ."""
+_NEEDS = {MORE: "would need more", LESS: "would need less", NEITHER: "cannot be served by any pretension"}
+_MOST_MOVES = 5
+_HOW_MANY = ("one suit", "two suits", "three suits")
 
 
-def parameter(key: str, value: float) -> str:
-    """A number of a study with its symbol, by its key."""
-    return say.parameter(keys()[key].number.quantity, value, say.side_of(key))
+def parameter(key: str, value: float | str) -> str:
+    """A number of a study with its symbol, by its key; as a record has it."""
+    return say.parameter(keys()[key].number.quantity, math.inf if value == RIGID else float(value), say.side_of(key))
+
+
+def value_words(axis: Axis, value: float | str) -> str:
+    """What a choice or a condition has of an axis."""
+    return str(value) if axis.names else parameter(axis.key, value)
 
 
 def row_words(product: Space, row: Row) -> str:
-    """A choice or a condition: what it has of each axis; empty if there is none."""
-    values = ((axis, row[axis.column]) for axis in product.axes)
-    return ", ".join(
-        value if axis.names else parameter(axis.key, math.inf if value == RIGID else value) for axis, value in values
-    )
+    """A choice: what it has of each axis; empty if there is none."""
+    return ", ".join(value_words(axis, row[axis.column]) for axis in product.axes)
 
 
 def condition_words(conditions: Space, condition: int, *, but_first: bool = False) -> str:
     """A condition by its row of conditions.parquet; `but_first` leaves out the person or draw that it is of."""
-    columns = conditions.columns(np.array([condition]))
-    words = [
-        factor.names[int(columns[factor.column][0])]
-        if factor.names
-        else parameter(factor.key, columns[factor.column][0])
-        for factor in conditions.axes[int(but_first) :]
-    ]
-    return ", ".join(words)
+    at = {name: values[0] for name, values in conditions.columns(np.array([condition])).items()}
+    axes = conditions.axes[int(but_first) :]
+    values = (axis.names[int(at[axis.column])] if axis.names else at[axis.column] for axis in axes)
+    return ", ".join(value_words(axis, value) for axis, value in zip(axes, values, strict=True))
 
 
 def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
@@ -54,23 +62,22 @@ def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
     return f"this {kind[:-1]}" if count == 1 else say.counted(count, kind[:-1])
 
 
-def high_of(row: Row) -> float:
-    """The upper end of a row's window, N; infinite if there is none."""
-    return np.inf if row["pretension_to"] is None else float(row["pretension_to"])
+def ends_of(row: Row) -> tuple[Any, float]:
+    """The ends of a row's window, N, as recorded; the upper one infinite if there is none."""
+    return row["pretension_from"], np.inf if row["pretension_to"] is None else row["pretension_to"]
 
 
-def tolerance(row: Row) -> str:
-    """The tolerance in percent; what is hardly any is none."""
-    return say.number(100.0 * row["tolerance"], 2) if row["tolerance"] > 1e-4 else "0"
-
-
-def end_words(problem: Problem, row: Row, end: str, word: str) -> str:
+def end_words(problem: Problem, row: Row, end: str) -> str:
     """One end of a window, with what binds there."""
     limit, value = row[f"{end}_by"], row[f"pretension_{end}"]
     if limit is None:
         return "no lower limit: taut without pretension" if end == "from" else "no upper limit"
-    broken = say.limit_words(limit, problem.study.limits).broken
-    return f"{word} {say.number(value)} N {broken}{where_words(problem, row, end)}"
+    word = "below" if end == "from" else "above"
+    return f"{word} {say.number(value)} N {broken(problem, limit)}{where_words(problem, row, end)}"
+
+
+def broken(problem: Problem, limit: str) -> str:
+    return say.limit_words(limit, problem.study.limits).broken
 
 
 def where_words(problem: Problem, row: Row, end: str) -> str:
@@ -80,6 +87,20 @@ def where_words(problem: Problem, row: Row, end: str) -> str:
         words += [row[f"{end}_direction"], say.quantity("elbow_angle", row[f"{end}_elbow_angle"])]
     inside = ", ".join(word for word in words if word)
     return f" ({inside})" if inside else ""
+
+
+def margins(problem: Problem, row: Row) -> str:
+    """By what a given pretension lies within, or misses, the window of a choice."""
+    (low, high), at = ends_of(row), problem.given
+    if at is None or low is None or not low <= high:
+        return "there is no window"
+    window = say.window(low, high)
+    if at < low:
+        return f"it is {say.number(low - at, 3)} N less than the window, {window}"
+    if at > high:
+        return f"it is {say.number(at - high, 3)} N more than the window, {window}"
+    upper = "" if np.isinf(high) else f" and {say.number(high - at, 3)} N below the upper end"
+    return f"that is {say.number(at - low, 3)} N above the lower end{upper} of the window, {window}"
 
 
 def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
@@ -92,111 +113,146 @@ def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
         yield f"  {'  '.join(cells)}".rstrip()[: say.WIDTH]
 
 
-def margins(problem: Problem, row: Row) -> str:
-    """By what a given pretension lies within, or misses, the window of a choice."""
-    low, high, at = row["pretension_from"], high_of(row), problem.given
-    if at is None or low is None or not low <= high:
-        return "there is no window"
-    window = say.window(low, high)
-    if at < low:
-        return f"it is {say.number(low - at, 3)} N less than the window, {window}"
-    if at > high:
-        return f"it is {say.number(at - high, 3)} N more than the window, {window}"
-    upper = "" if np.isinf(high) else f" and {say.number(high - at, 3)} N below the upper end"
-    return f"that is {say.number(at - low, 3)} N above the lower end{upper} of the window, {window}"
+def move_lines(moves: list[Row]) -> Iterator[str]:
+    """What moves the ends of the window most."""
+    if not moves:
+        return
+    yield from ("", "What moves the window most, per 1 %")
+    for end, word in (("from", "lower"), ("to", "upper")):
+        of_end = [each for each in moves if each["end"] == end and each["per_percent"]][:_MOST_MOVES]
+        if of_end:
+            yield f"  {word} end: {', '.join(map(_move, of_end))}"
+    if any(not each["steady"] for each in moves):
+        yield "  * within 1 % another limit or state takes over"
 
 
-def drift_words(record: Row) -> str:
-    """How far the elbow goes beyond the upper end of its window, if it is stability that ends it."""
-    drift = record["drift"]
-    if drift is None:
-        return ""
-    start, end = (say.quantity("elbow_angle", drift[name]) for name in ("start", "end"))
-    if start == end:
-        return ": at 10 % more it still stays"
-    far = f"drifts from {start} to {end}" if drift["balanced"] else f"goes on from {start} beyond {end}"
-    return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"
+def _move(each: Row) -> str:
+    key = each["key"].removeprefix("limits.")
+    name = keys()[each["key"]].number.quantity.symbol if each["key"] in keys() else say.column(key)
+    return f"{name} {each['per_percent']:+.2g} N{'' if each['steady'] else '*'}"
 
 
-def posture_words(setting: Row) -> str:
-    """The posture in which a pretension is set."""
-    if setting["angle"] == setting["upper_arm_angle"] == 0.0:
-        limb = "arm hanging straight"
-    else:
-        limb = f"joint at {say.quantity('elbow_angle', setting['angle'])}"
-        tilted = say.quantity("upper_arm_angle", setting["upper_arm_angle"])
-        limb += "" if setting["upper_arm_angle"] == 0.0 else f", upper arm at {tilted}"
-    hand = "hand empty" if setting["load"] == 0.0 else f"{say.quantity('load_mass', setting['load'])} in the hand"
-    return f"{limb}, {hand}, after {setting['after']}"
+# --- Persons and draws -----------------------------------------------------------------------------------------------
 
 
-def bench_lines(problem: Problem, record: Row, row: Row) -> Iterator[str]:
-    """What to set on the bench, and what speaks against building or wearing the suit."""
-    whose = " on the mean man" if PERSON_AXIS in (axis.key for axis in problem.conditions.axes) else ""
-    yield f"\nTo set it{whose}: {posture_words(record['setting'])}"
-    names = ([f"set_{side}_tension{end}" for side in ("flexor", "extensor")] for end in ("", "_motor"))
-    joint, motor = ([say.quantity(name, row[name], 4) for name in pair] for pair in names)
-    yield from say.filled(f"{joint[0]} in the flexor and {joint[1]} in the extensor at the joint", "  ")
-    yield from say.filled(f"{motor[0]} and {motor[1]} at the motor", "  ")
-    adds = f"1 mm taken from both tendons adds {say.number(1e-3 * record['setting']['newtons_per_metre'], 2)} N"
-    length = row["tolerance_length"]
-    window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
-    yield from say.filled(f"{adds}{window}", "  ")
-    if record["remarks"]:
-        yield "\nBefore you build it"
-    for remark in record["remarks"]:
-        yield from say.filled(f"{remark['text']} ({remark['source']})", "  ")
+def why_not(problem: Problem, reason: Row) -> str:
+    """What happens to those not served, under which condition."""
+    words = []
+    for limit, condition in zip(reason["limits"], reason["conditions"], strict=False):
+        under = condition_words(problem.conditions, condition, but_first=True)
+        words.append(say.limit_words(limit, problem.study.limits).broken + (f" ({under})" if under else ""))
+    return " and ".join(words)
 
 
-# --- Conflicts and fixes ----------------------------------------------------------------------------------------------
+def input_name(key: str) -> str:
+    """An input of the indices in words."""
+    if key not in keys():
+        return key
+    side = say.side_of(key)
+    return say.column(keys()[key].number.quantity.name) + (f" of the {side}" if side else "")
 
 
-def in_choices(problem: Problem, conflict: Row) -> str:
-    """In how many choices two limits exclude each other, and how."""
-    choices, nearest = say.counted(conflict["choices"], "choice"), conflict["nearest"]
-    if problem.given is not None and nearest["pretension_from"] is not None and len(conflict["limits"]) == 1:
-        broken = say.limit_words(conflict["limits"][0], problem.study.limits).broken
-        return f"in {choices} {say.number(problem.given)} N does not do: {broken}"
-    return f"in {choices} {say.conflict(conflict['limits'], problem.study.limits)}"
+def population_share(population: Row) -> str:
+    """The share that the pretension serves, of whom, and what that says of everyone.
+
+    "all 1,000 persons (at least 99.6 %)", "96.9 % of this person's 256 draws (94 to 98.5 %)", "90 % of 192 pairs of
+    3 persons and 64 draws". Pairs of several persons are no sample of independent ones, so that they have no interval.
+    """
+    count, served, noun = population["count"], population["served"], population["kind"][:-1]
+    persons, draws = (population["counts"].get(key, 0) for key in ("person", "draw"))
+    whom = everyone(population["counts"], count, population["kind"])
+    if persons > 1 and draws > 1:
+        return f"all {whom}" if served >= 1.0 else f"{say.percent(served)} of {whom}"
+    if persons == 1 and draws > 1:
+        share = say.sampled_share(served, count, "draw")
+        return share.replace(f"{count:,} draws", f"{'of ' if share.startswith('all') else ''}{whom}")
+    return say.sampled_share(served, count, noun, population["effective_count"])
 
 
-def conflict_lines(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
-    """What leaves some choices without a window, and what relaxing a limit would take."""
-    row = conflict["nearest"]
-    if record["choices"] > 1:
-        nearest = row_words(problem.choices, row)
-        yield from say.filled(f"{in_choices(problem, conflict)}; nearest to a window: {nearest}", "  ")
-    if row["pretension_from"] is None:
-        broken = say.limit_words(row["from_by"], problem.study.limits).broken
-        yield from say.filled(f"at any pretension {broken}{where_words(problem, row, 'from')}", "  ")
-    elif problem.given is not None and row["pretension_from"] <= high_of(row):
-        end, word = ("from", "below") if problem.given < row["pretension_from"] else ("to", "above")
-        yield from say.filled(f"{end_words(problem, row, end, word)}; {margins(problem, row)}", "  ")
-    else:
-        yield from say.filled(f"{end_words(problem, row, 'from', 'below')},", "  ")
-        gap = say.number(conflict["gap"], 3)
-        yield from say.filled(f"{end_words(problem, row, 'to', 'above')}: {gap} N apart", "  ")
-        if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
-            served = f"{say.percent(row['served'])} of the {problem.counted}"
-            yield from say.filled(f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}", "  ")
-    for limit, value in conflict["relaxed"].items():
-        toward = -np.inf if limit.startswith("min_") else np.inf
-        words = f"relaxing {limit} does not help"
-        if value is not None:
-            words = f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
-        yield from say.filled(words, "  ")
+def population_lines(problem: Problem, population: Row) -> Iterator[str]:
+    """What the text of an answer says of persons or draws, in paragraphs."""
+    what = row_words(problem.choices, population["values"])
+    yield ""
+    yield "For whom" if "person" in population["counts"] else "How sure"
+    yield f"  {what}: {_served(population)}" if what else f"  {_served(population)}"
+    if population["by"]:
+        yield f"  {'; '.join(map(_of_sex, population['by']))}"
+    for reason in population["not_served"]:
+        yield f"  {_not_served(problem, population, reason)}"
+    if population["counts"].get("person", 0) > 1:
+        for axis in problem.choices.axes:
+            yield from _sizes(problem, axis, population["sizes"].get(axis.column), population["counts"]["person"])
+    yield from _sobol(population["sobol"])
 
 
-def fix_lines(fixes: list[Row]) -> Iterator[str]:
-    """What each parameter alone would have to become, as a table."""
-    names = ("max_tension", "max_spring_extension", "peak_motor_torque")
-    lines: list[tuple[str, ...]] = [("", "N", "tension", "spring", "torque")]
-    for fix in (fix for fix in fixes if fix["after"] is not None):
-        before = parameter(fix["parameter"], fix["before"])
-        worst = ("-" if fix[name] is None else say.quantity(name, fix[name]) for name in names)
-        lines.append((f"{before} to {fix['printed']}", fix["printed_pretension"], *worst))
-    if len(lines) > 1:
-        yield from aligned(lines)
-    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
-    if idle:
-        yield from say.filled(f"no plausible value of these helps: {', '.join(idle)}", "  ")
+def _served(population: Row) -> str:
+    """The share that the pretension serves, with what the sample says of everyone."""
+    served, most = population["served"], population["largest_share"]
+    whom = everyone(population["counts"], population["count"], population["kind"])
+    if not most > 0.0:
+        return f"no pretension serves {'' if population['count'] == 1 else 'any of '}{whom}"
+    verb = "works for" if population["count"] == 1 else "serves"
+    words = f"{say.number(population['pretension'])} N {verb} {population_share(population)}"
+    if most - served < ROUNDING:
+        return words
+    return f"{words}; {say.number(population['largest_share_at'])} N would serve {say.percent(most)}"
+
+
+def _of_sex(share: Row) -> str:
+    """The share of men, or of women."""
+    nouns = {"male": ("man", "men"), "female": ("woman", "women")}[share["sex"]]
+    whom = f"{share['persons']:,} {nouns[share['persons'] != 1]}"
+    low, high = (say.percent(end) for end in share["interval_95"])
+    if share["served"] >= 1.0:
+        return f"all of {whom} (at least {low})"
+    return f"{say.percent(share['served'])} of {whom} ({low} to {high})"
+
+
+def _not_served(problem: Problem, population: Row, reason: Row) -> str:
+    share = f"{say.percent(reason['share'])} " if population["count"] > 1 else ""
+    words = f"{share}{_NEEDS[reason['needs']]}: {why_not(problem, reason)}"
+    if population["counts"].get("person", 1) == 1:
+        return words
+    bodies = [
+        f"{say.column(name)} {say.quantity(name, each['theirs'])} against {say.quantity(name, each['of_all'])}"
+        for name, each in reason["bodies"].items()
+        if abs(each["deviations"]) >= _DIFFERENT
+    ]
+    names = ", ".join(reason["first"][:_MOST_NAMED]) + (", ..." if reason["count"] > _MOST_NAMED else "")
+    return "; ".join([words, *bodies[:2], names])
+
+
+def _sizes(problem: Problem, axis: Axis, sizes: list[Row] | None, of_all: int) -> Iterator[str]:
+    if not sizes:
+        return
+    few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < of_all else ""
+    thin = "" if sizes[0]["all_values"] else f", among {sizes[0]['values_tried']} of its values"
+    of_draws = f" with at least {say.percent(problem.enough)} of their draws" if problem.counted == "pairs" else ""
+    yield from ("", f"Sizes of {axis.key}{few}{thin}")
+    for count, each in enumerate(sizes):
+        if count and each["served"] == sizes[count - 1]["served"]:
+            yield "  further sizes serve nobody else"
+            break
+        share = say.sampled_share(each["served"], each["persons"], "person") + of_draws
+        suits = (f"{value_words(axis, one['value'])} at {say.number(one['pretension'])} N" for one in each["choices"])
+        yield f"  {_HOW_MANY[count]:<11} {share}: {', '.join(suits) or 'none'}"
+
+
+def _sobol(ends: list[Row]) -> Iterator[str]:
+    if not ends:
+        return
+    yield from ("", "Where the uncertainty of the window comes from (Sobol index: first order, total)")
+    for each in ends:
+        end = "lower" if each["end"] == "pretension_from" else "upper"
+        inputs = [
+            f"{input_name(key)} {_index(index, 'first')}, {_index(index, 'total')}"
+            for key, index in sorted(each["inputs"].items(), key=lambda item: -item[1]["total"])
+        ]
+        yield f"  {end} end, standard deviation {say.number(each['standard_deviation'], 2)} N: {'; '.join(inputs)}"
+    if BODY in ends[0]["inputs"]:
+        yield "  the dimensions of a body are correlated and count as one input"
+
+
+def _index(index: Row, order: str) -> str:
+    share, error = 100.0 * max(index[order], 0.0), 100.0 * index[f"{order}_standard_error"]
+    return f"{say.number(share, 2)} ± {say.number(error, 1)} %"

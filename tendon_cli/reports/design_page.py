@@ -10,8 +10,8 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.answers.population_text import population_share
 from tendon_cli.answers.question import question
+from tendon_cli.answers.words import population_share
 from tendon_cli.cube.axes import evenly, thinned
 from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, position
 from tendon_cli.cube.columns import Values

@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.answer import findings, summarise
+from tendon_cli.answers.answer import findings, summarised
 from tendon_cli.answers.candidates import of_columns, of_rows
 from tendon_cli.answers.front import goals_of
 from tendon_cli.answers.question import question
@@ -23,7 +23,7 @@ SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
 
 def answered(text, folder):
     problem = asked(text, folder)
-    return findings(problem, summarise(of_rows(problem, np.arange(len(problem.choices))), goals_of(problem.study)))
+    return findings(problem, [summarised(of_rows(problem, np.arange(len(problem.choices))), goals_of(problem.study))])
 
 
 def without_window(content):
@@ -32,7 +32,7 @@ def without_window(content):
 
 def solved_alone(content):
     """A study's one choice, solved."""
-    return of_columns(question(tendon.study(content)), {}, 1).solutions
+    return of_columns(question(tendon.study(content)), {}, 1)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_no_pretension_suits_the_papers_arm(paper):
 
 
 def test_nor_its_softer_spring_but_a_stiffer_one_with_a_smaller_spool_does():
-    assert not solved_alone({**PAPER, "spring": {"stiffness": "1 kN/m"}}).feasible[0]
+    assert not solved_alone({**PAPER, "spring": {"stiffness": "1 kN/m"}})["feasible"][0]
     answer = tendon.design(tendon.study({**PAPER, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}))
     row = answer.choices.iloc[0]
     assert (round(row.pretension_from, 1), round(row.pretension_to, 1)) == (122.1, 173.9)
@@ -70,10 +70,10 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
             table, name = fix["parameter"].split(".")
             value = fix["before"] + share * (fix["after"] - fix["before"])
             again = solved_alone({**PAPER, table: {name: value}})
-            assert again.feasible[0] == feasible, fix["parameter"]
+            assert again["feasible"][0] == feasible, fix["parameter"]
             if feasible:
-                assert again.pretension_to[0] - again.pretension_from[0] <= 1e-9 * again.pretension_to[0]
-                assert again.max_tension[0] == pytest.approx(fix["max_tension"], rel=1e-9)
+                assert again["pretension_to"][0] - again["pretension_from"][0] <= 1e-9 * again["pretension_to"][0]
+                assert again["max_tension"][0] == pytest.approx(fix["max_tension"], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -91,8 +91,8 @@ def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(a
         table, name = fix["parameter"].split(".")
         typed = {**content, table: {**content.get(table, {}), name: fix["printed"].replace(",", "")}}
         again = solved_alone(typed)
-        assert again.feasible[0], fix
-        assert again.pretension_from[0] <= float(fix["printed_pretension"]) <= again.pretension_to[0]
+        assert again["feasible"][0], fix
+        assert again["pretension_from"][0] <= float(fix["printed_pretension"]) <= again["pretension_to"][0]
 
 
 def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_path):
@@ -108,8 +108,8 @@ def test_where_no_fix_is_found_scanning_the_whole_range_finds_none(paper, tmp_pa
 
 def test_the_least_relaxation_opens_a_window_and_less_does_not(paper):
     value = paper.conflicts[0]["relaxed"]["min_elbow_stiffness"]
-    assert solved_alone({**PAPER, "limits": {"min_elbow_stiffness": value}}).feasible[0]
-    assert not solved_alone({**PAPER, "limits": {"min_elbow_stiffness": 0.9999 * value}}).feasible[0]
+    assert solved_alone({**PAPER, "limits": {"min_elbow_stiffness": value}})["feasible"][0]
+    assert not solved_alone({**PAPER, "limits": {"min_elbow_stiffness": 0.9999 * value}})["feasible"][0]
 
 
 # --- Best ------------------------------------------------------------------------------------------------------------
@@ -194,20 +194,19 @@ def test_sensitivities_are_the_slopes_of_the_ends(tmp_path):
     problem = asked(text, tmp_path)
     choice = of_columns(problem, {}, 1)
     found = sensitivities(problem, choice)
-    assert {each.end for each in found} == {"from", "to"}
+    assert {each["end"] for each in found} == {"from", "to"}
     assert len(found) > 30
     for each in found:
-        if each.key.startswith("limits.") or each.key == "load.mass" or not each.value:
+        if each["key"].startswith("limits.") or each["key"] == "load.mass" or not each["value"]:
             continue
 
         def end(factor, each=each):
-            moved = problem.saying({each.key: np.full(2, each.value * factor)})
-            solved = of_columns(moved, {}, 1).solutions
-            return getattr(solved, f"pretension_{each.end}")[0]
+            moved = problem.saying({each["key"]: np.full(2, each["value"] * factor)})
+            return of_columns(moved, {}, 1)[f"pretension_{each['end']}"][0]
 
         step = 1e-4
         slope = (8 * (end(1 + step) - end(1 - step)) - end(1 + 2 * step) + end(1 - 2 * step)) / (12 * step)
-        assert each.per_percent * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), each.key
+        assert each["per_percent"] * 100 == pytest.approx(slope, rel=1e-6, abs=1e-6), each["key"]
 
 
 # --- What cannot be asked, and what is told --------------------------------------------------------------------------

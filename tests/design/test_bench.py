@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answers.bench import setting_columns, settings, study_arm
 from tendon_cli.answers.question import question
-from tendon_cli.answers.setting import setting_columns, settings
+from tendon_cli.model.setting import per_length
 
 SUIT = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "load": {"mass": ["0 kg", "10 kg"]}}
 
@@ -35,16 +36,16 @@ def test_what_to_set_is_what_the_state_of_the_setting_says(answer):
 @pytest.mark.parametrize(("stiffness", "ratio", "per_mm"), [("5 kN/m", 0.6, 4.8), ("8 kN/m", 0.5, 7.5)])
 def test_a_millimetre_of_both_tendons_adds_its_pretension(stiffness, ratio, per_mm):
     problem = question(tendon.study({"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}}))
-    assert settings(problem, {}, np.array([100.0])).per_length * 1e-3 == pytest.approx(per_mm, abs=0.05)
+    assert per_length(study_arm(problem, {}, np.array([100.0]))) * 1e-3 == pytest.approx(per_mm, abs=0.05)
 
 
 @pytest.mark.parametrize("whom", [{"people": {"count": 3}}, {"uncertainty": {"draws": 4}}], ids=["people", "draws"])
 def test_what_to_set_is_of_the_study_arm(whom):
     given = {"sheath": {"friction": {"value": 0.07, "tolerance": "20 %"}}}
     problem, plain = (question(tendon.study({**SUIT, **given, **more})) for more in (whom, {}))
-    one, other = (settings(each, {}, np.array([140.0])) for each in (problem, plain))
-    for name, values in vars(other).items():
-        np.testing.assert_allclose(getattr(one, name), values, rtol=1e-12, err_msg=name)
+    one, other = (settings(study_arm(each, {}, np.array([140.0])), 1) for each in (problem, plain))
+    for name, values in other.items():
+        np.testing.assert_allclose(one[name], values, rtol=1e-12, err_msg=name)
 
 
 def test_a_window_without_an_end_has_no_length():

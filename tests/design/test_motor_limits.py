@@ -36,14 +36,14 @@ def solved(**limits):
 def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end):
     problem, found = solved(**{name: most})
     _, free = solved()
-    ends, condition = getattr(found, f"pretension_{end}"), getattr(found, f"{end}_condition")
-    binds = [LIMIT_NAMES[code] == name for code in getattr(found, f"{end}_by")] & ~np.isnan(ends)
+    ends, condition = found[f"pretension_{end}"], found[f"{end}_condition"]
+    binds = [LIMIT_NAMES[code] == name for code in found[f"{end}_by"]] & ~np.isnan(ends)
     assert binds.any()
     for row in np.flatnonzero(binds):
-        assert ends[row] != getattr(free, f"pretension_{end}")[row]
+        assert ends[row] != free[f"pretension_{end}"][row]
         design = problem.design(problem.choices.numbers(np.array([row])), pretension=ends[[row]])
         value = getattr(cycle(design, problem.angles, problem.flexion, np.radians(60.0)), column)
-        assert value.ravel()[condition[row]] == pytest.approx(problem.limit(name), rel=1e-6)
+        assert value.ravel()[condition[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
 
 
 def test_limits_of_the_motor_are_relaxed_and_said_as_others_are(tendon, workplace):
@@ -86,26 +86,26 @@ SET_BY_THE_MOTOR = [
 def test_ends_that_a_limit_on_the_motor_sets_have_their_slopes(limit, value, end):
     problem = question(study_from({**ASKED, "spool": {"ratio": 0.6}, "limits": {limit: value}}))
     choice = of_columns(problem, {}, 1)
-    assert LIMIT_NAMES[getattr(choice.solutions, f"{end}_by")[0]] == limit
-    found = {each.key: each for each in sensitivities(problem, choice) if each.end == end}
+    assert LIMIT_NAMES[choice[f"{end}_by"][0]] == limit
+    found = {each["key"]: each for each in sensitivities(problem, choice) if each["end"] == end}
     assert {"motion.speed", f"limits.{limit}", "spring.stiffness", "load.mass"} <= set(found)
     mass = problem.condition_numbers["load.mass"]
-    bound = getattr(choice.solutions, f"{end}_condition")[0]
+    bound = choice[f"{end}_condition"][0]
 
     def moved(key, number):
         if key == "motion.speed":
-            changed = problem.within(problem.bounds.changed("speed", number))
+            changed = problem.bounded("speed", number)
         elif key.startswith("limits."):
-            changed = problem.relaxed(limit, number)
+            changed = problem.bounded(limit, number)
         elif key == "load.mass":
             changed = problem.saying({key: np.where(np.arange(2) == bound, number, mass)})
         else:
             changed = problem.saying({key: np.full(2, number)})
-        return getattr(of_columns(changed, {}, 1).solutions, f"pretension_{end}")[0]
+        return of_columns(changed, {}, 1)[f"pretension_{end}"][0]
 
     for key, each in found.items():
-        step = 2e-5 * each.value
+        step = 2e-5 * each["value"]
         if step:
-            ends = [moved(key, each.value + times * step) for times in (-2, -1, 1, 2)]
+            ends = [moved(key, each["value"] + times * step) for times in (-2, -1, 1, 2)]
             slope = (8 * (ends[2] - ends[1]) - ends[3] + ends[0]) / (12 * step)
-            assert each.slope * each.value == pytest.approx(slope * each.value, rel=1e-5, abs=1e-4), key
+            assert each["slope"] * each["value"] == pytest.approx(slope * each["value"], rel=1e-5, abs=1e-4), key

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers import problem as problem_module
+from tendon_cli.answers import question as problem_module
 from tendon_cli.model import actuator, limits
 from tendon_cli.model.limits import LIMIT_NAMES
 
@@ -22,8 +22,8 @@ def test_the_windows_of_the_papers_arm_over_its_loads(catalogue):
     opened = [
         (float(stiffness), float(ratio), round(float(low), 1), round(float(high), 1))
         for stiffness, ratio, low, high, is_open in zip(
-            columns["spring_stiffness"], columns["spool_ratio"], found.pretension_from, found.pretension_to,
-            found.feasible, strict=True,
+            columns["spring_stiffness"], columns["spool_ratio"], found["pretension_from"], found["pretension_to"],
+            found["feasible"], strict=True,
         )
         if is_open
     ]  # fmt: skip
@@ -33,48 +33,48 @@ def test_the_windows_of_the_papers_arm_over_its_loads(catalogue):
 def test_what_binds_is_named_by_limit_condition_and_state(catalogue):
     _, found = catalogue
     at = 8  # 5 kN/m and 0.6
-    assert LIMIT_NAMES[found.from_by[at]] == "extensor slack"
-    assert LIMIT_NAMES[found.to_by[at]] == "min_elbow_stiffness"
-    assert (found.from_condition[at], found.to_condition[at]) == (3, 0)
-    assert found.tolerance[at] == pytest.approx((173.934 - 122.121) / (173.934 + 122.121), abs=1e-5)
+    assert LIMIT_NAMES[found["from_by"][at]] == "extensor slack"
+    assert LIMIT_NAMES[found["to_by"][at]] == "min_elbow_stiffness"
+    assert (found["from_condition"][at], found["to_condition"][at]) == (3, 0)
+    assert found["tolerance"][at] == pytest.approx((173.934 - 122.121) / (173.934 + 122.121), abs=1e-5)
 
 
 def test_an_empty_window_says_which_two_limits_conflict_and_how_much_can_be_served(catalogue):
     _, found = catalogue
     at = 3  # the paper's: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more
-    assert not found.feasible[at]
-    assert found.pretension_from[at] == pytest.approx(220.32, abs=0.01)
-    assert found.pretension_to[at] == pytest.approx(122.8, abs=0.05)
-    assert np.isnan(found.tolerance[at])
-    assert found.served[at] == 0.75  # 3, 5 and 10 kg, if at all: no pretension suits the empty hand and these
+    assert not found["feasible"][at]
+    assert found["pretension_from"][at] == pytest.approx(220.32, abs=0.01)
+    assert found["pretension_to"][at] == pytest.approx(122.8, abs=0.05)
+    assert np.isnan(found["tolerance"][at])
+    assert found["served"][at] == 0.75  # 3, 5 and 10 kg, if at all: no pretension suits the empty hand and these
 
 
 def test_the_worst_at_a_pretension_is_that_of_the_states(catalogue):
     problem, found = catalogue
     at = np.array([8])
-    design = problem.design(problem.choices.numbers(at), pretension=found.pretension[at])
+    design = problem.design(problem.choices.numbers(at), pretension=found["pretension"][at])
     state = actuator.evaluate(design, problem.angles, problem.flexion)
     tensions = (
         state.balance.flexor, state.balance.extensor, state.flexor_tension_proximal, state.extensor_tension_proximal
     )  # fmt: skip
-    assert found.max_tension[8] == max(tension.max() for tension in tensions)
-    assert found.min_elbow_stiffness[8] == state.elbow_stiffness.min() > 0.0
+    assert found["max_tension"][8] == max(tension.max() for tension in tensions)
+    assert found["min_elbow_stiffness"][8] == state.elbow_stiffness.min() > 0.0
     torque = state.motor_torque.ravel()
-    assert found.peak_motor_torque[8] == torque[np.argmax(np.abs(torque))]
-    assert found.max_spring_extension[8] * 5e3 == pytest.approx(
+    assert found["peak_motor_torque"][8] == torque[np.argmax(np.abs(torque))]
+    assert found["max_spring_extension"][8] * 5e3 == pytest.approx(
         max(state.balance.flexor.max(), state.balance.extensor.max())
     )
-    assert np.isnan(found.max_contact_pressure[8])
+    assert np.isnan(found["max_contact_pressure"][8])
 
 
 def test_at_least_pretension_the_binding_state_is_just_taut(tmp_path):
     problem = asked('[design]\npretension = "least"\n' + CATALOGUE, tmp_path)
     found = solved(problem)
-    assert found.pretension[8] == found.pretension_from[8]
-    design = problem.design(problem.choices.numbers(np.array([8])), pretension=found.pretension[[8]])
+    assert found["pretension"][8] == found["pretension_from"][8]
+    design = problem.design(problem.choices.numbers(np.array([8])), pretension=found["pretension"][[8]])
     state = actuator.evaluate(design, problem.angles, problem.flexion)
-    extensor = state.balance.extensor[0, found.from_condition[8]].ravel()
-    assert np.argmin(extensor) == found.from_state[8]
+    extensor = state.balance.extensor[0, found["from_condition"][8]].ravel()
+    assert np.argmin(extensor) == found["from_state"][8]
     assert extensor.min() == pytest.approx(0.0, abs=1e-9)
 
 
@@ -98,13 +98,13 @@ def test_enough_may_be_less_than_all(tmp_path):
     found = solved(problem)
     each = problem.windows(problem.choices.numbers(np.arange(9)), 9)
     for at in range(9):
-        assert found.feasible[at]
-        middle = found.pretension[at]
+        assert found["feasible"][at]
+        middle = found["pretension"][at]
         held = (each.low[at] <= middle) & (middle <= each.high[at])
         assert held.mean() >= 0.75
-        low, high = found.from_condition[at], found.to_condition[at]
-        assert each.low[at, low] == found.pretension_from[at]
-        assert each.high[at, high] == found.pretension_to[at]
+        low, high = found["from_condition"][at], found["to_condition"][at]
+        assert each.low[at, low] == found["pretension_from"][at]
+        assert each.high[at, high] == found["pretension_to"][at]
 
 
 def test_cases_are_conditions_with_every_number_they_set(tmp_path):
@@ -130,17 +130,17 @@ def test_what_the_study_says_of_pretension_is_left_out_and_said(tmp_path):
     )
     assert len(problem.choices) == 1
     assert len(problem.notes) == 2
-    np.testing.assert_array_equal(solved(problem).pretension_to, solved(asked(LOADS, tmp_path)).pretension_to)
+    np.testing.assert_array_equal(solved(problem)["pretension_to"], solved(asked(LOADS, tmp_path))["pretension_to"])
 
 
 def test_where_no_pretension_could_do_the_reason_is_told(tmp_path):
     found = solved(asked("[limits]\nmin_spool_to_tendon = 30\n" + CATALOGUE, tmp_path))
     thin = np.tile([False, True, True], 3)
-    np.testing.assert_array_equal(np.isnan(found.pretension_from), thin)
-    assert {LIMIT_NAMES[code] for code in found.from_by[thin]} == {"min_spool_to_tendon"}
-    assert (found.served[thin] == 0.0).all()
-    assert np.isnan(found.pretension[thin]).all()
-    assert limits.NOTHING not in found.from_by[thin]
+    np.testing.assert_array_equal(np.isnan(found["pretension_from"]), thin)
+    assert {LIMIT_NAMES[code] for code in found["from_by"][thin]} == {"min_spool_to_tendon"}
+    assert (found["served"][thin] == 0.0).all()
+    assert np.isnan(found["pretension"][thin]).all()
+    assert limits.NOTHING not in found["from_by"][thin]
 
 
 def test_compiled_code_gives_the_same_choices(tmp_path, monkeypatch):

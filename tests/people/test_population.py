@@ -47,7 +47,7 @@ def test_sizes_along_an_axis_begin_with_the_best_single_suit(answer):
     (one, two, three) = found["spring_stiffness"]
     assert one["served"] == pytest.approx(along["served"].max())
     assert one["served"] <= two["served"] <= three["served"]
-    assert {suit["value"] for suit in two["suits"]} <= {3e3, 5e3, 8e3}
+    assert {suit["value"] for suit in two["choices"]} <= {3e3, 5e3, 8e3}
 
 
 def test_the_text_tells_it_in_80_columns(answer):
@@ -85,7 +85,7 @@ def test_where_no_choice_serves_enough_the_most_universal_is_told_and_what_would
             content = NOBODY_ENOUGH | {"spool": {"ratio": ratio}}
             content |= {table: {**content.get(table, {}), name: value}}
             problem = question(tendon.study(content))
-            assert bool(solve(problem, problem.choices.numbers(np.arange(1)), 1).feasible[0]) == enough, key
+            assert bool(solve(problem, problem.choices.numbers(np.arange(1)), 1)["feasible"][0]) == enough, key
 
 
 def test_for_very_many_what_would_fix_it_is_worked_out_for_some_and_said(monkeypatch):

@@ -5,8 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from tendon_cli.answers.coverage import share_served
-from tendon_cli.answers.sizes import best_sizes
+from tendon_cli.answers.coverage import best_sizes, share_served
 from tendon_cli.errors import Stopped
 
 
