@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from tendon_cli.say import share
-from tendon_cli.units import counted, factor_of
+from tendon_cli import say
+from tendon_cli.say import counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -24,13 +24,15 @@ def run_text(run: Run) -> str:
     took = f" in {record['seconds']:.3g} s"
     took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
     lines = [head + (", up to date" if run.up_to_date else took)]
-    lines += [f"  feasible       {share(record['feasible'], designs, 'design')}: taut, stable and within every limit"]
-    lines += [f"    taut         {share(record['taut'], designs, 'design')}"]
-    lines += [f"    stable       {share(record['stable'], designs, 'design')}"]
+    lines += [
+        f"  feasible       {say.share(record['feasible'], designs, 'design')}: taut, stable and within every limit"
+    ]
+    lines += [f"    taut         {say.share(record['taut'], designs, 'design')}"]
+    lines += [f"    stable       {say.share(record['stable'], designs, 'design')}"]
     if record["choices"] != designs:
-        found = share(record["feasible_choices"], record["choices"], "choice")
+        found = say.share(record["feasible_choices"], record["choices"], "choice")
         lines += [f"  choices        {found} feasible at every load, case and person at once"]
-    lines += [f"  slack          {share(record['slack'], states, 'state')}"]
+    lines += [f"  slack          {say.share(record['slack'], states, 'state')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
     lines += [f"  no slack map   {run.note}"] if run.note else []
@@ -49,10 +51,12 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(f"  states       {estimate.states:,}")
     lines += [f"  rows         {rows:,} in {table}" for table, rows in estimate.rows.items()]
     lines += [f"  kept         {', '.join(estimate.kept)} of the states' results"] if estimate.kept else []
-    lines.append(f"  disk         {_size(estimate.bytes)} in {counted(estimate.parts, 'part')}, {_size(free)} are free")
-    drawn = f", of it {_duration(estimate.figure_seconds)} for figures" if estimate.figure_seconds else ""
-    lines.append(f"  time         about {_duration(estimate.seconds)}{drawn}")
-    lines.append(f"  peak memory  about {_size(estimate.peak_memory)}")
+    lines.append(
+        f"  disk         {say.size(estimate.bytes)} in {counted(estimate.parts, 'part')}, {say.size(free)} are free"
+    )
+    drawn = f", of it {say.duration(estimate.figure_seconds)} for figures" if estimate.figure_seconds else ""
+    lines.append(f"  time         about {say.duration(estimate.seconds)}{drawn}")
+    lines.append(f"  peak memory  about {say.size(estimate.peak_memory)}")
     return "\n".join(lines)
 
 
@@ -74,7 +78,7 @@ def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
     """A column's cells, its name and unit first, all of one width."""
     quantity = rows.of.held[name]
     unit = quantity.shown_in if quantity is not None else "1"
-    factor = factor_of(unit)
+    factor = say.factor_of(quantity) if quantity is not None else 1.0
     texts = [name, "" if unit == "1" else unit]
     for value in values:
         if isinstance(value, float):
@@ -84,18 +88,3 @@ def _column_text(rows: TableRows, name: str, values: list[Any]) -> list[str]:
             texts.append("-" if value is None else str(value).lower() if isinstance(value, bool) else str(value))
     width = max(map(len, texts))
     return [text.ljust(width) if quantity is None else text.rjust(width) for text in texts]
-
-
-def _size(count: float) -> str:
-    for unit in ("B", "kB", "MB", "GB", "TB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.4g} PB"
-
-
-def _duration(seconds: float) -> str:
-    for unit, length in (("days", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= 2 * length:
-            return f"{seconds / length:.2g} {unit}"
-    return f"{seconds:.2g} s"

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.bench import bench_record
+from tendon_cli.answers.between import curves_of
 from tendon_cli.answers.candidates import (
     Pair,
     best_of,
@@ -157,6 +158,7 @@ def as_record(answer: Findings) -> dict[str, Any]:
         "gains": answer.gains,
         "front": [] if answer.front is None else _rows(answer, answer.front),
         **({} if chosen is None else bench_record(problem, chosen)),
+        "between_samples": None if chosen is None else {"curves": curves_of(problem, chosen)},
         "fixes": [] if chosen is not None else _fixes(answer, notes),
         "conflicts": _conflicts(answer),
         "sensitivities": [] if chosen is None else sensitivities(problem, chosen),

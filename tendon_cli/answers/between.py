@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.candidates import Candidates, numbers_of
-from tendon_cli.answers.problem import Problem
+from tendon_cli.answers.candidates import numbers_of
+from tendon_cli.answers.question import Problem
+from tendon_cli.answers.solve import Solutions
 from tendon_cli.model.between import end_curves
 from tendon_cli.model.kinematics import Array
 
 
-def curves_of(problem: Problem, choice: Candidates) -> dict[str, Any]:
+def curves_of(problem: Problem, choice: Solutions) -> dict[str, Any]:
     """One choice over the elbow angle (rad): what each limit asks for, N, over all conditions and both directions.
 
     `lower` and `upper` have by limit the least and the largest pretensions, null where it asks for nothing; `samples`
@@ -20,9 +21,8 @@ def curves_of(problem: Problem, choice: Candidates) -> dict[str, Any]:
     """
     lower, upper = dict[str, Array](), dict[str, Array]()
     numbers = numbers_of(problem, choice.columns)
-    for _, conditions in problem.chunks(1):
-        under = {key: values[conditions] for key, values in problem.condition_numbers.items()}
-        some = end_curves(problem.design(numbers, under), problem.angles, problem.flexion, problem.bounds)
+    for _, _, design in problem.chunks(numbers, 1):
+        some = end_curves(design, problem.angles, problem.flexion, problem.bounds)
         for whole, part, tighter in zip((lower, upper), some, (np.maximum, np.minimum), strict=True):
             whole |= {name: tighter(values, whole.get(name, values)) for name, values in part.items()}
     return {

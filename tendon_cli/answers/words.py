@@ -77,6 +77,7 @@ def end_words(problem: Problem, row: Row, end: str) -> str:
 
 
 def broken(problem: Problem, limit: str) -> str:
+    """What it means that a limit of the study is not kept."""
     return say.limit_words(limit, problem.study.limits).broken
 
 

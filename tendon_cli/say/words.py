@@ -13,8 +13,9 @@ from collections.abc import Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any
 
+from tendon_cli import units
 from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.units import UNITS, counted
+from tendon_cli.units import counted
 
 WIDTH = 80
 _TWO_SIDED_95 = 1.959963984540054
@@ -49,7 +50,7 @@ def number(value: float, digits: int = 4, *, toward: float | None = None) -> str
 
 def factor_of(quantity: Quantity) -> float:
     """What SI values of a quantity are divided by to be in the unit that people read it in."""
-    return float(UNITS[quantity.shown_in].factor) if quantity.shown_in in UNITS else 1.0
+    return units.factor_of(quantity.shown_in)
 
 
 def quantity(of: Quantity | str, value: float, digits: int = 3, *, toward: float | None = None) -> str:

@@ -74,7 +74,7 @@ def test_a_lower_share_never_narrows_a_window_and_is_served_in_all_of_it(whom):
     given = [solved(**whom, design={"serve": share}) for share in shares]
     for more, less in pairwise(given):
         assert (width(less) >= width(more) - 1e-9).all()
-        np.testing.assert_allclose(less.served, more["served"], atol=1e-12)
+        np.testing.assert_allclose(less["served"], more["served"], atol=1e-12)
     for share, each in zip(shares, given, strict=True):
         served = each["served_at"][each["feasible"]]
         assert (served >= share - 1e-9).all()
