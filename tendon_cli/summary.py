@@ -51,9 +51,8 @@ def estimate_text(estimate: Estimate, name: str, free: int) -> str:
     lines.append(f"  states       {estimate.states:,}")
     lines += [f"  rows         {rows:,} in {table}" for table, rows in estimate.rows.items()]
     lines += [f"  kept         {', '.join(estimate.kept)} of the states' results"] if estimate.kept else []
-    lines.append(
-        f"  disk         {say.size(estimate.bytes)} in {counted(estimate.parts, 'part')}, {say.size(free)} are free"
-    )
+    parts = counted(estimate.parts, "part")
+    lines.append(f"  disk         {say.size(estimate.bytes)} in {parts}, {say.size(free)} are free")
     drawn = f", of it {say.duration(estimate.figure_seconds)} for figures" if estimate.figure_seconds else ""
     lines.append(f"  time         about {say.duration(estimate.seconds)}{drawn}")
     lines.append(f"  peak memory  about {say.size(estimate.peak_memory)}")

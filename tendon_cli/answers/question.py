@@ -18,7 +18,7 @@ from tendon_cli.errors import Stopped
 from tendon_cli.model import between, window
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import F0, Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
@@ -31,14 +31,11 @@ from tendon_cli.studies.values import Values
 
 Flags = npt.NDArray[np.bool_]
 
-_STATES_AT_ONCE = 2**21
-"""So that the model's arrays stay within a few megabytes each."""
+_STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
+_MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
 _NEAR = 0.01
 """Share within which windows of conditions are looked at between the angles; these move ends by a thousandth."""
-_MOTOR_IN_NUMPY = 8
-"""By how much fewer are at once with limits on the motor, of which all states have arrays."""
-_ENDS_SUFFICE = ("load.mass", "load.scale", PRETENSION)
-"""Of an interval of a load the ends suffice, as tensions and torques are linear in it; pretension is solved for."""
+_ENDS_SUFFICE = ("load.mass", "load.scale", PRETENSION)  # tensions and torques are linear in a load
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
 
@@ -98,8 +95,8 @@ class Problem:
 
     def under(self, conditions: Rows) -> Problem:
         """The same question under some of its conditions alone, each of which counts by itself."""
-        points = Axis.of_points(_taken(self.condition_numbers, conditions), len(conditions))
-        return replace(self, conditions=Space((points,)))
+        numbers = _taken(self.condition_numbers, conditions)
+        return replace(self, conditions=Space((Axis.of_points(numbers, len(conditions)),)))
 
     def of_groups(self, chosen: Rows) -> Problem:
         """The same question for some of those who count together, ascending."""
@@ -146,8 +143,8 @@ class Problem:
 
         A condition says more than a choice. `pretension` has the shape (choices,).
         """
-        under = self.condition_numbers if conditions is None else conditions
-        return self.points(numbers if pretension is None else {**numbers, PRETENSION: pretension}, under).design()
+        at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
+        return self.points(at, self.condition_numbers if conditions is None else conditions).design()
 
     def points(self, numbers: Numbers, under: Numbers) -> Space:
         """Every choice of some under every condition of some, by what these say of the study's numbers."""
@@ -181,16 +178,15 @@ class Problem:
 
     def _may_bind(self, ends: Ends, design: Design) -> Flags:
         """Which windows, (choices, conditions), may set those of their choices, whichever angles lie between."""
-        if design.read != F0:  # whose order may be another one
-            return np.ones(ends.low.shape, dtype=np.bool_)
         if self.enough < 1.0:  # any may: a share is counted over the angles of the grid
             return np.zeros(ends.low.shape, dtype=np.bool_)
+        ends = window.as_read(ends, design)  # whose order may be another one
         low, high = ends.low.max(axis=1, keepdims=True), ends.high.min(axis=1, keepdims=True)
         with np.errstate(invalid="ignore"):
             return np.asarray((ends.low >= low - _NEAR * (1.0 + low)) | (ends.high <= high + _NEAR * (1.0 + high)))
 
     def heed(self) -> None:
-        """Raises Stopped where that is asked for."""
+        """Raises Stopped if nobody wants an answer any more."""
         if self.stop.is_set():
             raise Stopped
 
@@ -205,7 +201,7 @@ class Problem:
         most = max(1, _STATES_AT_ONCE // self.states_per_design // (_MOTOR_IN_NUMPY if self.bounds.of_motion else 1))
         width = min(under, max(1, most // min(count, 2 * math.isqrt(most))))
         step = max(1, most // width)
-        at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
+        at = {**numbers, **({} if pretension is None else {PRETENSION: pretension})}
         for condition in range(0, under, width):
             conditions = slice(condition, min(condition + width, under))
             for row in range(0, count, step):

@@ -7,24 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answers import words as shared
 from tendon_cli.answers.answer import goals_or_usual
 from tendon_cli.answers.bench import bench_lines, drift_words
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.words import (
-    Row,
-    aligned,
-    broken,
-    end_words,
-    ends_of,
-    everyone,
-    margins,
-    move_lines,
-    parameter,
-    population_lines,
-    row_words,
-    where_words,
-)
+from tendon_cli.answers.words import Row, ends_of, everyone, parameter, row_words
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
 
@@ -38,9 +26,10 @@ def text_of(problem: Problem, record: Row) -> str:
     """The whole answer, and what it is to persons or draws."""
     paragraphs = [*(_no_window(problem, record) if record["best"] is None else _answer(problem, record))]
     if record["population"] is not None:
-        paragraphs += population_lines(problem, record["population"])
+        paragraphs += shared.population_lines(problem, record["population"])
     paragraphs += (f"Note: {note}" for note in record["notes"])
-    filled = (say.filled(text.lstrip(), text[: -len(text.lstrip()) or None]) or [""] for text in paragraphs)
+    texts = (say.of_joint(text, problem.study) for text in paragraphs)
+    filled = (say.filled(text.lstrip(), text[: -len(text.lstrip()) or None]) or [""] for text in texts)
     return "\n".join(line for lines in filled for line in lines)
 
 
@@ -50,13 +39,13 @@ def text_of(problem: Problem, record: Row) -> str:
 def _answer(problem: Problem, record: Row) -> Iterator[str]:
     best = record["best"]
     yield _first_sentence(problem, record, best)
-    yield from ("", "Why", f"  {end_words(problem, best, 'from')}")
-    yield f"  {end_words(problem, best, 'to')}{drift_words(record['drift'])}"
+    yield from ("", "Why", f"  {shared.end_words(problem, best, 'from')}")
+    yield f"  {shared.end_words(problem, best, 'to')}{drift_words(record['drift'])}"
     yield f"  at {_set(best)} the worst is {_worst(best)}"
     yield from _study_pretension(problem, record, best)
     yield from bench_lines(problem, record, best)
     yield from _edges(problem, best)
-    yield from move_lines(record["sensitivities"])
+    yield from shared.move_lines(record["sensitivities"])
     yield from _alternatives(problem, record)
     yield from _counts(problem, record)
 
@@ -68,7 +57,7 @@ def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
     served = best["served_at"]
     whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
     if problem.given is not None:
-        return f"{start} of {say.number(problem.given)} N suits {whom}; {margins(problem, best)}."
+        return f"{start} of {say.number(problem.given)} N suits {whom}; {shared.margins(problem, best)}."
     either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
     if problem.enough >= 1.0:
         words = f"suits {_all_of(problem)}; anything {_span(low, high)} does{either_way}"
@@ -177,7 +166,7 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[str]:
             f"{say.number(low, 3)} {'on' if np.isinf(high) else f'to {say.number(high, 3)}'}",
             _tolerance(row), say.number(row["pretension"], 3), *[say.percent(row["served_at"])] * some, *_costs(row),
         ))  # fmt: skip
-    yield from ("", head, *aligned(lines))
+    yield from ("", head, *say.aligned(lines))
     if record["gains"]:
         gains = [f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()]
         yield f"  ~ between the points of the grid; better than it in {', '.join(gains)}"
@@ -216,7 +205,9 @@ def _in_choices(problem: Problem, conflict: Row) -> str:
     """In how many choices two limits exclude each other, and how."""
     choices, nearest = say.counted(conflict["choices"], "choice"), conflict["nearest"]
     if problem.given is not None and nearest["pretension_from"] is not None and len(conflict["limits"]) == 1:
-        return f"in {choices} {say.number(problem.given)} N does not do: {broken(problem, conflict['limits'][0])}"
+        return (
+            f"in {choices} {say.number(problem.given)} N does not do: {shared.broken(problem, conflict['limits'][0])}"
+        )
     return f"in {choices} {say.conflict(conflict['limits'], problem.study.limits)}"
 
 
@@ -227,13 +218,13 @@ def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
     if record["choices"] > 1:
         yield f"{_in_choices(problem, conflict)}; nearest to a window: {row_words(problem.choices, row)}"
     if low is None:
-        yield f"at any pretension {broken(problem, row['from_by'])}{where_words(problem, row, 'from')}"
+        yield f"at any pretension {shared.broken(problem, row['from_by'])}{shared.where_words(problem, row, 'from')}"
     elif problem.given is not None and low <= high:
         end = "from" if problem.given < low else "to"
-        yield f"{end_words(problem, row, end)}; {margins(problem, row)}"
+        yield f"{shared.end_words(problem, row, end)}; {shared.margins(problem, row)}"
     else:
-        yield f"{end_words(problem, row, 'from')},"
-        yield f"{end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
+        yield f"{shared.end_words(problem, row, 'from')},"
+        yield f"{shared.end_words(problem, row, 'to')}: {say.number(conflict['gap'], 3)} N apart"
         if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
             served = f"{say.percent(row['served'])} of the {problem.counted}"
             yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"
@@ -249,7 +240,7 @@ def _fixes(fixes: list[Row]) -> Iterator[str]:
     for fix in (fix for fix in fixes if fix["after"] is not None):
         before = parameter(fix["parameter"], fix["before"])
         lines.append((f"{before} to {fix['printed']}", fix["printed_pretension"], *_costs(fix)))
-    yield from aligned(lines) if len(lines) > 1 else ()
+    yield from say.aligned(lines) if len(lines) > 1 else ()
     idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
     if idle:
         yield f"  no plausible value of these helps: {', '.join(idle)}"

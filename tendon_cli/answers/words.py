@@ -104,16 +104,6 @@ def margins(problem: Problem, row: Row) -> str:
     return f"that is {say.number(at - low, 3)} N above the lower end{upper} of the window, {window}"
 
 
-def aligned(lines: list[tuple[str, ...]]) -> Iterator[str]:
-    """Lines of cells as columns of 80 signs at most; what does not fit is in the tables."""
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    while sum(widths) + 2 * len(widths) > say.WIDTH and len(widths) > 4:
-        widths.pop()
-    for line in lines:
-        cells = [cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width]
-        yield f"  {'  '.join(cells)}".rstrip()[: say.WIDTH]
-
-
 def move_lines(moves: list[Row]) -> Iterator[str]:
     """What moves the ends of the window most."""
     if not moves:
@@ -173,13 +163,11 @@ def population_share(population: Row) -> str:
 def population_lines(problem: Problem, population: Row) -> Iterator[str]:
     """What the text of an answer says of persons or draws, in paragraphs."""
     what = row_words(problem.choices, population["values"])
-    yield ""
-    yield "For whom" if "person" in population["counts"] else "How sure"
+    yield from ("", "For whom" if "person" in population["counts"] else "How sure")
     yield f"  {what}: {_served(population)}" if what else f"  {_served(population)}"
     if population["by"]:
         yield f"  {'; '.join(map(_of_sex, population['by']))}"
-    for reason in population["not_served"]:
-        yield f"  {_not_served(problem, population, reason)}"
+    yield from (f"  {_not_served(problem, population, reason)}" for reason in population["not_served"])
     if population["counts"].get("person", 0) > 1:
         for axis in problem.choices.axes:
             yield from _sizes(problem, axis, population["sizes"].get(axis.column), population["counts"]["person"])

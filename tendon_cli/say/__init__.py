@@ -4,6 +4,7 @@ from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.limits import conflict, conflict_label, limit_words
 from tendon_cli.say.words import (
     WIDTH,
+    aligned,
     column,
     duration,
     factor_of,
@@ -26,7 +27,7 @@ from tendon_cli.say.words import (
 from tendon_cli.units import counted
 
 __all__ = [
-    "WIDTH", "LimitWords", "column", "conflict", "conflict_label", "counted", "duration", "factor_of", "filled",
-    "interval", "joint_word", "limit_words", "listed", "number", "of_joint", "parameter", "percent", "quantity",
-    "sampled_share", "share", "side_of", "size", "window", "within",
+    "WIDTH", "LimitWords", "aligned", "column", "conflict", "conflict_label", "counted", "duration", "factor_of",
+    "filled", "interval", "joint_word", "limit_words", "listed", "number", "of_joint", "parameter", "percent",
+    "quantity", "sampled_share", "share", "side_of", "size", "window", "within",
 ]  # fmt: skip

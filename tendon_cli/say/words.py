@@ -194,6 +194,15 @@ def filled(text: str, indent: str = "") -> list[str]:
     return [line.replace(_JOINED, " ") for line in lines]
 
 
+def aligned(lines: Sequence[Sequence[str]], least: int = 4) -> list[str]:
+    """Cells as columns of a table of 80 signs at most, indented; its last columns go if they do not fit."""
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    while sum(widths) + 2 * len(widths) > WIDTH and len(widths) > least:
+        widths.pop()
+    rows = ([cell.ljust(width) for cell, width in zip(line, widths, strict=False) if width] for line in lines)
+    return [f"  {'  '.join(cells)}".rstrip()[:WIDTH] for cells in rows]
+
+
 # --- The joint -------------------------------------------------------------------------------------------------------
 
 _ELBOW = re.compile(r"\b(?:(an?) )?(elbow)\b", re.IGNORECASE)
