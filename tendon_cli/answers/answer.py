@@ -29,6 +29,7 @@ from tendon_cli.answers.fixes import fixes, relaxation, sampled
 from tendon_cli.answers.front import SERVED, USUAL, Goal, compromise, front, goals_of, losses
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.refine import refined
+from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
@@ -160,6 +161,7 @@ def as_record(answer: Findings) -> dict[str, Any]:
         **({} if chosen is None else bench_record(problem, chosen)),
         "between_samples": None if chosen is None else {"curves": curves_of(problem, chosen)},
         "fixes": [] if chosen is not None else _fixes(answer, notes),
+        "would_take": [] if chosen is not None or problem.given is not None else _would_take(answer),
         "conflicts": _conflicts(answer),
         "sensitivities": [] if chosen is None else sensitivities(problem, chosen),
         "population": None,
@@ -228,6 +230,12 @@ def _conflicts(answer: Findings) -> list[dict[str, Any]]:
             "relaxed": {limit: relaxation(answer.problem, closest, limit) for limit in limits},
         })  # fmt: skip
     return records
+
+
+def _would_take(answer: Findings) -> list[dict[str, Any]]:
+    """What it would take that some choice has a window; of a single one, conflicts say it of limits."""
+    limits = {limit for pair in answer.conflicts for limit in pair}
+    return relaxations(answer.problem, limits, of_limits=answer.choices > 1)
 
 
 def _fixes(answer: Findings, notes: list[str]) -> list[dict[str, Any]]:

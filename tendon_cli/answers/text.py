@@ -12,6 +12,7 @@ from tendon_cli.answers.answer import goals_or_usual
 from tendon_cli.answers.bench import bench_lines, drift_words
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.question import Problem
+from tendon_cli.answers.relax import relaxation_lines
 from tendon_cli.answers.words import Row, ends_of, everyone, parameter, row_words
 from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
@@ -197,6 +198,7 @@ def _no_window(problem: Problem, record: Row) -> Iterator[str]:
     yield from (f"{at} {whom}{which}.", "", "Why")
     for each in record["conflicts"]:
         yield from (f"  {text}" for text in _conflict(problem, record, each))
+    yield from relaxation_lines(problem, record["would_take"])
     if record["fixes"]:
         yield from ("", "What would help, all else equal", *_fixes(record["fixes"]))
 

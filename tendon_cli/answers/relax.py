@@ -1,0 +1,165 @@
+"""What it would take that some choice has a window: the least change of one thing that is asked for, all else equal.
+
+Eased as far as is plausible, each thing leaves some choices with a window or none; half as far, fewer. So the least
+change is found by bisection over the choices that still have one. What is eased more never takes a window away, but for
+postures and anchors, of which that is not proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tendon_cli import say
+from tendon_cli.answers.question import Problem
+from tendon_cli.answers.solve import Solutions, solve
+from tendon_cli.answers.words import Row, row_words
+from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.space.axis import Numbers, Rows
+from tendon_cli.space.space import Space
+from tendon_cli.studies.study import keys
+from tendon_cli.studies.values import RIGID
+from tendon_cli.units import parse_measure
+
+_MOST = 2**28
+"""States of all choices under all conditions; of more choices some are tried, evenly taken."""
+_ROUNDS = 12
+_FARTHEST = 10.0
+"""Times a limit."""
+_WIDEST, _FIRMEST = 0.2, 1e5
+"""Of a strap, m; of tissue and cuff behind an anchor, N/m."""
+_WIDTH, _ANCHOR = "arm.contact_width", "anchor.stiffness"
+
+Eased = Callable[[float, Numbers], tuple[Problem, Numbers]]
+"""The question for some choices, whose numbers are given, with a value in the place of what is asked for."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ask:
+    """Something that is asked for, and could be asked less of."""
+
+    key: str
+    quantity: Quantity
+    before: float
+    """SI; of several values the largest magnitude."""
+    farthest: float
+    eased: Eased
+    of: Rows
+    """The choices for which it counts."""
+
+
+def relaxations(problem: Problem, limits: set[str], *, of_limits: bool = True) -> list[dict[str, Any]]:
+    """For each thing asked for the least change that gives some choice a window, as recorded; SI.
+
+    `limits` are those that leave choices without one, and are changed, too, if `of_limits`. `after` is null if even
+    `farthest` gives none; `served` is the largest share then, else that of the choice named at `pretension`, N.
+    """
+    count = len(problem.choices)
+    most = max(1, _MOST // (len(problem.conditions) * problem.states_per_design))
+    rows = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+    asks = (ask for ask in _asks(problem, limits, rows) if of_limits or not ask.key.startswith("limits."))
+    return [_least(problem, ask) for ask in asks]
+
+
+def _asks(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Ask]:
+    for name in sorted(limits & set(problem.bounds)):
+        value = float(problem.bounds[name])
+        farthest = 0.0 if name.startswith("min_") else _FARTHEST * value
+        if value > 0.0 and np.isfinite(value):
+            quantity = QUANTITIES.get(name, QUANTITIES["pretension"])
+            yield Ask(f"limits.{name}", quantity, value, farthest, _bounded(problem, name), rows)
+    widths = problem.choices.numbers(rows).get(_WIDTH)
+    if "max_contact_pressure" in limits:
+        given = problem.choices.single.get(_WIDTH, np.nan) if widths is None else widths.max()
+        of = rows if widths is None else rows[widths == widths.max()]
+        yield from _of_number(problem, _WIDTH, given, _WIDEST, of)
+    yield from _of_number(problem, _ANCHOR, problem.choices.single.get(_ANCHOR, np.inf), _FIRMEST, rows)
+    for key in ("load.mass", "arm.upper_arm_angle"):
+        values = problem.condition_numbers.get(key)
+        if values is not None and np.ptp(values) > 0.0:
+            yield Ask(key, keys()[key].number.quantity, float(np.abs(values).max()), 0.0, _scaled(problem, key), rows)
+
+
+def _of_number(problem: Problem, key: str, given: float, farthest: float, rows: Rows) -> Iterator[Ask]:
+    if 0.0 < given < farthest and key not in problem.condition_numbers:
+
+        def eased(value: float, numbers: Numbers) -> tuple[Problem, Numbers]:
+            count = len(next(iter(numbers.values()), rows[:1]))
+            return problem, {**numbers, key: np.full(count, value)}
+
+        yield Ask(key, keys()[key].number.quantity, float(given), farthest, eased, rows)
+
+
+def _bounded(problem: Problem, name: str) -> Eased:
+    return lambda value, numbers: (problem.bounded(name, value), numbers)
+
+
+def _scaled(problem: Problem, key: str) -> Eased:
+    """The values of a condition drawn together toward zero."""
+    values = problem.condition_numbers[key]
+    largest = np.abs(values).max()
+    return lambda value, numbers: (problem.saying({key: values * (value / largest)}), numbers)
+
+
+def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
+    def tried(value: float, rows: Rows) -> Solutions:
+        asked, numbers = ask.eased(value, problem.choices.numbers(rows))
+        solved = solve(asked, numbers, len(rows), with_worst=False)
+        return Solutions(solved.results, rows, problem.choices.columns(rows))
+
+    record: dict[str, Any] = {"key": ask.key, "before": ask.before, "farthest": ask.farthest, "after": None}
+    solved = tried(ask.farthest, ask.of)
+    if not solved["feasible"].any():
+        return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
+    rows, empty, open_ = solved.row[solved["feasible"]], ask.before, ask.farthest
+    for _ in range(_ROUNDS):
+        middle = float(np.sqrt(empty * open_)) if ask.key == _ANCHOR else 0.5 * (empty + open_)
+        some = tried(middle, rows)["feasible"]
+        if some.any():
+            rows, open_ = rows[some], middle
+        else:
+            empty = middle
+    toward = np.inf if ask.farthest > ask.before else -np.inf
+    printed = say.quantity(ask.quantity, open_, toward=toward)
+    after = parse_measure(printed.replace(",", ""), ask.quantity.dimension).si
+    solved = tried(after, rows)
+    best = solved.taken([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
+    columns = {axis.column: axis.names[best[axis.column][0]] if axis.names else best.one(axis.column)
+               for axis in problem.choices.axes}  # fmt: skip
+    values = {name: RIGID if value == np.inf else value for name, value in columns.items()}
+    record |= {"after": after, "printed": printed, "choice": int(best.row[0]), "values": values}
+    return record | {"pretension": best.one("pretension"), "served": best.one("served_at")}
+
+
+# --- In words --------------------------------------------------------------------------------------------------------
+
+_WORDS = {
+    "load.mass": "loads of at most {} instead of {}",
+    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
+    _WIDTH: "a strap of {} instead of {}",
+    _ANCHOR: "tissue and cuffs of {} behind each anchor instead of {}",
+}
+
+
+def relaxation_lines(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
+    """What each of them would take, in paragraphs."""
+    if not relaxations:
+        return
+    yield from ("", "What it would take, all else equal")
+    for each in relaxations:
+        key, limit = each["key"], each["key"].removeprefix("limits.")
+        of = QUANTITIES.get(limit, QUANTITIES["pretension"]) if key != limit else keys()[key].number.quantity
+        words = _WORDS.get(key, f"{limit} = {{}} instead of {{}}")
+        share = "all" if each["served"] >= 1.0 else f"{say.percent(each['served'])} of the"
+        served = f"serves {share} {problem.counted}"
+        if each["after"] is None:
+            farthest = words.format(say.quantity(of, each["farthest"]), say.quantity(of, each["before"]))
+            yield f"  {farthest} is not enough: the best choice {served}"
+            continue
+        others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
+        what = row_words(others, each["values"])
+        at = f"{what}{', ' if what else ''}{say.number(each['pretension'])} N"
+        yield f"  {words.format(each['printed'], say.quantity(of, each['before']))}: {at} {served}"
