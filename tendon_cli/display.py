@@ -34,7 +34,7 @@ class Displayed:
         """The text with the main picture, for a notebook."""
         picture = face().picture(self)
         image = f'<img alt="" src="data:image/png;base64,{picture}" style="max-width: 100%"/>' if picture else ""
-        return f"<pre>{html.escape(repr(self))}</pre>{image}"
+        return f'<pre style="font-size: 80%">{html.escape(repr(self))}</pre>{image}'
 
 
 def shortened(text: str) -> str:
