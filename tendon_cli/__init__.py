@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from tendon_cli.face.runs import design, estimate, open, sweep  # noqa: A004
     from tendon_cli.reports.report import write_report as report
     from tendon_cli.state_page.page import state_page as state
+    from tendon_cli.studies.load import any_study as study
     from tendon_cli.studies.load import load_study
-    from tendon_cli.studies.load import new_study as study
 
 _PLACES = {
-    "load_study": "studies.load.load_study", "study": "studies.load.new_study", "varied": "studies.load.varied_study",
+    "load_study": "studies.load.load_study", "study": "studies.load.any_study", "varied": "studies.load.varied_study",
     "state": "state_page.page.state_page", "states": "engine.states.states",
     "sweep": "face.runs.sweep", "design": "face.runs.design", "estimate": "face.runs.estimate",
     "open": "face.runs.open", "open_run": "engine.results.open_run",

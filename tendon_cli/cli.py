@@ -108,17 +108,17 @@ def _run(words: list[str], debug: bool) -> int:
 
 
 def _as_fault(error: Exception) -> TendonError:
-    """Any exception as one of the errors that people are told of."""
+    """Any exception as an error with an exit code and a message."""
     if isinstance(error, TendonError):
         return error
     if is_memory_short(error):
         hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
         return MemoryShortError(f"there is not enough memory: {error or type(error).__name__}", hint=hint)
-    if callable(said := getattr(error, "format_message", None)):  # typer's own errors of a wrong call
+    if callable(message := getattr(error, "format_message", None)):  # typer's own errors of a wrong call
         option, near = getattr(error, "option_name", None), getattr(error, "possibilities", None)
         if option and near:
             return UsageError(f"no such option: {option}", hint=f"did you mean {' or '.join(near)}?")
-        return UsageError(str(said()), hint="tendon --help lists the commands")
+        return UsageError(str(message()), hint="tendon --help lists the commands")
     if isinstance(error, OSError):
         return as_output_error(error)
     return TendonError(f"{type(error).__name__}: {error}", hint="this is a bug in tendon; --debug shows where")

@@ -87,7 +87,7 @@ def print_error(fault: TendonError, *, as_json: bool) -> None:
         try:
             print_result({"error": {name: getattr(fault, name) for name in names}})
         except OutputError:
-            pass  # nobody takes it there, so it is told as a line
+            pass  # nobody reads it there, so it becomes a line
         else:
             return
     place = f"{fault.where}: " if fault.where else ""

@@ -42,9 +42,9 @@ if [ "$funcstack[1]" = _tendon ]; then _tendon "$@"; else compdef _tendon tendon
 
 _FISH = """\
 function __tendon_complete
-    set -l found (tendon completion fish --line (commandline -cp | string collect) 2>/dev/null)
-    if test (count $found) -gt 0
-        string replace '  ' \\t -- $found
+    set -l words (tendon completion fish --line (commandline -cp | string collect) 2>/dev/null)
+    if test (count $words) -gt 0
+        string replace '  ' \\t -- $words
     else
         __fish_complete_path (commandline -ct)
     end
@@ -73,12 +73,12 @@ def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: 
         print_result(_SCRIPTS[shell])
         return
     words, begun, quote = split_line(line)
-    found = [item for item in candidates(context.find_root().command, words, begun) if item[0] != begun]
+    items = [item for item in candidates(context.find_root().command, words, begun) if item[0] != begun]
     if shell == "bash":
         ends = [begun.rfind(mark) + 1 for mark in "=:" if mark in breaks and not quote]
-        text = [_for_bash(word[max(ends, default=0) :], quote) for word, _ in found]
+        text = [_for_bash(word[max(ends, default=0) :], quote) for word, _ in items]
     else:
-        text = [f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in found]
+        text = [f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in items]
     if text:
         print_result("\n".join(text))
 
@@ -119,8 +119,8 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
     if waits:
         return _values(last, context, begun)
     if begun.startswith("--") and equals:
-        found = _values(options[option], context, value) if option in options else []
-        return [(f"{option}={word}", meaning) for word, meaning in found]
+        items = _values(options[option], context, value) if option in options else []
+        return [(f"{option}={word}", meaning) for word, meaning in items]
     arguments = [each for each in command.params if each.param_type_name == "argument"]
     if arguments and not begun.startswith("-"):
         return _values(arguments[0], context, begun)

@@ -142,5 +142,15 @@ def differences(theirs: Any, ours: Any, key: str = "") -> list[str]:
         ]
     if theirs == ours:
         return []
-    shown = [json.dumps(value)[:60] for value in (theirs, ours)]
-    return [f"{key} was {shown[0]}, now {shown[1]}"]
+    was, now = (_in_short(value) for value in (theirs, ours))
+    return [f"{key} was {was}, now {now}"]
+
+
+def _in_short(value: Any) -> str:
+    """A value of a study for a message, without the content of files."""
+    if value is None:
+        return "not stated"
+    if isinstance(value, dict):
+        return f"{{{', '.join(value)}}}"
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -26,15 +26,8 @@ from tendon_cli.units import described, shorten
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study
 
 
-def any_study(given: AnyStudy) -> Study:
-    """A study from whatever stands for one: itself, a dictionary, or the path of its file."""
-    if isinstance(given, Study):
-        return given
-    return new_study(given) if isinstance(given, Mapping) else load_study(given)
-
-
-def new_study(content: Mapping[str, Any]) -> Study:
-    """A checked study from a dictionary with the keys of a study file; raises as `load_study` does.
+def any_study(content: AnyStudy) -> Study:
+    """A checked study from a dictionary with the keys of a study file, or from its path; raises as `load_study` does.
 
     Numbers may be NumPy's, lists may be ranges, arrays or Series, and a `Fit` may be a friction coefficient. Relative
     paths in it are relative to the working directory. `study.vary(**{"load.mass": "3 kg"})` is the same study with
@@ -47,8 +40,14 @@ def new_study(content: Mapping[str, Any]) -> Study:
     >>> asked.vary(**{"load.mass": "3 kg"}).axes
     ()
     """
+    if isinstance(content, Study):
+        return content
+    if isinstance(content, str | PathLike):
+        return load_study(content)
     if not isinstance(content, Mapping):
-        raise StudyError([Fault("", f"{described(content)} is not a study, expected a dictionary of its keys")])
+        raise StudyError(
+            [Fault("", f"{described(content)} is not a study, expected a path or a dictionary of its keys")]
+        )
     return study_from(plain(content))
 
 
