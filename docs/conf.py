@@ -1,6 +1,8 @@
 """Sphinx configuration: Markdown pages, notebooks that are run, the library from its own documentation, all offline."""
 
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 from docutils.nodes import SkipNode
@@ -22,6 +24,10 @@ exclude_patterns = ["_build"]
 nb_execution_mode = "force"  # each notebook is run with the pages, and a cell that fails ends the build
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+quiet = Path(tempfile.mkdtemp(), "profile_default")  # else each kernel warns that it talks to this process
+quiet.mkdir()
+(quiet / "ipython_kernel_config.py").write_text("c.Application.log_level = 40\n", encoding="utf-8")
+os.environ["IPYTHONDIR"] = str(quiet.parent)
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 nitpicky = False
