@@ -35,8 +35,11 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 13
+VERSION = 14
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
+
+MOST_FORMS = 8
+"""Forms of several shares that compiled code takes at once, as `arrays.h` says."""
 
 Columns = Mapping[str, npt.NDArray[Any]]
 RowWriter = Callable[[Columns, range], Collection[str] | None]
@@ -118,7 +121,10 @@ def fold_window(
         states = np.arange(shape[-2])[:, np.newaxis] * total + first + np.arange(shape[-1])
         window.fold(found, at, bounds, states)
     else:
-        native().window(chosen, shape, _given(at), *_held_to(at, bounds), found, first, total)
+        given, (one, forms) = _given(at), _held_to(at, bounds)
+        for start in range(0, max(1, len(forms)), MOST_FORMS):  # the tightest end is the same whatever comes first
+            some = forms[start : start + MOST_FORMS]
+            native().window(chosen, shape, given, one, some, found, first, total)
 
 
 def _held_to(at: Situation, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:

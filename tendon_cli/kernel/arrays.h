@@ -62,13 +62,13 @@ typedef struct {
     long axes, length[MOST_AXES], index[MOST_AXES];
 } Walk;
 
-/* To the next line of angles, the last axis but the angle fastest; moves the arrays along. Returns zero after the last,
- * and is at the first again. */
-static inline int next_line(Walk *walk, Array *arrays, int count) {
+/* To the next line of angles, the last axis but the angle fastest; moves along the arrays that are named. Returns zero
+ * after the last, and is at the first again. */
+static inline int next_line(Walk *walk, Array *arrays, const int *named, int count) {
     for (long axis = walk->axes - 2; axis >= 0; axis--) {
         if (walk->length[axis] == 1) continue;
         long move = ++walk->index[axis] < walk->length[axis] ? 1 : 1 - walk->length[axis];
-        for (int i = 0; i < count; i++) arrays[i].at += move * arrays[i].step[axis];
+        for (int k = 0; k < count; k++) arrays[named[k]].at += move * arrays[named[k]].step[axis];
         if (move == 1) return 1;
         walk->index[axis] = 0;
     }

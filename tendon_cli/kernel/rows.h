@@ -99,11 +99,15 @@ static void write_line(Rows *w, long angle, long angles, long row) {
 /* Rows `first` to `first + count`, the last axis fastest. */
 static void rows(Rows *w) {
     long length = w->walk.length[w->walk.axes - 1], angle = w->first % length;
+    int moving[INPUTS + MOST_AXES], moves = 0;
+    for (int i = 0; i < INPUTS + w->keys; i++)
+        for (long axis = 0, once = 1; axis < w->walk.axes - 1 && once; axis++)
+            if (w->arrays[i].step[axis]) moving[moves++] = i, once = 0;
     to_line(&w->walk, w->arrays, INPUTS + w->keys, w->first / length);
     for (long done = 0; done < w->count; angle = 0) {
         long angles = w->count - done < length - angle ? w->count - done : length - angle;
         write_line(w, angle, angles, done);
         done += angles;
-        next_line(&w->walk, w->arrays, INPUTS + w->keys);
+        next_line(&w->walk, w->arrays, moving, moves);
     }
 }

@@ -21,7 +21,7 @@ typedef struct {
     Mask hopeless;
 } Range;
 
-/* Which bounds any of some designs has, and which inputs change from angle to angle. */
+/* Which bounds, and which shares of forms, any of some designs has, and which of these change from angle to angle. */
 typedef struct {
     int bound[LIMITED], moving[LIMITED], moves;
 } Asked;
@@ -52,8 +52,9 @@ INLINE void tighten(Tightest *t, const Lines *l, const Lanes *in, const Asked *a
     for (int form = 0; form < forms; form++) {
         const Lanes *f = in + BOUNDED + PER_FORM * form;
         const int *its = bound + BOUNDED + PER_FORM * form;
-        Lanes base = f[FORM_flexor] * l->x + f[FORM_extensor] * l->y + f[FORM_stiffness] * k;
-        Lanes gain = f[FORM_flexor] * l->x_gain + f[FORM_extensor] * l->y_gain + f[FORM_stiffness] * k_gain;
+        Lanes base = f[FORM_flexor] * l->x + f[FORM_extensor] * l->y;
+        Lanes gain = f[FORM_flexor] * l->x_gain + f[FORM_extensor] * l->y_gain;
+        if (its[FORM_stiffness]) base += f[FORM_stiffness] * k, gain += f[FORM_stiffness] * k_gain;
         if (its[FORM_least]) bounded(&r, base, gain, f[FORM_least], 1);
         if (its[FORM_most]) bounded(&r, base, gain, f[FORM_most], 0);
     }
@@ -77,35 +78,46 @@ INLINE Asked asked_of(const Window *w, const Lanes *in, int inputs) {
     Asked asked;
     asked.moves = 0;
     for (int i = INPUTS; i < inputs; i++) {
-        asked.bound[i] = any(magnitude(in[i]) < INFINITY);
+        int is_share = i >= BOUNDED && (i - BOUNDED) % PER_FORM == FORM_stiffness;
+        asked.bound[i] = is_share ? any(in[i] != 0.0) : any(magnitude(in[i]) < INFINITY);
         if (w->arrays[i].step[w->walk.axes - 1]) asked.bound[i] = 1, asked.moving[asked.moves++] = i;
     }
     return asked;
+}
+
+/* All angles of designs in one direction; `plain` and `moves` are constants, and so is `forms` if it is zero. */
+INLINE void over_angles(Tightest *t, const Window *w, const Beside *of, const Lanes *in, const Drive *d, const Asked *asked,
+                  double first, int forms, int moves, int plain) {
+    Lanes now[LIMITED], its[INPUTS];
+    if (moves)
+        for (int i = INPUTS; i < BOUNDED + PER_FORM * forms; i++) now[i] = in[i];
+    for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
+        for (int i = 0; moves && i < asked->moves; i++) {
+            int input = asked->moving[i];
+            now[input] = across(of, input, at * w->arrays[input].step[w->walk.axes - 1]);
+        }
+        Angle here = angle_across(of, at);
+        if (plain) {
+            Lines l = lines_at(d, &here, plain);
+            tighten(t, &l, moves ? now : in, asked, forms, d, same(first + (double)at), 1);
+        } else {
+            Drive own = drive_across(of, its, at);
+            Lines l = lines_at(&own, &here, 0);
+            tighten(t, &l, moves ? now : in, asked, forms, &own, same(first + (double)at), 0);
+        }
+    }
 }
 
 INLINE void fold_states(void *what, const Beside *of, const Lanes *in, const Drive *d, long direction) {
     const Window *w = what;
     int inputs = BOUNDED + PER_FORM * w->forms;
     double first = (double)(direction * w->total + w->first);
-    Lanes none = same(INFINITY), nowhere = same(-1.0), now[LIMITED], its[INPUTS];
+    Lanes none = same(INFINITY), nowhere = same(-1.0);
     Asked asked = asked_of(w, in, inputs);
     Tightest t = {-none, none, nowhere, nowhere, none};
-    for (int i = INPUTS; i < inputs; i++) now[i] = in[i];
-    for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
-        for (int i = 0; i < asked.moves; i++) {
-            int input = asked.moving[i];
-            now[input] = across(of, input, at * w->arrays[input].step[w->walk.axes - 1]);
-        }
-        Angle here = angle_across(of, at);
-        if (of->plain) {
-            Lines l = lines_at(d, &here, 1);
-            tighten(&t, &l, now, &asked, w->forms, d, same(first + (double)at), 1);
-        } else {
-            Drive own = drive_across(of, its, at);
-            Lines l = lines_at(&own, &here, 0);
-            tighten(&t, &l, now, &asked, w->forms, &own, same(first + (double)at), 0);
-        }
-    }
+    if (!of->plain || asked.moves) over_angles(&t, w, of, in, d, &asked, first, w->forms, 1, 0);
+    else if (w->forms) over_angles(&t, w, of, in, d, &asked, first, w->forms, 0, 1);
+    else over_angles(&t, w, of, in, d, &asked, first, 0, 0, 1);
     char *const(*found)[LANES] = of->at + inputs;
     settle(found[END_low], found[END_low_state], of->count, t.low, t.low_at, 1.0);
     settle(found[END_high], found[END_high_state], of->count, t.high, t.high_at, -1.0);

@@ -82,7 +82,8 @@ def _refined(
 
     def asked(where: Array, which: slice | npt.NDArray[np.bool_] = slice(None)) -> Array:
         """What is asked for at angles of each design, (designs, directions, angles); the larger, the tighter."""
-        few = taken(some, (len(place), 1, 1), (np.arange(len(place))[which],))
+        rows = np.arange(len(place))[which]
+        few = some if len(rows) == len(place) else taken(some, (len(place), 1, 1), (rows,))
         situation = Situation.of(few, where[:, np.newaxis, :], flexion)
         values = sign * ends_of_states(situation, bounds)[0 if name == "low" else 1]
         shape = (len(where), len(flexion), where.shape[1])

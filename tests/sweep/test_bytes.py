@@ -58,14 +58,23 @@ def test_bytes_are_the_same_wherever_and_however_often_a_study_runs(new_sweep, t
     assert new_sweep(WIDE, tmp_path).hashes == new_sweep(WIDE, tmp_path / "elsewhere").hashes
 
 
-def test_the_record_has_the_hash_of_every_file(new_sweep, tmp_path, small_parts):
+def test_several_parts_are_a_folder_of_numbered_files_with_the_rows_of_one(new_sweep, tmp_path, small_parts):
+    """Their record has the hash of each, and other readers take them for one table."""
+    one = new_sweep(WIDE, tmp_path, out="one")
+    assert sorted(one.hashes) == ["designs.parquet", "states.parquet"]
+    rows = {table: one.table(table).read() for table in ("designs", "states")}
     small_parts(1000)
-    swept = new_sweep(WIDE, tmp_path)
-    assert {entry["path"]: entry["sha256"] for entry in swept.record["files"]} == swept.hashes
-    for entry in swept.record["files"]:
-        content = (swept.folder / entry["path"]).read_bytes()
+    several = new_sweep(WIDE, tmp_path, out="several")
+    parts = [f"part-{index:05d}.parquet" for index in range(several.plan.parts)]
+    assert sorted(several.hashes) == [f"{table}.parquet/{part}" for table in ("designs", "states") for part in parts]
+    for table, expected in rows.items():
+        assert several.table(table).read().replace_schema_metadata().equals(expected.replace_schema_metadata())
+    assert {entry["path"]: entry["sha256"] for entry in several.record["files"]} == several.hashes
+    for entry in several.record["files"]:
+        content = (several.folder / entry["path"]).read_bytes()
         assert (entry["size"], entry["sha256"]) == (len(content), hashlib.sha256(content).hexdigest())
-        assert entry["rows"] == pq.read_metadata(swept.folder / entry["path"]).num_rows
+        assert entry["rows"] == pq.read_metadata(several.folder / entry["path"]).num_rows
+    assert pq.read_table(several.folder / "states.parquet").num_rows == several.plan.states
 
 
 def row_groups(file):
@@ -82,30 +91,6 @@ def test_row_groups_of_designs_have_2_to_the_17_rows_too(new_sweep, tmp_path):
     text = '[load]\nmass = { from = 0, to = 9, num = 140000 }\n[motion]\nelbow_angle = "1 rad"\ndirection = "flexion"\n'
     folder = new_sweep(text + '[output]\ntables = "designs"\n', tmp_path).folder
     assert row_groups(folder / "designs.parquet") == [2**17, 140_000 - 2**17]
-
-
-def test_one_part_is_a_file_and_several_are_a_folder_of_numbered_files(new_sweep, tmp_path, small_parts):
-    one = new_sweep(WIDE, tmp_path, out="one")
-    assert sorted(one.hashes) == ["designs.parquet", "states.parquet"]
-    small_parts(1000)
-    several = new_sweep(WIDE, tmp_path, out="several")
-    parts = [f"part-{index:05d}.parquet" for index in range(several.plan.parts)]
-    assert sorted(several.hashes) == [f"{table}.parquet/{part}" for table in ("designs", "states") for part in parts]
-
-
-def test_several_parts_hold_the_rows_of_one(new_sweep, tmp_path, small_parts):
-    one = new_sweep(WIDE, tmp_path, out="one")
-    rows = {table: one.table(table).read() for table in ("designs", "states")}
-    small_parts(1000)
-    several = new_sweep(WIDE, tmp_path, out="several")
-    for table, expected in rows.items():
-        assert several.table(table).read().replace_schema_metadata().equals(expected.replace_schema_metadata())
-
-
-def test_other_readers_read_a_folder_of_parts_as_one_table(new_sweep, tmp_path, small_parts):
-    small_parts(1000)
-    swept = new_sweep(WIDE, tmp_path)
-    assert pq.read_table(swept.folder / "states.parquet").num_rows == swept.plan.states
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in other units elsewhere")

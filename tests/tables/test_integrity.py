@@ -176,48 +176,45 @@ def test_what_tendon_did_not_write_is_refused_by_name(tmp_path, kind):
 # --- Folders of parts ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("missing", [0, 1, 3])
-def test_a_missing_part_is_refused_and_named(parted, missing):
-    (parted.folder / f"states.parquet/part-{missing:05d}.parquet").unlink()
-    error = refusal(parted.folder / "states.parquet")
-    assert "states.parquet" in error.where
-    assert f"part {missing}" in error.message
-
-
-def test_a_damaged_part_is_refused_by_its_own_name(parted):
-    file = parted.folder / "states.parquet/part-00002.parquet"
-    content = bytearray(file.read_bytes())
+def turned(folder, name="part-00002.parquet"):
+    content = bytearray((folder / name).read_bytes())
     content[len(content) // 2] ^= 4
-    file.write_bytes(content)
-    assert "part-00002.parquet" in refusal(parted.folder / "states.parquet").where
+    (folder / name).write_bytes(content)
 
 
-def test_a_part_too_many_is_refused(parted):
+def of_another_study(folder, new_sweep):
+    (folder.parents[1] / "other").mkdir()
+    other = new_sweep(OTHER, folder.parents[1] / "other").folder
+    shutil.copy(other / "states.parquet/part-00001.parquet", folder)
+
+
+HARMS = {
+    "part 0": lambda folder, _: (folder / "part-00000.parquet").unlink(),
+    "part 3": lambda folder, _: (folder / "part-00003.parquet").unlink(),
+    "part-00002.parquet": lambda folder, _: turned(folder),
+    "states.parquet": lambda folder, _: shutil.copy(folder / "part-00001.parquet", folder / "part-00004.parquet"),
+    "another": of_another_study,
+    "part-00001.parquet": lambda folder, _: shutil.copy(
+        folder.with_name("designs.parquet") / "part-00001.parquet", folder
+    ),
+}
+"""What is done to the states of a run, by what the refusal names."""
+
+
+@pytest.mark.parametrize("name", HARMS)
+def test_a_folder_of_parts_that_is_not_whole_is_refused_by_name(parted, new_sweep, name):
     folder = parted.folder / "states.parquet"
-    shutil.copy(folder / "part-00001.parquet", folder / "part-00004.parquet")
-    assert "states.parquet" in refusal(folder).where
+    HARMS[name](folder, new_sweep)
+    error = refusal(folder)
+    assert name in f"{error.where} {error.message}"
 
 
 def test_parts_in_the_wrong_order_are_refused_or_put_in_order(parted):
     folder = parted.folder / "states.parquet"
     original = contents(folder)
-    (folder / "part-00001.parquet").rename(folder / "part-99999.parquet")
-    (folder / "part-00002.parquet").rename(folder / "part-00001.parquet")
-    (folder / "part-99999.parquet").rename(folder / "part-00002.parquet")
+    for before, after in ((1, 99999), (2, 1), (99999, 2)):
+        (folder / f"part-{before:05d}.parquet").rename(folder / f"part-{after:05d}.parquet")
     assert is_refused_or_unchanged(folder, original)
-
-
-def test_a_part_of_another_study_is_refused(parted, new_sweep, tmp_path):
-    (tmp_path / "other").mkdir()
-    other = new_sweep(OTHER, tmp_path / "other")
-    shutil.copy(other.folder / "states.parquet/part-00001.parquet", parted.folder / "states.parquet/part-00001.parquet")
-    refusal(parted.folder / "states.parquet")
-
-
-def test_a_part_of_another_table_is_refused(parted):
-    parts = [parted.folder / f"{table}.parquet/part-00001.parquet" for table in ("designs", "states")]
-    shutil.copy(*parts)
-    refusal(parted.folder / "states.parquet")
 
 
 # --- Writing that fails ----------------------------------------------------------------------------------------------
@@ -318,53 +315,30 @@ def write_with(failure, file, one_table):
     assert (error.value.exit, error.value.where) == (5, str(file))
 
 
+@pytest.mark.parametrize("stood", [None, b"what stood there"], ids=["new", "replaced"])
 @pytest.mark.parametrize("failure", FAILURES)
-def test_a_write_that_fails_leaves_what_was_there(tmp_path, one_table, muttered, failure):
+def test_a_write_that_fails_changes_nothing_says_only_its_error_and_can_be_done_again(
+    tmp_path, one_table, muttered, failure, stood
+):
     file = tmp_path / "states.parquet"
-    file.write_bytes(b"what stood there")
+    if stood is not None:
+        file.write_bytes(stood)
     write_with(failure, file, one_table)
-    assert file.read_bytes() == b"what stood there"
-
-
-@pytest.mark.parametrize("failure", list(FAILURES))
-def test_a_write_that_fails_leaves_nothing_new(tmp_path, one_table, muttered, failure):
-    write_with(failure, tmp_path / "states.parquet", one_table)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("failure", FAILURES)
-def test_the_same_table_can_be_written_after_a_write_that_failed(tmp_path, one_table, muttered, failure):
-    write_with(failure, tmp_path / "states.parquet", one_table)
-    one_table(tmp_path / "states.parquet")
+    gc.collect()
+    assert muttered == []
+    assert {item.name: item.read_bytes() for item in tmp_path.iterdir()} == (
+        {} if stood is None else {file.name: stood}
+    )
+    one_table(file)
     assert [item.name for item in tmp_path.iterdir()] == ["states.parquet"]
-    assert open_table(tmp_path / "states.parquet").rows > 0
+    assert open_table(file).rows > 0
 
 
-MUTTERS = {"first write": "a file whose first write fails is never closed, and Python says so when it collects it"}
-
-
-@pytest.mark.parametrize("failure", list(FAILURES))
-def test_a_write_that_fails_says_nothing_but_its_error(tmp_path, one_table, muttered, failure):
-    write_with(failure, tmp_path / "states.parquet", one_table)
+def test_a_table_that_is_not_finished_leaves_nothing_and_says_nothing(tmp_path, small, muttered):
+    with TableFile(tmp_path / "designs.parquet", Sweep(small.plan).layout("designs", 0)):
+        assert len(list(tmp_path.iterdir())) == 1
     gc.collect()
-    assert muttered == []
-
-
-def test_a_table_that_is_not_finished_says_nothing(tmp_path, small, muttered):
-    unfinished(tmp_path, small)
-    gc.collect()
-    assert muttered == []
-
-
-def unfinished(folder, small):
-    """Begin a table and leave it."""
-    with TableFile(folder / "designs.parquet", Sweep(small.plan).layout("designs", 0)):
-        assert len(list(folder.iterdir())) == 1
-
-
-def test_a_table_that_is_not_finished_leaves_nothing(tmp_path, small, muttered):
-    unfinished(tmp_path, small)
-    assert not list(tmp_path.iterdir())
+    assert (list(tmp_path.iterdir()), muttered) == ([], [])
 
 
 @pytest.mark.parametrize(("owner", "name"), [(os, "fsync"), (Path, "replace")])
