@@ -68,15 +68,15 @@ def thinned(lengths: Sequence[int], most: int) -> list[Ints]:
 
 
 def axes_of(
-    record: Mapping[str, Any], kind: str, columns: Mapping[str, object], linked: Callable[[str], Sequence[str]]
+    record: Mapping[str, Any], kind: str, columns: Mapping[str, object], named: Callable[[str], Sequence[str]]
 ) -> tuple[RowAxis, ...]:
-    """The axes that a recorded study spans, slowest first; `linked` gives the names of those that no number gives."""
+    """The axes that a recorded study spans, slowest first; `named` gives the names of those that no number gives."""
     study = record["study"]
     names = [*record["axes"], *((DIRECTION, "motion.elbow_angle") if kind == "states" else ())]
     axes: list[RowAxis] = []
     stride = 1
     for key in reversed(names):
-        values, is_log = _values(study, key) if key in keys() else (_names(study, key) or linked(key), False)
+        values, is_log = _values(study, key) if key in keys() else (_names(study, key) or named(key), False)
         array = np.array(list(values), dtype=np.float64 if key in keys() else object)
         known = keys()[key].column if key in keys() else key
         column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)

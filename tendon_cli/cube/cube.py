@@ -205,9 +205,9 @@ def cube_to_come(study: Study, kind: str) -> Cube:
         **dict.fromkeys(("case", "direction", "status") if is_states else ("case", *TRUTHS)),
         **{name: QUANTITIES[name] for name in results},
     }
-    linked = {axis.key: axis.names for axis in named_axes(study)}
+    named = {axis.key: axis.names for axis in named_axes(study)}
     record = study.record
-    axes = axes_of(record, kind, {**columns, **dict.fromkeys(linked)}, linked.__getitem__)
+    axes = axes_of(record, kind, {**columns, **dict.fromkeys(named)}, named.__getitem__)
     return Cube(kind, axes, Columns(with_derived(columns)), record["study"], study.hash)
 
 

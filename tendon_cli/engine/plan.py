@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from decimal import Decimal
 from functools import cached_property
 
 import numpy as np
@@ -272,10 +273,7 @@ class Plan:
 
 def _count(number: int) -> str:
     """A number of any size, short."""
-    if number < 10**6:
-        return str(number)
-    digits = str(number) if number < 10**300 else None
-    return f"{digits[0]}.{digits[1:3]}e{len(digits) - 1}" if digits else "over 1e300"
+    return str(number) if number < 10**6 else f"{Decimal(number):.3g}".replace("e+", "e")
 
 
 def bounds_of(study: Study) -> Bounds:

@@ -211,7 +211,7 @@ def _repaired(
 
 
 def _with_figures(folder: RunFolder, record: dict[str, Any], draw: Draw | None, *, up_to_date: bool) -> str | None:
-    """Draw beside the folder's files, then put the figures in place, their names first; returns why there is no map.
+    """Draw next to the folder's files, then put the figures in place, their names first; returns why there is no map.
 
     So whoever ends this process at any moment, each figure in the folder is one that a record or a journal lists.
     """

@@ -81,7 +81,7 @@ class Sweep(Task):
         return self.plan.rows(table, self.plan.part(index))
 
     def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
-        """How a part of a table is laid out; more designs are collected at once, since they do not come in order."""
+        """The layout of a part of a table; more designs are collected at once, since they do not come in order."""
         layout = super().layout(table, index, rows)
         return replace(layout, at_once=DESIGNS_AT_ONCE) if table == "designs" else layout
 

@@ -117,7 +117,7 @@ class Task(ABC):
         return {table: file_name(table, index, parts) for table, parts in self.tables.items() if index < parts}
 
     def layout(self, table: str, index: int, rows: int | None = None) -> TableLayout:
-        """How a part of a table is laid out; `rows` if it has not the usual number."""
+        """The layout of a part of a table; `rows` if it has not the usual number."""
         part = json.dumps({"index": index, "of": max(1, self.tables[table])}, sort_keys=True)
         first = self._schemas[table]
         schema = first.with_metadata({**first.metadata, b"tendon.part": part})

@@ -1,6 +1,6 @@
 """The model's arithmetic on whole blocks of states, by compiled code where there is some, else by NumPy: the same bits.
 
-In C a state is said once, in `state.h`: `drive_at` is what a design has in one direction, `lines_at` some of its states
+In C a state stands once, in `state.h`: `drive_at` is what a design has in one direction, `lines_at` some of its states
 as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
 `rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted, `window.h` between which
 pretensions every limit is kept; the last two take designs `beside.h` each other, one a lane. `arrays.h` names, once,
@@ -52,10 +52,10 @@ def native() -> Any:
     if os.environ.get(UNWANTED):
         return None
     try:
-        found = importlib.import_module("tendon_cli.kernel._native")
+        module = importlib.import_module("tendon_cli.kernel._native")
     except ImportError:
         return None
-    return found if found.version == VERSION else None
+    return module if module.version == VERSION else None
 
 
 @cache
@@ -93,7 +93,7 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
 
 
 def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[int, ...]) -> None:
-    """Fold all states of a block into what was found of its designs: `model.extremes.fold`."""
+    """Fold all states of a block into what is known of its designs: `model.extremes.fold`."""
     chosen = kind()
     if chosen is None:
         fold(found, at, elbow_angle)
@@ -109,7 +109,7 @@ def fold_window(
     first: int = 0,
     angles: int | None = None,
 ) -> None:
-    """Fold all states of a block into what was found of its designs: `model.window.fold`.
+    """Fold all states of a block into what is known of its designs: `model.window.fold`.
 
     The elbow angles of the block are those from `first` on of `angles` in each direction, by default all. Pretension
     plays no part, so axes that nothing else depends on are one long in `shape`.
@@ -153,7 +153,7 @@ def _as_input(value: npt.ArrayLike) -> Array:
 
 
 def _given(at: Situation) -> dict[str, Array]:
-    """What compiled code takes of a situation, by the names of GIVEN in `arrays.h`."""
+    """What compiled code takes of states, by the names of GIVEN in `arrays.h`."""
     design, motion = at.design, at.motion
     sides = {"flexor": at.flexor, "extensor": at.extensor}
     before = sides if at.resting is None else dict(zip(sides, at.resting, strict=True))

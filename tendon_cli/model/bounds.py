@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,7 +51,7 @@ class Bounds(Mapping[str, "Real"]):
         """The same with another value of one limit, or of the speed."""
         return Bounds(**{"speed": self.speed, **self._values, name: value})
 
-    @property
+    @cached_property
     def asked(self) -> list[DesignLimit]:
         """The limits that hold for any design, in the order of the table."""
         return [limit for limit in LIMITS.values() if limit.name in self and limit.is_asked(self[limit.name])]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 import numpy as np
@@ -149,4 +150,10 @@ def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) 
             return {key: anew(each) for key, each in value.items()}
         return changed(value, change) if is_dataclass(value) else value
 
-    return type(made)(**{each.name: anew(getattr(made, each.name)) for each in fields(made)})  # type: ignore[arg-type]
+    return type(made)(*(anew(getattr(made, name)) for name in _names_of(type(made))))
+
+
+@cache
+def _names_of(kind: type) -> tuple[str, ...]:
+    """The fields of a dataclass, all of which its constructor takes in this order."""
+    return tuple(each.name for each in fields(kind))

@@ -75,7 +75,7 @@ class Column:
 
 @dataclass(frozen=True)
 class TableLayout:
-    """How a file of a table is laid out: its columns, its schema with what it says of itself, and how many rows."""
+    """The layout of a file of a table: its columns, its schema with what it says of itself, and how many rows."""
 
     columns: tuple[Column, ...]
     schema: pa.Schema

@@ -43,7 +43,7 @@ class WrittenFile:
 
 
 def _has_nan(values: npt.NDArray[Any]) -> bool:
-    """Whether any is NaN: then the smallest is, which is found soonest in one thread.
+    """Whether any is NaN: then the smallest is, which one thread finds soonest.
 
     A sum of squares by BLAS starts threads, whose waiting took half of a sweep's processor time.
     """

@@ -13,7 +13,6 @@ import platform
 import threading
 import time
 import uuid
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
@@ -63,15 +62,12 @@ class Assignment:
 
     def stands_in_folder(self) -> bool:
         """Whether the run folder is to be seen from here, and holds this study, unfinished or to be repaired."""
-        return any(f'"study_hash": "{self.study_hash}"'.encode() in head for head in self._heads())
-
-    def _heads(self) -> Iterator[bytes]:
-        """The beginnings of the files that say what stands in the folder."""
-        with contextlib.suppress(OSError), (Path(self.folder) / JOURNAL).open("rb") as file:
-            yield file.readline()
-        for name in RECORDS.values():
+        mark = f'"study_hash": "{self.study_hash}"'.encode()
+        for name in (JOURNAL, *RECORDS.values()):
             with contextlib.suppress(OSError), (Path(self.folder) / name).open("rb") as file:
-                yield file.read(_HEAD)
+                if mark in (file.readline() if name == JOURNAL else file.read(_HEAD)):
+                    return True
+        return False
 
 
 @dataclass(frozen=True)
