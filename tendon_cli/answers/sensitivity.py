@@ -12,7 +12,7 @@ from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Spline
+from tendon_cli.model.kinematics import Flags, Spline
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.limits import PRETENSION as LIMIT_PRETENSION
 from tendon_cli.model.motor_window import excess
@@ -22,7 +22,8 @@ from tendon_cli.studies.study import keys
 
 _STEP = 1e-30
 """Of an imaginary change: a complex step has no error of difference, so it may be as small as can be."""
-_SHARE = 0.01
+_FACTORS = (0.99, 1.01)
+"""By which a number is changed to see whether its derivative says enough."""
 _NEAR = 3
 """States apart that count as the same, for the angle that binds moves with most numbers."""
 
@@ -55,10 +56,11 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
         each = {"end": end, "key": key, "value": value, "slope": slope, "steady": steady}
         return {**each, "per_percent": slope * value / 100.0}
 
-    for key, value in _numbers_at(alone, numbers).items():
+    values = _numbers_at(alone, numbers)
+    steady = _steady(problem, numbers, values, end, (code, state))
+    for key, value in values.items():
         changed = alone.design(numbers, {**alone.condition_numbers, key: np.array([value + _STEP * 1j])})
-        steady = _is_steady(problem, numbers, key, value, end, (code, state))
-        yield record(key, value, slope(changed, bounds), steady=steady)
+        yield record(key, value, slope(changed, bounds), steady=steady[key])
     if name not in bounds:
         return
     if "motion.speed" in (need.key for need in LIMITS[name].needs):
@@ -114,12 +116,29 @@ def _numbers_at(alone: Problem, numbers: Numbers) -> dict[str, float]:
     return {key: value for key, value in values.items() if np.isfinite(value)}
 
 
-def _is_steady(problem: Problem, numbers: Numbers, key: str, value: float, end: str, binding: tuple[int, int]) -> bool:
-    """Whether the same limit binds in the same state when a number is 1 % larger, and smaller, in every condition."""
-    given = problem.condition_numbers.get(key)
-    scaled = np.full(len(problem.conditions), value) if given is None else np.where(np.isnan(given), value, given)
-    for factor in (1.0 - _SHARE, 1.0 + _SHARE):
-        solved = solve(problem.saying({key: scaled * factor}), numbers, 1, with_worst=False)
-        if solved[f"{end}_by"][0] != binding[0] or abs(int(solved[f"{end}_state"][0]) - binding[1]) > _NEAR:
-            return False
-    return True
+def _steady(
+    problem: Problem, numbers: Numbers, values: dict[str, float], end: str, binding: tuple[int, int]
+) -> dict[str, bool]:
+    """Whether the same limit binds in the same state when each number is 1 % larger, and smaller, in every condition.
+
+    Numbers that no condition says are changed as choices are, all of them at once.
+    """
+    of_conditions = {key: each for key, each in problem.condition_numbers.items() if key in values}
+    alone = [key for key in values if key not in of_conditions]
+    changed = {key: np.full(2 * len(alone), each[0]) for key, each in numbers.items()}
+    for row, key in enumerate(alone):
+        column = changed.setdefault(key, np.full(2 * len(alone), np.nan))
+        column[2 * row : 2 * row + 2] = values[key] * np.array(_FACTORS)
+    rows = [_binds(problem, changed, 2 * len(alone), end, binding)] if alone else []
+    for key, given in of_conditions.items():
+        scaled = np.where(np.isnan(given), values[key], given)
+        rows += [_binds(problem.saying({key: scaled * factor}), numbers, 1, end, binding) for factor in _FACTORS]
+    pairs = np.all(np.concatenate(rows).reshape(-1, 2), axis=1)
+    return dict(zip([*alone, *of_conditions], np.asarray(pairs).tolist(), strict=True))
+
+
+def _binds(problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]) -> Flags:
+    """Of choices, whether a limit binds in a state, or next to it."""
+    solved = solve(problem, numbers, count, with_worst=False)
+    near = np.abs(solved[f"{end}_state"] - binding[1]) <= _NEAR
+    return np.asarray((solved[f"{end}_by"] == binding[0]) & near)

@@ -150,7 +150,7 @@ def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) 
             return {key: anew(each) for key, each in value.items()}
         return changed(value, change) if is_dataclass(value) else value
 
-    return type(made)(*(anew(getattr(made, name)) for name in _names_of(type(made))))
+    return type(made)(*(anew(getattr(made, name)) for name in _names_of(type(made))))  # type: ignore[arg-type]
 
 
 @cache

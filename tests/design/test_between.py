@@ -49,7 +49,7 @@ def test_random_windows_are_those_of_very_many_angles():
     rng, checked = np.random.default_rng(8), 0
     springs = {"max_spring_extension": 0.09, "min_flexor_tension": 20.0}
     limits = [{}, {"max_tension": 500.0}, {"peak_motor_torque": 14.0}, springs]
-    for number in range(40):
+    for number in range(24):
         content = {
             "arm": {
                 "b1": rng.uniform(0.13, 0.17), "a1": rng.uniform(0.03, 0.05),
@@ -60,9 +60,8 @@ def test_random_windows_are_those_of_very_many_angles():
         }  # fmt: skip
         last = rng.uniform(60.0, 140.0)
         few = answered(content, motion={"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 4}})
-        many = tendon.sweep(
-            tendon.study(content | {"motion": {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 4001}}})
-        ).designs
+        very_many = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 4001}}
+        many = tendon.sweep(tendon.study(content | {"motion": very_many, "output": {"tables": ["designs"]}})).designs
         low, high = many.pretension_from.max(), many.pretension_to.fillna(np.inf).min()
         if np.isnan(few.pretension_from):
             assert np.isnan(many.pretension_from).any()
@@ -71,4 +70,4 @@ def test_random_windows_are_those_of_very_many_angles():
         assert low - 1e-7 <= few.pretension_from <= low + 1e-3
         few_high = np.inf if np.isnan(few.pretension_to) else few.pretension_to
         assert high == few_high or high - 1e-3 <= few_high <= high + 1e-7
-    assert checked > 25
+    assert checked > 14
