@@ -6,12 +6,14 @@ import resource
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+import typer
 
+from tendon_cli import cli
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.read import open_table
 from tendon_cli.version import __version__
 
-COMMANDS = ("init", "state", "sweep", "schema")
+COMMANDS = typer.main.get_command(cli.app).commands
 PRINTED = {
     "x": "flexor_tension_distal", "y": "extensor_tension_distal", "x_prox": "flexor_tension_proximal",
     "y_prox": "extensor_tension_proximal", "motor torque": "motor_torque", "spool angle": "spool_angle",
@@ -26,26 +28,15 @@ AT_75_DEGREES = [
 ]
 
 
-@pytest.mark.parametrize("words", [["--help"], ["-h"]])
-def test_help_lists_every_command(tendon, words):
-    ran = tendon(*words)
-    assert ran.exit == 0
-    assert ran.err == ""
-    assert all(command in ran.out for command in COMMANDS)
-
-
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("flag", ["--help", "-h"])
-def test_every_command_has_help(tendon, command, flag):
-    ran = tendon(command, flag)
-    assert (ran.exit, ran.err) == (0, "")
+def test_every_command_has_help_and_the_list_shows_its_whole_first_sentence(tendon, command):
+    listed = tendon("--help")
+    assert (listed.exit, listed.err, tendon("-h").out) == (0, "", listed.out)
+    assert " ".join(COMMANDS[command].help.split("\n\n")[0].split()) in " ".join(listed.out.split())
+    ran = tendon(command, "--help")
+    assert (ran.exit, ran.err, tendon(command, "-h").out) == (0, "", ran.out)
     assert ran.out.startswith("Usage: tendon " + command)
-
-
-def test_the_help_of_sweep_has_every_option(tendon):
-    said = tendon("sweep", "--help").out
-    options = ("--out", "--jobs", "--set", "--dry-run", "--resume", "--overwrite", "--json", "--quiet", "--no-figures")
-    assert [option for option in (*options, "--allow-no-equilibrium") if option not in said] == []
+    assert "{" not in ran.out.splitlines()[0]
 
 
 def test_version(tendon):
@@ -72,14 +63,6 @@ def test_the_starter_runs_unchanged(tendon, workplace, name):
     ran = tendon("sweep", file, "--no-figures", "--json", *fewer)
     assert (ran.exit, ran.err, ran.json["name"]) == (0, "", file.stem)
     assert tendon("sweep", file, "--dry-run").exit == 0
-
-
-def test_the_starters_in_toml_and_yaml_are_the_same_study(tendon, workplace):
-    for name in ("same.toml", "same.yaml"):
-        assert tendon("init", name).exit == 0
-    one, other = (load_study(workplace / name) for name in ("same.toml", "same.yaml"))
-    assert one.hash == other.hash
-    assert one.document() == other.document()
 
 
 def test_starters_of_other_names_differ_in_the_name_alone(tendon, workplace):

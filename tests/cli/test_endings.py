@@ -7,7 +7,6 @@ import sys
 
 import pytest
 
-import tendon_cli as tendon
 from tendon_cli import terminal
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.errors import is_memory_short
@@ -178,7 +177,3 @@ def test_the_summary_tells_what_feasible_means_and_the_time_of_figures(tendon, w
     assert "figures in " in ran.out.splitlines()[0]
     assert "for figures" in tendon("sweep", "study.toml", "--dry-run").out
     assert "for figures" not in tendon("sweep", "study.toml", "--dry-run", "--no-figures").out
-
-
-def test_the_face_gives_what_the_command_prints(study):
-    assert not tendon.state(tendon.load_study(study, ["motion.elbow_angle=170 deg"])).has_equilibrium

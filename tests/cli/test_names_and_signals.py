@@ -1,6 +1,5 @@
 """Names that no file can have, several writers of one name, and signals at any moment: one answer in every command."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import tendon_cli as tendon_of_python
-from tendon_cli.errors import TendonError, UsageError
+from tendon_cli.errors import TendonError
 from tendon_cli.files import path_of, result_path, whole_file, write_whole
 
 STUDY = '[load]\nmass = ["0 kg", "5 kg"]\n[motion]\nspeed = "60 deg/s"\n'
@@ -152,9 +151,3 @@ def test_what_nohup_has_ignored_stays_ignored(outside, study):
     code += "cli._run = lambda *given: (os.kill(os.getpid(), signal.SIGHUP), run(*given))[1]\nmain()"
     ran = outside("-c", code, "--version", python=True)
     assert ran.exit == 0
-
-
-def test_errors_of_names_are_of_usage():
-    with pytest.raises(UsageError):
-        path_of("")
-    assert os.fspath(path_of("a/b")) == "a/b"

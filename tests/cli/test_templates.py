@@ -6,9 +6,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-import typer
 
-from tendon_cli import cli
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.schema import schema_text
 from tendon_cli.studies.starter import TEMPLATES, starter
@@ -50,12 +48,6 @@ def test_the_motor_template_has_the_columns_of_the_motor(tendon):
     assert tendon("show", "run", "--columns", "peak_motor_power,max_backlash", "--json").exit == 0
 
 
-def test_templates_are_listed(tendon, workplace):
-    ran = tendon("init", "--list")
-    assert set(TEMPLATES) <= {line.split()[0] for line in ran.out.splitlines()}
-    assert list(workplace.iterdir()) == []
-
-
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace, command):
     (workplace / "study.toml").write_bytes(STUDY)
@@ -80,11 +72,6 @@ def test_files_of_a_piped_study_are_those_of_the_working_directory(outside, work
     assert (ran.exit, ran.err) == (0, "")
 
 
-def test_usage_names_values(tendon):
-    assert "Usage: tendon sweep [OPTIONS] STUDY\n" in tendon("sweep", "--help").out
-    assert "Usage: tendon init [OPTIONS] [FILE]\n" in tendon("init", "--help").out
-
-
 @pytest.mark.parametrize("name", ["design/universal.toml", "universal", "table_a1.csv", "fig07"])
 def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name):
     ran = tendon("init", "--from", name)
@@ -98,13 +85,7 @@ def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name
     assert tendon("init", "--from", name).exit == 2, "what stands there is not written over"
 
 
-def test_what_can_be_copied_is_listed(tendon, configs):
-    listed = tendon("init", "--list").out
-    assert {file.relative_to(configs).as_posix() for file in configs.rglob("*.toml")} <= set(listed.split())
-
-
-def test_the_list_of_commands_shows_whole_sentences(tendon):
-    shown = " ".join(tendon("--help").out.split())
-    for command in typer.main.get_command(cli.app).commands.values():
-        assert " ".join(command.help.split("\n\n")[0].split()) in shown
-        assert "..." not in command.get_short_help_str()
+def test_questions_and_what_can_be_copied_are_listed(tendon, workplace, configs):
+    listed = {word for line in tendon("init", "--list").out.splitlines() for word in line.split()[:1]}
+    assert {*TEMPLATES, *(file.relative_to(configs).as_posix() for file in configs.rglob("*.toml"))} <= listed
+    assert list(workplace.iterdir()) == []
