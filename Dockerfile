@@ -12,7 +12,7 @@ COPY pyproject.toml constraints.txt setup.py MANIFEST.in README.md LICENSE CHANG
 COPY tendon_cli tendon_cli
 COPY configs configs
 RUN python -m venv /opt/tendon && /opt/tendon/bin/pip install --no-cache-dir --constraint constraints.txt '.[dask,xarray]' \
-    && /opt/tendon/bin/python -c 'from tendon_cli import kernel; assert kernel.kind(), "the kernel was not compiled"'
+    && /opt/tendon/bin/python -P -c 'from tendon_cli import kernel; assert kernel.kind(), "the kernel was not compiled"'
 
 FROM python:3.12-slim
 COPY --from=build /opt/tendon /opt/tendon
