@@ -1,8 +1,6 @@
 """How commands end: quietly on Ctrl-C, by their own code without memory or readers, with nothing raw on a terminal."""
 
-import os
 import resource
-import subprocess
 import sys
 
 import pytest
@@ -47,15 +45,6 @@ def test_an_interrupt_while_modules_are_read_is_130_without_a_traceback(outside,
 
 
 # --- Readers that have left -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("words", [("--help",), ("sweep", "--help"), ()])
-def test_a_help_page_whose_reader_has_left_ends_silently(outside, words):
-    reading, writing = os.pipe()
-    os.close(reading)
-    ran = outside(*words, capture_output=False, stdout=writing, stderr=subprocess.PIPE)
-    os.close(writing)
-    assert (ran.exit, ran.err) == (5, "")
 
 
 # --- Memory -----------------------------------------------------------------------------------------------------------

@@ -106,50 +106,37 @@ def one_line(said):
     return True
 
 
-FULL = [
-    ("--version",),
-    ("schema",),
-    ("state", "study.toml"),
-    ("sweep", "study.toml", "--no-figures"),
-    ("sweep", "study.toml", "--no-figures", "--json"),
-    ("sweep", "study.toml", "--dry-run"),
-    ("init", "new.toml"),
-    ("--help",),
-    ("sweep", "--help"),
+SILENT = [
+    *(("full", line) for line in ("schema", "state study.toml", "sweep study.toml --dry-run", "init new.toml")),
+    *(("full", f"sweep study.toml --no-figures{json}") for json in ("", " --json")),
+    *(("closed", line) for line in ("--version", "state study.toml", "sweep study.toml --no-figures", "--help")),
+    *(("left", line) for line in ("schema", "--help", "sweep --help", "")),
+    *(("full", line) for line in ("--version", "--help", "sweep --help", "unbuffered --help")),
 ]
+"""Standard output as a full device, closed, or a pipe whose reader has left, and what is printed there."""
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
-@pytest.mark.parametrize("words", FULL)
-def test_a_full_stdout_is_exit_5_and_one_line(outside, study, words):
-    with Path("/dev/full").open("w", encoding="utf-8") as full:
-        ran = outside(*words, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+@pytest.mark.parametrize(("how", "line"), SILENT)
+def test_a_stdout_that_takes_nothing_is_exit_5_and_one_line(outside, study, how, line):
+    if how == "full" and not Path("/dev/full").exists():
+        pytest.skip("the system has no /dev/full")
+    words = [word for word in line.split() if word != "unbuffered"]
+    options = {"capture_output": False, "stderr": subprocess.PIPE}
+    options["env"] = os.environ | {"PYTHONUNBUFFERED": "1" if "unbuffered" in line else ""}
+    if how == "left":
+        reading, options["stdout"] = os.pipe()
+        os.close(reading)
+    elif how == "full":
+        options["stdout"] = os.open("/dev/full", os.O_WRONLY)
+    else:
+        options |= {"stdout": subprocess.PIPE, "preexec_fn": lambda: os.close(1)}
+    ran = outside(*words, **options)
+    if how != "closed":
+        os.close(options["stdout"])
     assert ran.exit == 5
-    assert one_line(ran.err)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("--version",),
-        ("state", "study.toml"),
-        ("sweep", "study.toml", "--no-figures"),
-        ("--help",),
-    ],
-)
-def test_a_closed_stdout_is_exit_5_and_one_line(outside, study, words):
-    ran = outside(*words, preexec_fn=lambda: os.close(1))
-    assert ran.exit == 5
-    assert one_line(ran.err)
-
-
-def test_a_reader_that_left_is_exit_5_and_one_line(outside, study):
-    reading, writing = os.pipe()
-    os.close(reading)
-    ran = outside("schema", capture_output=False, stdout=writing, stderr=subprocess.PIPE)
-    os.close(writing)
-    assert ran.exit == 5
-    assert one_line(ran.err)
+    is_help = "--help" in line or not line
+    assert ran.err == "" if how == "left" and is_help else one_line(ran.err)
+    assert how != "full" or "unbuffered" in line or "standard output cannot be written" in ran.err
 
 
 @pytest.mark.parametrize("named", [True, False])
@@ -163,16 +150,6 @@ def test_any_oserror_is_one_message_and_one_object(tendon, study, monkeypatch, n
     assert os.strerror(errno.EIO) in ran.json["error"]["message"]
     assert tendon("sweep", study).err.count("tendon: error: ") == 1
     assert tendon("--version").exit == 0, "stdout was given up"
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_help_page_that_does_not_fit_is_an_error_of_stdout(outside, unbuffered):
-    with Path("/dev/full").open("w", encoding="utf-8") as full:
-        environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
-        ran = outside("--help", capture_output=False, stdout=full, stderr=subprocess.PIPE, env=environment)
-    assert (ran.exit, one_line(ran.err)) == (5, True)
-    assert unbuffered or "standard output cannot be written" in ran.err
 
 
 def test_a_closed_stderr_changes_nothing(outside, study):
