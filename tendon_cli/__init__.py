@@ -42,7 +42,7 @@ _PLACES = {
     "open": "face.runs.open", "open_run": "engine.results.open_run",
     "check": "checks.check.check", "report": "reports.report.write_report",
     "fit_friction": "face.friction.fit_friction", "record_of": "friction.as_json",
-    "plot": "face.pictures.plot", "picture": "face.pictures.picture", "text_of": "face.pictures.text_of",
+    "plot": "face.pictures.plot", "picture": "face.pictures.picture", "text_of": "face.friction.text_of",
 }  # fmt: skip
 """By its name, where something of the face stands."""
 __all__ = [

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyarrow.compute as pc
 
 from tendon_cli.answers.front import Goal
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
@@ -89,6 +88,8 @@ class Answer(Result):
         `window_from` and `window_to` are worked out from the recorded study, for up to ten million windows. Needs the
         package xarray; raises UsageError without.
         """
+        import pyarrow.compute as pc  # only who asks for this pays for its import
+
         from tendon_cli.answers.question import question
 
         library = xarray_library()

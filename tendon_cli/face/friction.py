@@ -1,4 +1,4 @@
-"""Friction from readings, given as anything that a program has."""
+"""Friction from readings, given as anything that a program has; and results as text."""
 
 from __future__ import annotations
 
@@ -58,3 +58,14 @@ def fit_friction(
         cell_1=cell_1, cell_2=cell_2, motor=motor, position=position, zero_motor=zero_motor, zero_load=zero_load,
         cell_uncertainty=cell_uncertainty,
     )  # fmt: skip
+
+
+def text_of(result: Any) -> str:
+    """What `result.text` is of a run, which has tables, or a fit; a command loads nothing that draws for it."""
+    if hasattr(result, "tables"):
+        from tendon_cli.summary import run_text
+
+        return run_text(result)
+    from tendon_cli.friction import summary_lines
+
+    return summary_lines(result)

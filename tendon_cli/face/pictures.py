@@ -53,17 +53,6 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
     return page.figure
 
 
-def text_of(result: Any) -> str:
-    """What `result.text` is of a run or a fit."""
-    if isinstance(result, Run):
-        from tendon_cli.summary import run_text
-
-        return run_text(result)
-    from tendon_cli.friction import summary_lines
-
-    return summary_lines(result)
-
-
 def picture(result: Any) -> str:
     """The main picture of a result for a notebook, a PNG in base64; empty for what has none."""
     if isinstance(result, Run) and result.record["designs"] > _MOST_DESIGNS:
