@@ -1,6 +1,7 @@
 """What a release holds: all of the package and nothing else; `python -m tests.release dist` builds and checks it."""
 
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -57,6 +58,25 @@ def called(module, *words):
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=os.environ | {"PATH": path})
 
 
+def image_of(source):
+    """What came of building the container and of running it, as a line."""
+    tool = next(filter(shutil.which, ("docker", "buildah")), None)
+    if tool is None:
+        return "the image was not built: there is neither Docker nor Buildah here"
+
+    def ran(*words):
+        return subprocess.run([tool, *map(str, words)], check=False, capture_output=True, text=True)
+
+    built = ran("build", "--tag", "tendon", source)
+    if built.returncode:
+        return f"the image was not built: {(built.stderr.strip().splitlines() or ['no reason given'])[-1]}"
+    if tool == "docker":
+        answered = ran("run", "--rm", "tendon", "--version")
+    else:
+        answered = ran("run", ran("from", "tendon").stdout.strip(), "--", "tendon", "--version")
+    return f"the image answers {answered.stdout.strip() or answered.stderr.strip()}"
+
+
 def faults_of_wheel(path):
     """What a wheel lacks and what it has too much, one line each."""
     with zipfile.ZipFile(path) as wheel:
@@ -92,4 +112,6 @@ def main(folder):
 
 if __name__ == "__main__":
     build(ROOT, Path(sys.argv[1]))
-    sys.exit(main(Path(sys.argv[1])))
+    faults = main(Path(sys.argv[1]))
+    sys.stdout.write(f"{image_of(ROOT)}\n")
+    sys.exit(faults)

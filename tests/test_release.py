@@ -48,6 +48,17 @@ def test_the_image_is_built_of_what_a_release_is_built_of():
     assert copied == release.OF_THE_SOURCE | {"constraints.txt", "tendon_cli", "configs"}
 
 
+@pytest.mark.parametrize("tool", ["docker", "buildah"])
+def test_an_image_is_built_and_asked_for_its_version_or_that_is_told(tmp_path, monkeypatch, tool):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "neither Docker nor Buildah" in release.image_of(ROOT)
+    (tmp_path / tool).write_text("#!/bin/sh\n[ $1 = run ] && echo tendon 9 || echo container\n")
+    (tmp_path / tool).chmod(0o755)
+    assert release.image_of(ROOT) == "the image answers tendon 9"
+    (tmp_path / tool).write_text("#!/bin/sh\necho no daemon >&2; exit 1\n")
+    assert release.image_of(ROOT) == "the image was not built: no daemon"
+
+
 def wheel_of(folder, names):
     path = folder / NAME
     with zipfile.ZipFile(path, "w") as wheel:
