@@ -56,7 +56,7 @@ def plot(
     if str(source) == "-":
         raise UsageError("a figure needs a file or a folder, not standard input", hint="tendon plot --arm study.toml")
     if arm:
-        from tendon_cli.figures.arm.route import draw_geometry
+        from tendon_cli.figures.route import draw_geometry
 
         drawn = draw_geometry(source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case)
     else:

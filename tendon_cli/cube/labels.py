@@ -10,16 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli import say
 from tendon_cli.quantities import Quantity
 from tendon_cli.units import factor_of
 
 _SYMBOL = re.compile(r"([^_^]+)(?:_([^_^]+))?(?:\^([^_^]+))?")
 _FORMULA = re.compile(r"(?<!\\)\$([^$]*)\$")
-_WORDS = {"_proximal": " at the motor", "_distal": " at the elbow", "_": " "}
-_NAMED = {
-    "radius_ratio": "flexor over extensor travel",
-    **{name: f"anchor distance {name}" for name in ("a1", "b1", "a2", "b2")},
-}
 
 
 @dataclass(frozen=True)
@@ -40,9 +36,7 @@ class Shown:
     @property
     def name(self) -> str:
         """In words, the side included."""
-        words = _NAMED.get(self.quantity.name, self.quantity.name)
-        for mark, word in _WORDS.items():
-            words = words.replace(mark, word)
+        words = say.column(self.quantity.name)
         return f"{words}, {self.side}" if self.side else words
 
     @property
@@ -103,10 +97,8 @@ class Shown:
 
 
 def number(value: float) -> str:
-    """A number as people write it: four digits at most, no exponent where it is avoidable."""
-    rounded = float(f"{value:.4g}")
-    text = f"{rounded:.10f}".rstrip("0").rstrip(".") if 1e-4 <= abs(rounded) < 1e6 else f"{rounded:g}"
-    return text.replace("-", "−")
+    """A number as texts have it, with a minus sign that is none of a keyboard."""
+    return say.number(value).replace("-", "−")
 
 
 def symbol(text: str) -> str:

@@ -48,7 +48,7 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
     """
     page = _page(result, what, how)
     if out is not None:
-        page.save(result_path(out), must_fit=False)
+        page.save(result_path(out))
     page.figure._repr_png_ = lambda: _png(page)  # type: ignore[attr-defined]
     return page.figure
 
@@ -79,7 +79,7 @@ def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
         given = [*what, *how][0]
         raise UsageError(f"{described(given)} cannot be chosen here", hint="plot() of a study takes angles, case")
     if isinstance(result, (Study, StatePage)):
-        from tendon_cli.figures.arm.draw import arm_page
+        from tendon_cli.figures.arm import arm_page
 
         study = result if isinstance(result, Study) else result.study
         return arm_page(study, how.get("angles", ()), how.get("case"))

@@ -13,13 +13,12 @@ from tendon_cli import say
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown
 from tendon_cli.figures.choice_maps import (
     Slice,
+    answer_page,
     choice_text,
     draw_served,
     draw_tolerance,
-    frame_of,
     long_axes,
     place_of,
     star,
@@ -29,7 +28,9 @@ from tendon_cli.figures.frame import Page, grid_shape
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.tables.read import open_table
 
-_WINDOW = "#b4d4ea"
+_WINDOW, _CHOICE = "#b4d4ea", "#b8c4cc"
+_ENDS = (("from_by", OKABE_ITO[1], -1.0), ("to_by", OKABE_ITO[0], 1.0))
+"""What binds at the lower and at the upper end, its colour, and the side of its line that is outside of the window."""
 _MOST_ALONG = 4
 _MOST_POINTS = 20_000
 _LABEL_SIZE, _LABEL_GAP = 6.5, 3.0
@@ -49,7 +50,7 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
             with house_style():
                 page = draw(cube, record, chosen)
                 if page is not None:
-                    files.append(page.save(out / f"{name}.png", must_fit=False).name)
+                    files.append(page.save(out / f"{name}.png").name)
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
     return files, faults
@@ -78,12 +79,11 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     ]
     notes = ["At each end stands the limit that binds there. Elsewhere among the choices the window may be another."]
     rows, columns = grid_shape(len(along), most=2)
-    page = frame_of(record, "the window of pretension", key, notes).page(rows * 68.0)
+    page = answer_page(record, "the window of pretension", rows * 68.0, key, notes)
     grid = page.figure.subplots(rows, columns, squeeze=False)
-    for panel, axis in zip(grid.flat, along, strict=False):
-        part = Slice.of(cube, [axis], chosen)
+    parts = [Slice.of(cube, [axis], chosen) for axis in along]
+    for panel, axis, part in zip(grid.flat, along, parts, strict=False):
         _draw_window(panel, part)
-        panel.set_title(part.title or " ")
         if chosen["feasible"]:
             at = place_of(cube, axis, chosen[axis.column], part.scales[0])
             panel.plot([at], [chosen["pretension"]], marker="*", color=INK, markersize=9, clip_on=False, zorder=5)
@@ -91,38 +91,34 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         panel.set_visible(False)
     FigureCanvasAgg(page.figure)
     page.figure.draw_without_rendering()  # so that it is known how steep lines are
-    for panel, axis in zip(grid.flat, along, strict=False):
-        _name_limits(panel, Slice.of(cube, [axis], chosen))
+    for panel, part in zip(grid.flat, parts, strict=False):
+        _name_limits(panel, part)
     return page
 
 
 def _draw_window(panel: Axes, part: Slice) -> None:
     (x,) = part.scales
     low, high = part.low, np.where(np.isinf(part.high), np.nan, part.high)
-    known = np.concatenate([low[np.isfinite(low)], high[np.isfinite(high)]])
-    top = 1.2 * float(known.max()) if len(known) else 1.0
+    top = 1.2 * float(np.nanmax([low, high], initial=0.0)) or 1.0
     roof = np.where(np.isinf(part.high), top, high)
     style: dict[str, Any] = {"interpolate": True, "step": None}
     panel.fill_between(x.places, low, roof, where=(roof >= low).tolist(), facecolor=_WINDOW, **style)
     panel.fill_between(x.places, roof, low, where=(roof <= low).tolist(), **unknown_hatch(), **style)
-    for values, colour in ((low, OKABE_ITO[1]), (high, OKABE_ITO[0])):
+    for values, (_, colour, _) in zip((low, high), _ENDS, strict=True):
         panel.plot(x.places, values, color=colour, marker="o" if len(x.places) < 12 else "", markersize=2.5)
     x.apply(panel, "x")
-    panel.set_ylim(0.0, top)
-    panel.set_xlabel(x.label)
-    panel.set_ylabel("pretension F₀ (N)")
+    panel.set(ylim=(0.0, top), xlabel=x.label, ylabel="pretension F₀ (N)", title=part.title or " ")
 
 
 def _name_limits(panel: Axes, part: Slice) -> None:
     """Where a limit binds along a line its name, once for each stretch, clear of the line and of other names.
 
-    A name goes where the other line is farthest. It is moved away from its line by as much as the line rises under it;
-    where that leads into another name, or out of the panel, there is none.
+    A name goes where the other line is farthest, outside of what lies between them. It is moved away from its line by
+    as much as the line rises under it; where that leads into another name, or out of the panel, there is none.
     """
     placed: list[Any] = []
     low, high = part.low, part.high
-    ends = ((low, "from_by", OKABE_ITO[1], -1.0), (high, "to_by", OKABE_ITO[0], 1.0))
-    for values, name, colour, up in ends:
+    for values, (name, colour, up) in zip((low, high), _ENDS, strict=True):
         by = part.columns[name]
         starts = np.flatnonzero(np.concatenate([[True], by[1:] != by[:-1]]))
         stretches = sorted(zip(starts, [*starts[1:], len(by)], strict=True), key=lambda each: each[0] - each[1])
@@ -131,26 +127,25 @@ def _name_limits(panel: Axes, part: Slice) -> None:
             places = np.arange(len(by))[inner][np.argsort(-np.nan_to_num(np.abs(high - low)[inner]), kind="stable")]
             if by[start]:
                 text = say.limit_words(str(by[start]), part.bounds).label
-                _write(panel, part.scales[0].places, values, places, text, colour, up, placed)
+                sides = np.where(low > high, -up, up)
+                _write(panel, part.scales[0].places, values, places, text, colour, sides, placed)
 
 
 def _write(
-    panel: Axes, x: npt.NDArray[Any], y: npt.NDArray[Any], places: npt.NDArray[Any], text: str, colour: str, up: float,
-    placed: list[Any],
+    panel: Axes, x: npt.NDArray[Any], y: npt.NDArray[Any], places: npt.NDArray[Any], text: str, colour: str,
+    sides: npt.NDArray[Any], placed: list[Any],
 ) -> None:  # fmt: skip
-    """A name at the first of some places of a line where it fits."""
+    """A name at the first of some places of a line where it fits; `sides` is 1 where it goes above, -1 below."""
     canvas: Any = panel.figure.canvas
     renderer, per_point = canvas.get_renderer(), panel.figure.dpi / 72.0
     across, upward = panel.transData.transform(np.column_stack([x, np.nan_to_num(y, posinf=0.0)])).T
     rise = np.abs(np.gradient(upward, across)) if len(x) > 1 else np.zeros(1)
-    for at in places:
-        if not np.isfinite(y[at]):
-            continue
-        half = 0.5 * 0.58 * _LABEL_SIZE * len(text)
+    half = 0.5 * 0.58 * _LABEL_SIZE * len(text)
+    for at in places[np.isfinite(y[places])]:
         align = {0: "left", len(x) - 1: "right"}.get(int(at), "center")
-        clear = up * (_LABEL_GAP + rise[at] * half * (1.0 if align == "center" else 2.0))
+        clear = sides[at] * (_LABEL_GAP + rise[at] * half * (1.0 if align == "center" else 2.0))
         note = panel.annotate(text, (x[at], y[at]), (0, clear), textcoords="offset points", ha=align,
-                              va="bottom" if up > 0.0 else "top", size=_LABEL_SIZE, color=colour)  # fmt: skip
+                              va="bottom" if sides[at] > 0.0 else "top", size=_LABEL_SIZE, color=colour)  # fmt: skip
         note.set_in_layout(False)
         box, room = note.get_window_extent(renderer).padded(per_point), panel.bbox
         is_inside = room.y0 < box.y0 and box.y1 < room.y1 and room.x0 <= box.x0 + 4 and box.x1 - 4 <= room.x1
@@ -165,33 +160,35 @@ def _write(
 
 def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> Page | None:
     """Choices with a window by the first two goals, and the front; None without two goals or a front."""
-    goals = [goal["column"] for goal in record["goals"]][:2]
+    goals = record["goals"][:2]
     if len(goals) < 2 or not record["front"] or cube.files is None:
         return None
-    shown = [cube.shown(goal) for goal in goals]
-    read = cube.gather(evenly(cube.files.rows, _MOST_POINTS), [*goals, "feasible"])
-    cloud = [read[goal][read["feasible"] == 1.0] for goal in goals]
-    front = np.array(sorted([row[goal] for goal in goals] for row in record["front"])).T
+    names = [goal["column"] for goal in goals]
+    shown = [cube.shown(name) for name in names]
+    read = cube.gather(evenly(cube.files.rows, _MOST_POINTS), [*names, "feasible"])
+    with_window = {name: read[name][read["feasible"] == 1.0] for name in names}
+    front = dict(zip(names, np.array(sorted([row[name] for name in names] for row in record["front"])).T, strict=True))
     key = [
-        Line2D([], [], color="#b8c4cc", marker="o", linestyle="", label="choice with a window"),
+        Line2D([], [], color=_CHOICE, marker="o", linestyle="", label="choice with a window"),
         Line2D([], [], color=OKABE_ITO[1], marker="o", label="front: no other is better in every goal"),
         star(label=f"best compromise: {choice_text(cube, record['best'])}"),
     ]
     notes = [] if len(record["goals"]) == 2 else ["The front is one of more goals than the two that are drawn."]
-    page = frame_of(record, "what one goal costs the other", key, notes).page(95.0)
+    page = answer_page(record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
-    style: dict[str, Any] = {"color": "#b8c4cc", "marker": "o", "linestyle": "", "markersize": 2.5}
-    panel.plot(*(how.scaled(values) for how, values in zip(shown, cloud, strict=True)), **style)
-    panel.plot(*(how.scaled(values) for how, values in zip(shown, front, strict=True)), color=OKABE_ITO[1], marker="o")
-    best = [how.scaled(record["best"][goal]) for how, goal in zip(shown, goals, strict=True)]
-    panel.plot(*best, marker="*", color=INK, markersize=11, markeredgecolor="white", zorder=5)
-    panel.set_xlabel(broken(_goal_label(shown[0], record["goals"][0]), 60))
-    panel.set_ylabel(broken(_goal_label(shown[1], record["goals"][1]), 40))
+    looks: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = (
+        (with_window, {"color": _CHOICE, "marker": "o", "linestyle": "", "markersize": 2.5}),
+        (front, {"color": OKABE_ITO[1], "marker": "o"}),
+        (record["best"], {"marker": "*", "color": INK, "markersize": 11, "markeredgecolor": "white", "zorder": 5}),
+    )
+    for values, style in looks:
+        panel.plot(*(how.scaled(values[name]) for how, name in zip(shown, names, strict=True)), **style)
+    labels = [
+        f"{how.label}, the {'more' if goal['maximise'] else 'less'} the better"
+        for how, goal in zip(shown, goals, strict=True)
+    ]
+    panel.set(xlabel=broken(labels[0], 60), ylabel=broken(labels[1], 40))
     return page
-
-
-def _goal_label(how: Shown, goal: dict[str, Any]) -> str:
-    return f"{how.label}, {'the more' if goal['maximise'] else 'the less'} the better"
 
 
 FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]] = {

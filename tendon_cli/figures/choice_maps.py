@@ -7,31 +7,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.cube.axes import RowAxis
 from tendon_cli.cube.choices import bounds_of, conflicts_of, position, value_text
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown
 from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
-from tendon_cli.figures.frame import Frame, Page
-from tendon_cli.figures.scales import Scale, scale_of
-from tendon_cli.figures.style import (
-    INK,
-    PAGE_WIDTH,
-    SEQUENTIAL,
-)
+from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.scales import Scale, axis_scale
+from tendon_cli.figures.style import INK, SEQUENTIAL
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
 """Grounds of what has no window, one for each pair of limits; the others share the last."""
 _HATCHES = ("", "....", "----", "\\\\\\\\", "xxxx", "++++")
-_WINDOW = "#b4d4ea"
-_OPEN = ListedColormap([mpl.colormaps["Blues"](at) for at in np.linspace(0.15, 0.95, 256)], name="tendon_open")
-_MOST_ALONG = 4
+_BLUES = ListedColormap([mpl.colormaps["Blues"](at) for at in np.linspace(0.15, 0.95, 256)], name="tendon_window")
 _MOST_WRITTEN = 120
 """Cells of a map that have room for their value in figures."""
-_MOST_POINTS = 20_000
 _MEANING = (
     "Tolerance: the share by which the pretension may be off on either side of the middle of its window. Pale: no "
     "pretension suits all conditions, for the reason given."
@@ -54,7 +45,7 @@ class Slice:
     @classmethod
     def of(cls, cube: Cube, axes: Sequence[RowAxis], choice: dict[str, Any]) -> Slice:
         """Those through a choice, in the order of the scales."""
-        scales = [scale_of(axis.values, shown_on(cube, axis), is_log=False) for axis in axes]
+        scales = [axis_scale(cube, axis, slice(None), {}, is_log=False) for axis in axes]
         at = {axis.column: position(axis, choice[axis.column]) for axis in cube.axes if axis not in axes}
         title = ", ".join(
             value_text(cube, axis, axis.values[at[axis.column][0]]) for axis in cube.axes if axis not in axes
@@ -80,16 +71,11 @@ class Slice:
         return conflicts_of(self.columns, self.bounds)
 
 
-def shown_on(cube: Cube, axis: RowAxis) -> Shown | None:
-    """How an axis is shown; None for names."""
-    return None if axis.is_text else cube.shown(axis.column)
-
-
-def frame_of(record: dict[str, Any], title: str, key: list[Any], notes: list[str]) -> Frame:
-    """What stands around the panels of an answer's figure."""
+def answer_page(record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]) -> Page:
+    """A page of an answer's figure; its panels are so many mm high."""
     named = record["title"] or record["name"]
     study = f"{record['name']} {record['study_hash'][:12]}"
-    return Frame(PAGE_WIDTH, f"{named}: {title}", key, notes, study=study)
+    return framed(f"{named}: {title}", panels, key, notes, study=study)
 
 
 def star(**more: Any) -> Line2D:
@@ -102,12 +88,19 @@ def choice_text(cube: Cube, choice: dict[str, Any]) -> str:
     return ", ".join(value_text(cube, axis, choice[axis.column]) for axis in cube.axes)
 
 
-# --- Maps over two choices -------------------------------------------------------------------------------------------
-
-
 def long_axes(cube: Cube) -> list[RowAxis]:
     """Axes of more than one value."""
     return [axis for axis in cube.axes if axis.length > 1]
+
+
+def place_of(cube: Cube, axis: RowAxis, value: Any, scale: Scale) -> float:
+    """Where a value stands on a figure."""
+    if scale.names:
+        return float(scale.names.index(str(value) if axis.is_text else cube.shown(axis.column).text(float(value))))
+    return float(cube.shown(axis.column).scaled(value))
+
+
+# --- Maps over two choices -------------------------------------------------------------------------------------------
 
 
 def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
@@ -116,42 +109,43 @@ def draw_tolerance(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -
         return None
     part = Slice.of(cube, axes, chosen)
     conflicts = [str(each) for each in dict.fromkeys(part.conflicts.ravel().tolist()) if each]
-    key: list[Any] = [
-        Patch(facecolor=_PALE[min(at, 5)], hatch=_HATCHES[min(at, 5)], edgecolor="#8a8a8a", linewidth=0.4, label=each)
-        for at, each in enumerate(conflicts)
+    grounds: list[dict[str, Any]] = [
+        {"facecolor": _PALE[min(at, 5)], "hatch": _HATCHES[min(at, 5)], "edgecolor": "#8a8a8a"}
+        for at in range(len(conflicts))
     ]
-    notes = [_MEANING]
-    page, panel = _map(cube, record, chosen, part, "by how much the pretension may be off", key, notes)
+    key: list[Any] = [
+        Patch(label=each, linewidth=0.4, **ground) for each, ground in zip(conflicts, grounds, strict=True)
+    ]
+    page, panel = _map(cube, record, chosen, part, "by how much the pretension may be off", key, [_MEANING])
     x, y = part.scales
-    for at, each in enumerate(conflicts):
+    for each, ground in zip(conflicts, grounds, strict=True):
         cells = np.ma.masked_where(part.conflicts != each, np.zeros(part.low.shape))
-        panel.pcolor(x.edges, y.edges, cells, cmap=ListedColormap([_PALE[min(at, 5)]]), edgecolor="#8a8a8a",
-                     hatch=_HATCHES[min(at, 5)], linewidth=0.0)  # fmt: skip
+        style = {**ground, "cmap": ListedColormap([ground["facecolor"]]), "linewidth": 0.0}
+        del style["facecolor"]
+        panel.pcolor(x.edges, y.edges, cells, **style)
     percent = np.ma.masked_invalid(100.0 * part.columns["tolerance"])
     if percent.count():
         most = max(float(percent.max()), 1e-9)
-        texts = np.where(np.isfinite(part.high), _texts("{:.0f}–{:.0f} N", part.low, part.high), "")
-        texts = np.where(np.isinf(part.high), _texts("from {:.0f} N", part.low), texts)
+        texts = [
+            "" if np.isnan(high) else f"from {low:.0f} N" if np.isinf(high) else f"{low:.0f}–{high:.0f} N"
+            for low, high in zip(part.low.ravel(), part.high.ravel(), strict=True)
+        ]
         dark = percent.filled(0.0) > 0.55 * most
-        _cells(panel, part, percent, _OPEN, most, "tolerance of pretension (± %)", texts, dark)
+        _cells(panel, part, percent, _BLUES, most, "tolerance of pretension (± %)", texts, dark)
     return page
 
 
 def draw_served(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
     """The largest share that one pretension serves, over the same axes; None for one condition after another."""
-    if len(axes := long_axes(cube)[:2]) < 2 or not (record.get("population") or record.get("crowd")):
+    if len(axes := long_axes(cube)[:2]) < 2 or not record.get("population"):
         return None
     part = Slice.of(cube, axes, chosen)
     page, panel = _map(cube, record, chosen, part, "the largest share that one pretension serves", [], [])
     percent = np.ma.masked_invalid(100.0 * part.columns["served"])
-    texts = _texts("{:.3g} %", percent.filled(0.0))
-    colours = SEQUENTIAL.reversed()
-    _cells(panel, part, percent, colours, 100.0, "served by one pretension (%)", texts, percent.filled(0.0) < 45.0)
+    filled = percent.filled(0.0)
+    texts = [f"{each:.3g} %" for each in filled.ravel()]
+    _cells(panel, part, percent, SEQUENTIAL.reversed(), 100.0, "served by one pretension (%)", texts, filled < 45.0)
     return page
-
-
-def _texts(form: str, *values: Values) -> npt.NDArray[Any]:
-    return np.asarray(np.vectorize(form.format, otypes=[object])(*values))
 
 
 def _map(
@@ -159,16 +153,13 @@ def _map(
     notes: list[str],
 ) -> tuple[Page, Axes]:  # fmt: skip
     """A page with one panel over two choices, and where the choice named first stands."""
-    if chosen["feasible"]:
-        key = [*key, star(label=choice_text(cube, chosen))]
-    notes = [*notes, f"At {part.title}."] if part.title else notes
-    page = frame_of(record, title, key, notes).page(95.0)
+    key = [*key, *([star(label=choice_text(cube, chosen))] if chosen["feasible"] else [])]
+    page = answer_page(record, title, 95.0, key, [*notes, *([f"At {part.title}."] if part.title else [])])
     panel = page.figure.subplots()
     x, y = part.scales
     x.apply(panel, "x", cells=True)
     y.apply(panel, "y", cells=True)
-    panel.set_xlabel(x.label)
-    panel.set_ylabel(y.label)
+    panel.set(xlabel=x.label, ylabel=y.label)
     if chosen["feasible"]:
         places = zip(part.axes, part.scales, strict=True)
         across, up = (place_of(cube, axis, chosen[axis.column], scale) for axis, scale in places)
@@ -187,12 +178,5 @@ def _cells(panel: Axes, part: Slice, values: Any, colours: Any, most: float, lab
     for row, column in np.argwhere(~np.ma.getmaskarray(values)) if values.size <= _MOST_WRITTEN else ():
         at = x.edges[column : column + 2].mean(), y.edges[row : row + 2].mean()
         ink = "white" if dark[row, column] else INK
-        panel.text(*at, texts[row, column], ha="center", va="center", size=6.0, color=ink)
-
-
-def place_of(cube: Cube, axis: RowAxis, value: Any, scale: Scale) -> float:
-    """Where a value stands on a figure."""
-    how = shown_on(cube, axis)
-    if scale.names:
-        return float(scale.names.index(str(value) if how is None else how.text(float(value))))
-    return float(cube.shown(axis.column).scaled(value))
+        text = texts[row * values.shape[1] + column]
+        panel.text(*at, text, ha="center", va="center", size=6.0, color=ink)

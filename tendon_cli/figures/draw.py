@@ -6,7 +6,7 @@ What draws is imported when something is drawn, so that the figures of a study a
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -50,7 +50,7 @@ def plot(source: Path | Table, spec: FigureSpec | None = None, out: Path | None 
     spec = spec or FigureSpec()
     table = table_of(source, spec) if isinstance(source, Path) else source
     targets = _targets(table, spec, out)
-    return list(_written(pages_of(table, spec), targets))
+    return _written(pages_of(table, spec), targets)
 
 
 def pages_of(table: Table, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
@@ -106,22 +106,17 @@ def draw_run(study: Study, folder: Path, out: Path | None = None) -> Drawn:
     files: list[Path] = []
     warnings: list[str] = []
     no_map = None
-    if "designs" in study.output.tables:
+    asked: list[tuple[str, FigureSpec | None]] = [(f'figure "{spec.name}"', spec) for spec in study.figure]
+    for name, spec in [*([("the slack map", None)] if "designs" in study.output.tables else []), *asked]:
         try:
-            files += _slack_maps(open_table(folder / "designs.parquet"), out or folder)
+            files += draw_declared(spec, folder, out) if spec else _slack_maps(folder, out or folder)
         except InputError:
             raise
-        except UsageError as error:
-            no_map = error.message
         except Exception as error:  # noqa: BLE001 - whatever it is, the run stands
-            warnings.append(_warning("the slack map", error))
-    for spec in study.figure:
-        try:
-            files += draw_declared(spec, folder, out)
-        except InputError:
-            raise
-        except Exception as error:  # noqa: BLE001
-            warnings.append(_warning(f'figure "{spec.name}"', error))
+            if spec is None and isinstance(error, UsageError):
+                no_map = error.message
+            else:
+                warnings.append(_warning(name, error))
     return Drawn(tuple(files), tuple(warnings), no_map)
 
 
@@ -133,7 +128,7 @@ def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: 
     """
     pages = pages_of(table_of(run, spec, spec.table), spec, finish)
     targets = [(out or run) / f"{spec.name}.{kind}" for kind in dict.fromkeys(spec.format)]
-    return list(_written(pages, targets))
+    return _written(pages, targets)
 
 
 def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> Table:
@@ -156,39 +151,40 @@ def _planned(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Co
 def _pages(cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[Condition]) -> list[Page]:
     width, height = read_size(spec.size)
     if isinstance(plan, MapPlan):
-        from tendon_cli.figures.maps.data import map_data
-        from tendon_cli.figures.maps.draw import draw_maps
+        from tendon_cli.figures.map_data import map_data
+        from tendon_cli.figures.maps import draw_maps
 
         return draw_maps(map_data(cube, plan, spec), width, height)
-    from tendon_cli.figures.curves.data import curve_data
-    from tendon_cli.figures.curves.draw import draw_curves
+    from tendon_cli.figures.curve_data import curve_data
+    from tendon_cli.figures.curves import draw_curves
 
     return draw_curves(curve_data(cube, plan, asked, spec), width, height)
 
 
-def _slack_maps(designs: Table, folder: Path) -> list[Path]:
+def _slack_maps(run: Path, folder: Path) -> list[Path]:
     """slack_map.png, and slack_map-2.png and so on where the panels need more pages; of one axis as lines."""
+    designs = open_table(run / "designs.parquet")
     cube = cube_of(designs)
     long = long_axes(cube, cube.choose([]))
     if not long:
         raise UsageError("no axis other than the load has more than one value")
     pages = pages_of(designs, FigureSpec(size="page" if len(long) > 1 else "120 mm"))
-    return list(_written(pages, [folder / f"{SLACK_MAP}.png"], must_fit=False))
+    return _written(pages, [folder / f"{SLACK_MAP}.png"])
 
 
-def _written(pages: list[Page], targets: list[Path], *, must_fit: bool = True) -> Iterator[Path]:
-    for number, page in enumerate(pages, 1):
-        for target in targets:
-            yield page.save(target if number == 1 else target.with_stem(f"{target.stem}-{number}"), must_fit=must_fit)
+def _written(pages: list[Page], targets: list[Path]) -> list[Path]:
+    return [
+        page.save(target if number == 1 else target.with_stem(f"{target.stem}-{number}"))
+        for number, page in enumerate(pages, 1) for target in targets
+    ]  # fmt: skip
 
 
 def _targets(table: Table, spec: FigureSpec, out: Path | None) -> list[Path]:
     """The first file to write in each format."""
-    from tendon_cli.figures.style import FORMATS
+    from tendon_cli.figures.style import format_of
 
     if out is not None and not out.is_dir():
-        if out.suffix[1:].lower() not in FORMATS:
-            raise UsageError(f'"{out.name}" has no ending of a figure', where="--out", hint=".png, .svg or .pdf")
+        format_of(out, "--out")
         return [out]
     cube = cube_of(table)
     words = (re.sub(r"[^\w.-]+", "_", str(cube.study.get("name", ""))), cube.kind, *spec.quantity[:3])

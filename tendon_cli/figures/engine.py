@@ -35,7 +35,8 @@ def _shipped_settings() -> Iterator[None]:
     before = {name: os.environ.get(name) for name in shipped}
     os.environ.update(shipped)
     try:
-        _check_file(_LOCAL)
+        if _LOCAL.exists() and not _LOCAL.is_dir():
+            open_file(_LOCAL).close()  # OSError for a pipe or a device, which matplotlib would wait for
         yield
     except Exception as error:
         if not _LOCAL.exists():
@@ -43,17 +44,9 @@ def _shipped_settings() -> Iterator[None]:
         hint = "rename it, or start from another folder"
         raise InputError(f"matplotlib cannot use these settings: {error}", where=str(_LOCAL), hint=hint) from error
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def _check_file(file: Path) -> None:
-    """Raise OSError for a pipe or a device, which matplotlib would wait for."""
-    if file.exists() and not file.is_dir():
-        open_file(file).close()
+        for name in shipped:
+            del os.environ[name]
+        os.environ.update({name: value for name, value in before.items() if value is not None})
 
 
 with _shipped_settings():
@@ -70,22 +63,7 @@ with _shipped_settings():
     from matplotlib.patheffects import Normal, TickedStroke, withStroke
 
 __all__ = [
-    "Arc",
-    "Artist",
-    "Axes",
-    "Circle",
-    "ConstrainedLayoutEngine",
-    "FancyArrowPatch",
-    "Figure",
-    "FigureCanvasAgg",
-    "Line2D",
-    "LinearSegmentedColormap",
-    "ListedColormap",
-    "Normal",
-    "Patch",
-    "TickedStroke",
-    "TwoSlopeNorm",
-    "mpl",
-    "ticker",
-    "withStroke",
-]
+    "Arc", "Artist", "Axes", "Circle", "ConstrainedLayoutEngine", "FancyArrowPatch", "Figure", "FigureCanvasAgg",
+    "Line2D", "LinearSegmentedColormap", "ListedColormap", "Normal", "Patch", "TickedStroke", "TwoSlopeNorm", "mpl",
+    "ticker", "withStroke",
+]  # fmt: skip

@@ -1,7 +1,7 @@
 """A page with a figure: a title above the panels, the key to the signs and a few honest lines below, and its file.
 
-Whoever draws begins here, in `house_style()`: a Frame says what stands around the panels, `page` gives the figure to
-draw into, `Page.save` writes it with its caption and its study in the file's metadata.
+Whoever draws begins here, in `house_style()`: `framed` gives a page to draw on, `Page.save` writes it with its caption
+and its study in the file's metadata.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import numpy as np
 
 from tendon_cli.cube.labels import plain, without_formulas
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import Axes, Figure, FigureCanvasAgg
-from tendon_cli.figures.style import MM, new_figure, save
+from tendon_cli.figures.engine import Axes, ConstrainedLayoutEngine, Figure, FigureCanvasAgg
+from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
+from tendon_cli.files import write_whole
 
 _TITLE_LINE, _NOTE_LINE, _KEY_LINE, _PAD = 4.0, 3.3, 4.4, 1.5
 _TITLE_SIGN, _NOTE_SIGN = 1.75, 1.25
@@ -41,101 +42,58 @@ class Page:
     """Above the panels; all in mm."""
     foot: float
 
-    def save(self, path: Path, *, must_fit: bool = True) -> Path:
-        """Write it whole or not at all, in the format of the path's ending.
+    @property
+    def inner(self) -> float:
+        """Height of all panels, mm."""
+        return self.height - self.head - self.foot
 
-        Raises OutputError, UsageError for another format, or where its panels have no room and `must_fit`.
-        """
+    def save(self, path: Path) -> Path:
+        """Write it whole or not at all, in the format of the path's ending; raises OutputError, UsageError."""
         about = {"title": self.title, "says": self.says, "study": self.study}
-        return save(self.figure, path, must_fit=must_fit, about=about)
+        write_whole(path, render(self.figure, format_of(path, "--out"), about))
+        return path
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Title, key and notes of a figure; how high they are follows from the width, in mm."""
+def framed(
+    title: str, panels: float, key: Sequence[Any] = (), notes: Sequence[str] = (), *, width: float = PAGE_WIDTH,
+    height: float | None = None, subtitle: str = "", study: str = "",
+) -> Page:  # fmt: skip
+    """A page to draw on, in mm: its panels are `panels` high in all, or what a `height` of the page leaves for them.
 
-    width: float
-    title: str
-    """As the user wrote it."""
-    key: Sequence[Any] = ()
-    """Artists with a label."""
-    notes: Sequence[str] = ()
-    """Ready to draw, as is `subtitle`: they may hold formulas."""
-    subtitle: str = ""
-    study: str = ""
-    """Name and hash of the study shown, for the file's metadata."""
+    `title` is as the user wrote it, `key` are artists with a label, `notes` and `subtitle` may hold formulas, `study`
+    is its name and hash for the file's metadata.
+    """
+    heads = [*plain(title, width=int(width / _TITLE_SIGN)).splitlines(), *([subtitle] if subtitle else [])]
+    lines = [line for note in notes for line in textwrap.wrap(note, int(width / _NOTE_SIGN), break_long_words=False)]
+    texts, columns, key_height = _key_shape([str(entry.get_label()) for entry in key], width)
+    head, notes_height = len(heads) * _TITLE_LINE + _PAD if heads else 0.0, len(lines) * _NOTE_LINE + _PAD
+    foot = key_height + notes_height
+    panels = panels if height is None else max(30.0, height - head - foot)
+    height = head + panels + foot
+    layout = ConstrainedLayoutEngine(rect=(0.0, foot / height, 1.0, panels / height))
+    figure = Figure(figsize=(width * MM, height * MM), layout=layout)
+    text_of: dict[str, Any] = {"color": "#4d4d4d", "size": 6.5, "va": "bottom", "gid": "notes"}
+    figure.text(
+        _PAD / width, 1.0 - 0.8 * _PAD / height, "\n".join(heads), va="top", size=9.0, weight="bold", gid="title"
+    )
+    figure.text(_PAD / width, 0.7 * _PAD / height, "\n".join(lines), **text_of)
+    if key:
+        anchor = (0.0, notes_height / height, 1.0, key_height / height)
+        figure.legend(handles=list(key), labels=texts, loc="center", bbox_to_anchor=anchor, ncols=columns,
+                      borderaxespad=0.0, columnspacing=1.6, handletextpad=0.6)  # fmt: skip
+    says = without_formulas(" ".join(filter(None, (subtitle, *notes))))
+    return Page(figure, title, says, study, width, height, head, foot)
 
-    @property
-    def title_lines(self) -> list[str]:
-        """The title, broken to the width."""
-        lines = plain(self.title, width=int(self.width / _TITLE_SIGN)).splitlines()
-        return [*lines, self.subtitle] if self.subtitle else lines
 
-    @property
-    def note_lines(self) -> list[str]:
-        """The notes, broken to the width."""
-        width = int(self.width / _NOTE_SIGN)
-        return [line for note in self.notes for line in textwrap.wrap(note, width, break_long_words=False)]
-
-    @property
-    def key_texts(self) -> list[str]:
-        """What the key says, broken to the width."""
-        width = max(8, int((self.width - _KEY_HANDLE) / _KEY_SIGN))
-        texts = [str(entry.get_label()) for entry in self.key]
-        return [
-            "\n".join(textwrap.wrap(text, width, break_long_words=False)) if len(text) > width else text
-            for text in texts
-        ]
-
-    @property
-    def key_columns(self) -> int:
-        """How many entries of the key fit side by side."""
-        longest = max((_KEY_HANDLE + len(text) * _KEY_SIGN for text in self.key_texts), default=1.0)
-        return max(1, min(len(self.key), int((self.width + 4.0) / longest)))
-
-    @property
-    def head(self) -> float:
-        """Height above the panels, mm."""
-        return len(self.title_lines) * _TITLE_LINE + _PAD if self.title_lines else 0.0
-
-    @property
-    def foot(self) -> float:
-        """Height below the panels, mm."""
-        return self._key_height + len(self.note_lines) * _NOTE_LINE + _PAD
-
-    def panels_height(self, height: float | None, usual: float) -> float:
-        """What is left for the panels of a figure of a height in mm; without one their usual height."""
-        return usual if height is None else max(30.0, height - self.head - self.foot)
-
-    def page(self, panels_height: float) -> Page:
-        """A page to draw on, whose panels are `panels_height` mm high in all."""
-        says = without_formulas(" ".join(filter(None, (self.subtitle, *self.notes))))
-        height = self.head + panels_height + self.foot
-        return Page(self.figure(panels_height), self.title, says, self.study, self.width, height, self.head, self.foot)
-
-    def figure(self, panels_height: float) -> Figure:
-        """A figure whose panels are `panels_height` mm high in all, framed."""
-        height = self.head + panels_height + self.foot
-        figure = new_figure(self.width, height, (0.0, self.foot / height, 1.0, panels_height / height))
-        if self.title_lines:
-            x, y = _PAD / self.width, 1.0 - 0.8 * _PAD / height
-            figure.text(x, y, "\n".join(self.title_lines), va="top", size=9.0, weight="bold", gid="title")
-        if self.note_lines:
-            text = "\n".join(self.note_lines)
-            y = 0.7 * _PAD / height
-            figure.text(_PAD / self.width, y, text, va="bottom", size=6.5, color="#4d4d4d", gid="notes")
-        if self.key:
-            anchor = (0.0, (len(self.note_lines) * _NOTE_LINE + _PAD) / height, 1.0, self._key_height / height)
-            figure.legend(handles=list(self.key), labels=self.key_texts, loc="center", bbox_to_anchor=anchor,
-                          ncols=self.key_columns, borderaxespad=0.0, columnspacing=1.6, handletextpad=0.6)  # fmt: skip
-        return figure
-
-    @property
-    def _key_height(self) -> float:
-        if not self.key:
-            return 0.0
-        broken = sum(text.count("\n") for text in self.key_texts)
-        return (math.ceil(len(self.key) / self.key_columns) + broken) * _KEY_LINE
+def _key_shape(texts: Sequence[str], width: float) -> tuple[list[str], int, float]:
+    """What a key says, broken to a width; how many entries stand side by side; and how high it is, mm."""
+    room = max(8, int((width - _KEY_HANDLE) / _KEY_SIGN))
+    broken = [
+        "\n".join(textwrap.wrap(text, room, break_long_words=False)) if len(text) > room else text for text in texts
+    ]
+    longest = max((_KEY_HANDLE + len(text) * _KEY_SIGN for text in broken), default=1.0)
+    columns = max(1, min(len(texts), int((width + 4.0) / longest)))
+    return broken, columns, (math.ceil(len(texts) / columns) + sum(text.count("\n") for text in broken)) * _KEY_LINE
 
 
 def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int]:
@@ -145,84 +103,66 @@ def grid_shape(panels: int, in_row: int = 1, *, most: int = 4) -> tuple[int, int
     return math.ceil(panels / columns), columns
 
 
-_PAD, _GAP, _TITLE_LINE, _TITLE_PAD = 1.2, 4.5, 3.6, 2.0
+_EDGE, _GAP, _PANEL_LINE, _PANEL_PAD = 1.2, 4.5, 3.6, 2.0
 """Around the panels, between them, and for each line of a title, mm."""
 _BAR, _BAR_GAP = 4.0, 4.0
 _SMALLEST = 4.0
 """Side of a panel, mm."""
 
 
-@dataclass(frozen=True)
-class Panels:
-    """The panels of a page, some of which may be hidden, and perhaps a colour bar at their right."""
+def empty_panels(page: Page, rows: int, columns: int, **shared: Any) -> Any:
+    """Axes in an array of shape (rows, columns), for `settle`; `shared` are `sharex` and `sharey`."""
+    page.figure.set_layout_engine("none")
+    sides = {
+        "left": 14.0 / page.width, "right": 1.0 - 3.0 / page.width,
+        "bottom": (page.foot + 8.0) / page.height, "top": 1.0 - (page.head + 5.0) / page.height,
+    }  # fmt: skip
+    return page.figure.subplots(rows, columns, squeeze=False, gridspec_kw=sides, **shared)
 
-    page: Page
-    grid: Any
-    """Axes in an array of shape (rows, columns)."""
-    bar: Axes | None = None
 
-    @classmethod
-    def on(cls, page: Page, rows: int, columns: int, **shared: Any) -> Panels:
-        """Empty panels; `shared` are `sharex` and `sharey`."""
-        page.figure.set_layout_engine("none")
-        left, right = 14.0 / page.width, 1.0 - 3.0 / page.width
-        sides = {
-            "left": left,
-            "right": right,
-            "bottom": (page.foot + 8.0) / page.height,
-            "top": 1.0 - (page.head + 5.0) / page.height,
-        }
-        return cls(page, page.figure.subplots(rows, columns, squeeze=False, gridspec_kw=sides, **shared))
+def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = True) -> None:
+    """Put panels, and perhaps a colour bar at their right, in their places once all labels are written.
 
-    def settle(self, *, must_fit: bool = True) -> None:
-        """Put everything in its place, once all labels are written; raises UsageError where there is no room."""
-        FigureCanvasAgg(self.page.figure)
-        left = np.array([max(self._beside(axes, 0) for axes in column) for column in self.grid.T])
-        under = {axes: axes.xaxis.get_tightbbox() for axes in self.grid.flat if axes.get_visible()}
-        below = np.array([max(self._below(axes, under.get(axes)) for axes in row) for row in self.grid])
-        above = np.array([max(_title_height(axes) for axes in row) for row in self.grid])
-        over = max(_PAD, *(self._over(axes, under.get(axes)) for axes in self.grid[:, -1]))
-        at_bar = 0.0 if self.bar is None else _BAR_GAP + _BAR + self._beside(self.bar, 1)
-        rows, columns = self.grid.shape
-        width = (self.page.width - _PAD - left.sum() - _GAP * (columns - 1) - over - at_bar) / columns
-        inner = self.page.height - self.page.head - self.page.foot
-        height = (inner - below.sum() - above.sum() - _GAP * (rows - 1)) / rows
-        if must_fit and min(width, height) < _SMALLEST:
-            hint = "a larger one, or fewer panels and quantities"
-            raise UsageError("the panels do not fit into this size", where="--size", hint=hint)
-        width, height = max(width, 1.0), max(height, 1.0)
-        top = self.page.height - self.page.head
-        for row in range(rows):
-            y = top - above[: row + 1].sum() - below[:row].sum() - row * _GAP - (row + 1) * height
-            for column in range(columns):
-                x = _PAD + left[: column + 1].sum() + column * (width + _GAP)
-                self._place(self.grid[row, column], x, y, width, height)
-        if self.bar is not None:
-            low = self.page.foot + below[-1]
-            self._place(self.bar, self.page.width - at_bar - _PAD + _BAR_GAP, low, _BAR, top - above[0] - low)
+    Constrained layout does the same by drawing everything twice. Raises UsageError where there is no room.
+    """
+    FigureCanvasAgg(page.figure)
+    boxes = {
+        axes: (axes.bbox, axes.xaxis.get_tightbbox(), axes.yaxis.get_tightbbox())
+        for axes in (*grid.flat, *([bar] if bar else [])) if axes.get_visible()
+    }  # fmt: skip
 
-    def _place(self, axes: Axes, x: float, y: float, width: float, height: float) -> None:
-        across, up = self.page.width, self.page.height
-        axes.set_position((x / across, y / up, width / across, height / up))
-
-    def _beside(self, axes: Axes, side: int) -> float:
-        """Room that the y axis takes at the left (0) or the right (1) of a panel, mm."""
-        box = axes.yaxis.get_tightbbox() if axes.get_visible() else None
-        if box is None:
+    def reach(axes: Any, side: str) -> float:
+        """How far labels reach beyond a panel, mm."""
+        panel, under, beside = boxes.get(axes, (None, None, None))
+        box = under if side in ("below", "over") else beside
+        if panel is None or box is None:
             return 0.0
-        return self._mm(axes.bbox.x0 - box.x0 if side == 0 else box.x1 - axes.bbox.x1)
+        pixels = {"left": panel.x0 - box.x0, "right": box.x1 - panel.x1, "over": box.x1 - panel.x1,
+                  "below": panel.y0 - box.y0}[side]  # fmt: skip
+        return float(max(0.0, pixels / page.figure.dpi / MM)) + (0.3 if side == "over" else 0.0)
 
-    def _below(self, axes: Axes, box: Any) -> float:
-        return 0.0 if box is None else self._mm(axes.bbox.y0 - box.y0)
-
-    def _over(self, axes: Axes, box: Any) -> float:
-        """How far the labels of the x axis reach beyond a panel at its right, mm."""
-        return 0.0 if box is None else self._mm(box.x1 - axes.bbox.x1) + 0.3
-
-    def _mm(self, pixels: float) -> float:
-        return max(0.0, pixels / self.page.figure.dpi / MM)
+    left = np.array([max(reach(axes, "left") for axes in column) for column in grid.T])
+    below = np.array([max(reach(axes, "below") for axes in row) for row in grid])
+    above = np.array([max(_title_height(axes) for axes in row) for row in grid])
+    over = max(_EDGE, *(reach(axes, "over") for axes in grid[:, -1]))
+    at_bar = 0.0 if bar is None else _BAR_GAP + _BAR + reach(bar, "right")
+    rows, columns = grid.shape
+    width = (page.width - _EDGE - left.sum() - _GAP * (columns - 1) - over - at_bar) / columns
+    height = (page.inner - below.sum() - above.sum() - _GAP * (rows - 1)) / rows
+    if must_fit and min(width, height) < _SMALLEST:
+        hint = "a larger one, or fewer panels and quantities"
+        raise UsageError("the panels do not fit into this size", where="--size", hint=hint)
+    width, height, top = max(width, 1.0), max(height, 1.0), page.height - page.head
+    scale = np.array([page.width, page.height, page.width, page.height])
+    for row, column in np.ndindex(rows, columns):
+        x = _EDGE + left[: column + 1].sum() + column * (width + _GAP)
+        y = top - above[: row + 1].sum() - below[:row].sum() - row * _GAP - (row + 1) * height
+        grid[row, column].set_position(np.array([x, y, width, height]) / scale)
+    if bar is not None:
+        low = page.foot + below[-1]
+        bar.set_position(np.array([page.width - at_bar - _EDGE + _BAR_GAP, low, _BAR, top - above[0] - low]) / scale)
 
 
 def _title_height(axes: Axes) -> float:
     text = axes.get_title() if axes.get_visible() else ""
-    return _TITLE_PAD + _TITLE_LINE * (text.count("\n") + 1) if text else _PAD
+    return _PANEL_PAD + _PANEL_LINE * (text.count("\n") + 1) if text else _EDGE

@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.cube.labels import plain
-from tendon_cli.errors import UsageError
 from tendon_cli.figures.engine import Axes, Figure, Line2D
-from tendon_cli.figures.frame import Frame, Page
-from tendon_cli.figures.style import FORMATS, PAGE_WIDTH, house_style
+from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.style import format_of, house_style
 
 _PULLED, _DRAGGED, _ASIDE, _LINE = "#0063a6", "#b4490a", "#a6a6a6", "#1a1a1a"
 _HEIGHT = 205.0
@@ -91,9 +90,8 @@ def draw(fit: DrawnFit, path: Path) -> None:
 
     Raises UsageError for another ending, OutputError where the file cannot be written.
     """
-    if path.suffix[1:].lower() not in FORMATS:
-        raise UsageError(f'"{path.name}" has no ending of a figure', where="--plot", hint=".png, .svg or .pdf")
-    fit_page(fit).save(path, must_fit=False)
+    format_of(path, "--plot")
+    fit_page(fit).save(path)
 
 
 def fit_page(fit: DrawnFit) -> Page:
@@ -105,9 +103,8 @@ def fit_page(fit: DrawnFit) -> Page:
     words, colour = _verdict(fit)
     # In letters that every format keeps as they are, so that tendon knows its own figure again.
     study = f"{MARK} {fit.source[:60].encode('ascii', 'replace').decode()}, SHA-256 {fit.sha256}"
-    frame = Frame(PAGE_WIDTH, title, _key(fit), [plain(note)], study=study)
     with house_style():
-        page = frame.page(_HEIGHT)
+        page = framed(title, _HEIGHT, _key(fit), [plain(note)], study=study)
         upper = _compose(page.figure, fit)
         upper.set_title("\n".join(plain(text, width=105) for text in words), loc="left", fontsize=7.5, color=colour)
     return replace(page, says=" ".join((*words, page.says)))

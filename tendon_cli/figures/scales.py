@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from tendon_cli.cube.axes import Ints, RowAxis
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown, number, plain
+from tendon_cli.cube.labels import number, plain
 from tendon_cli.figures.engine import Axes, ticker
 from tendon_cli.studies.figures import FigureSpec
 
@@ -79,17 +79,20 @@ class Scale:
             axis.set_major_formatter(plain_numbers())
 
 
-def scale_of(values: npt.NDArray[Any], shown: Shown | None, *, is_log: bool) -> Scale:
-    """The scale of the values of an axis; without `shown` they are names."""
-    if shown is None:
-        names = tuple(str(value) for value in values)
-        count = np.arange(len(names))
-        return Scale("case", count.astype(np.float64), count, names=names)
-    order = np.argsort(values, kind="stable")
+def axis_scale(cube: Cube, axis: RowAxis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True) -> Scale:
+    """The scale of the values at some positions of an axis; logarithmic, unless forbidden, if the axis is."""
+    values = axis.values[at]
+    if axis.is_text:
+        return _of_names("case", list(map(str, values)), np.arange(len(values)))
+    shown, order = cube.shown(axis.column, units), np.argsort(values, kind="stable")
     if not np.isfinite(values).all():  # a rigid spring is off every scale
-        names = tuple(shown.text(float(value)) for value in values[order])
-        return Scale(shown.titled, np.arange(len(names), dtype=np.float64), order, names=names)
-    return Scale(shown.label, shown.scaled(values)[order], order, is_log=is_log and bool(np.all(values > 0.0)))
+        return _of_names(shown.titled, [shown.text(float(value)) for value in values[order]], order)
+    is_log = is_log and axis.is_log and bool(np.all(values > 0.0))
+    return Scale(shown.label, shown.scaled(values)[order], order, is_log)
+
+
+def _of_names(label: str, names: Sequence[str], order: npt.NDArray[np.intp]) -> Scale:
+    return Scale(label, np.arange(len(names), dtype=np.float64), order, names=tuple(names))
 
 
 def plain_numbers() -> Any:

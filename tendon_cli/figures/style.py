@@ -16,15 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import (
-    ConstrainedLayoutEngine,
-    Figure,
-    FigureCanvasAgg,
-    LinearSegmentedColormap,
-    Patch,
-    mpl,
-)
-from tendon_cli.files import write_whole
+from tendon_cli.figures.engine import Figure, FigureCanvasAgg, LinearSegmentedColormap, Patch, mpl
 from tendon_cli.studies.figures import WIDTHS
 
 MM = 1.0 / 25.4
@@ -51,15 +43,9 @@ SEQUENTIAL = LinearSegmentedColormap.from_list(
 FORMATS: dict[str, dict[str, str | None]] = {
     "png": {"title": "Title", "says": "Description", "study": "Source", "Software": None},
     "svg": {"title": "Title", "says": "Description", "study": "Source", "Date": None, "Creator": None},
-    "pdf": {
-        "title": "Title",
-        "says": "Subject",
-        "study": "Keywords",
-        "CreationDate": None,
-        "Creator": None,
-        "Producer": None,
-    },
-}
+    "pdf": {"title": "Title", "says": "Subject", "study": "Keywords", "CreationDate": None, "Creator": None,
+            "Producer": None},
+}  # fmt: skip
 """How each format calls what a figure says of itself; what is left out would differ from one day to the next."""
 _DPI = 250
 
@@ -68,43 +54,17 @@ _STYLE: dict[str, Any] = {
     "mathtext.fontset": "custom",
     "mathtext.it": "DejaVu Serif",  # only for the I of F_I, which would be a stroke without serifs
     "mathtext.default": "regular",
-    "font.size": 7.5,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "legend.fontsize": 7.0,
-    "legend.title_fontsize": 7.5,
-    "legend.frameon": False,
-    "legend.handlelength": 2.6,
-    "figure.titlesize": 9.0,
-    "axes.linewidth": 0.6,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "text.color": INK,
-    "axes.titlepad": 4.0,
-    "axes.labelpad": 3.0,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-    "xtick.minor.size": 1.8,
-    "ytick.minor.size": 1.8,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 3.0,
-    "hatch.linewidth": 0.5,
-    "hatch.color": "#777777",
-    "axes.grid": False,
-    "figure.dpi": _DPI,
-    "figure.constrained_layout.h_pad": 0.03,
-    "figure.constrained_layout.w_pad": 0.03,
-    "svg.hashsalt": "tendon",
-    "svg.fonttype": "none",  # text stays text
-    "pdf.fonttype": 42,
-    "pdf.compression": 6,
-}
+    "font.size": 7.5, "axes.titlesize": 8.0, "axes.labelsize": 8.0, "figure.titlesize": 9.0,
+    "legend.fontsize": 7.0, "legend.title_fontsize": 7.5, "legend.frameon": False, "legend.handlelength": 2.6,
+    "axes.linewidth": 0.6, "axes.edgecolor": INK, "axes.labelcolor": INK, "text.color": INK,
+    "axes.titlepad": 4.0, "axes.labelpad": 3.0, "axes.grid": False,
+    "lines.linewidth": 1.1, "lines.markersize": 3.0, "hatch.linewidth": 0.5, "hatch.color": "#777777",
+    "figure.dpi": _DPI, "figure.constrained_layout.h_pad": 0.03, "figure.constrained_layout.w_pad": 0.03,
+    "svg.hashsalt": "tendon", "svg.fonttype": "none",  # text stays text
+    "pdf.fonttype": 42, "pdf.compression": 6,
+}  # fmt: skip
+_TICKS = {"labelsize": 7.0, "major.width": 0.6, "minor.width": 0.4, "major.size": 3.0, "minor.size": 1.8}
+_STYLE |= {f"{axis}tick.{name}": size for axis in "xy" for name, size in _TICKS.items()}
 
 
 @contextlib.contextmanager
@@ -130,37 +90,18 @@ def _settings() -> dict[str, Any]:
     return kept
 
 
-def new_figure(width: float, height: float, rect: tuple[float, float, float, float] = (0.0, 0.0, 1.0, 1.0)) -> Figure:
-    """An empty figure of a size in mm, its panels arranged within `rect` (a share of it) so that nothing overlaps."""
-    return Figure(figsize=(width * MM, height * MM), layout=ConstrainedLayoutEngine(rect=rect))
-
-
-def check_format(name: str) -> str:
-    """A format that figures are written in; raises UsageError."""
-    if name.lower() not in FORMATS:
-        raise UsageError(f'"{name}" is not a format of figures', where="--format", hint="png, svg or pdf")
-    return name.lower()
-
-
-def render(figure: Figure, kind: str, *, must_fit: bool = False, about: Mapping[str, str] | None = None) -> bytes:
-    """The bytes of a figure as PNG, SVG or PDF, with what it says of itself (`title`, `says`, `study`) inside.
-
-    Raises UsageError where its panels have no room and `must_fit`.
-    """
+def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) -> bytes:
+    """The bytes of a figure as PNG, SVG or PDF, with what it says of itself (`title`, `says`, `study`) inside."""
     buffer = io.BytesIO()
     facts = about or {}
     metadata = {name or key: facts.get(key) for key, name in FORMATS[kind].items() if name is None or facts.get(key)}
     with house_style():
-        warnings.filterwarnings("error" if must_fit else "ignore", message="constrained_layout not applied")
+        warnings.filterwarnings("ignore", message="constrained_layout not applied")
         canvas: Any = FigureCanvasAgg(figure)
-        try:
-            if kind == "png":
-                _write_png(canvas, metadata, buffer)
-            else:
-                figure.savefig(buffer, facecolor="white", format=kind, metadata=metadata)
-        except UserWarning:
-            hint = "a larger one, or fewer panels and quantities"
-            raise UsageError("the panels do not fit into this size", where="--size", hint=hint) from None
+        if kind == "png":
+            _write_png(canvas, metadata, buffer)
+        else:
+            figure.savefig(buffer, facecolor="white", format=kind, metadata=metadata)
     return buffer.getvalue()
 
 
@@ -184,16 +125,16 @@ def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.Bytes
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # eight bits of red, green and blue
     size = struct.pack(">IIB", *2 * [round(_DPI / 0.0254)], 1)
     texts = ((kind, data) for kind, data, _ in info.chunks)
-    drawn = zlib.compress(rows.data, 3)
     buffer.write(b"\x89PNG\r\n\x1a\n")
-    for chunk in ((b"IHDR", header), (b"pHYs", size), *texts, (b"IDAT", drawn), (b"IEND",)):
+    for chunk in ((b"IHDR", header), (b"pHYs", size), *texts, (b"IDAT", zlib.compress(rows.data, 3)), (b"IEND",)):
         PngImagePlugin.putchunk(buffer, *chunk)
 
 
-def save(figure: Figure, path: Path, *, must_fit: bool = False, about: Mapping[str, str] | None = None) -> Path:
-    """Write a figure whole or not at all, in the format of the path's ending; raises OutputError, UsageError."""
-    write_whole(path, render(figure, check_format(path.suffix[1:]), must_fit=must_fit, about=about))
-    return path
+def format_of(path: Path, where: str) -> str:
+    """The format that a file's ending means; raises UsageError for none of a figure."""
+    if path.suffix[1:].lower() not in FORMATS:
+        raise UsageError(f'"{path.name}" has no ending of a figure', where=where, hint=".png, .svg or .pdf")
+    return path.suffix[1:].lower()
 
 
 def unknown_hatch() -> dict[str, Any]:

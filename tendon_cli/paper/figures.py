@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.figures.curves.draw import shade_slack
+from tendon_cli.figures.curves import shade_slack
 from tendon_cli.figures.draw import Finish
 from tendon_cli.figures.engine import Axes, Figure, Line2D
-from tendon_cli.figures.frame import Frame
+from tendon_cli.figures.frame import framed
 from tendon_cli.figures.scales import plain_numbers
-from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, PAGE_WIDTH, house_style
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
 from tendon_cli.paper.entry import number
 from tendon_cli.paper.measures import crossing
 from tendon_cli.paper.runs import Array, PaperTables
@@ -79,8 +79,7 @@ def draw_slips(runs: Mapping[str, PaperTables], found: Evidence, path: Path) -> 
         Line2D([], [], color=INK, linestyle=_DASHED, label="extension"),
     ]
     with house_style():
-        frame = Frame(PAGE_WIDTH, "Where the letter of the paper fails", key)
-        page = frame.page(122.0)
+        page = framed("Where the letter of the paper fails", 122.0, key)
         grid = page.figure.subplots(2, 2)
         _eq_12(grid[0, 0], runs["fig07"], found)
         _eq_11(grid[0, 1], runs["fig07"], found)

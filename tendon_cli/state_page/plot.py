@@ -1,70 +1,163 @@
-"""What the figure of a motor shows: a design's cycle at the study's speed, and the turn at its first state."""
+"""The figure of a motor: its torque against its speed over the cycle, the loop that friction opens, and a turn."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.motor import MotorFigure, Stroke, Turn, draw
+from tendon_cli.figures.engine import Axes, Line2D
+from tendon_cli.figures.frame import framed
+from tendon_cli.figures.scales import plain_numbers
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.reversal import reversal
-from tendon_cli.state_page.lines import one
+
+Array = npt.NDArray[np.float64]
 
 _POINTS = 721
+_WAYS: dict[str, dict[str, Any]] = {
+    "flexion": {"color": OKABE_ITO[0], "linestyle": "solid"},
+    "extension": {"color": OKABE_ITO[1], "linestyle": (0, (3.2, 1.4))},
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """One direction of a cycle, along the way: arrays of one length, in SI."""
+
+    elbow_angle: Array
+    spool_angle: Array
+    motor_speed: Array
+    motor_torque: Array
 
 
 def draw_motor(path: Path, design: Design, state: State, plan: Plan, *, loss: float | None, turns: bool) -> Path:
-    """Draw a design's strokes where the study has a speed, and where `turns` the turn at the plan's first state.
+    """Draw a design's strokes if the study has a speed, and if `turns` the turn at the plan's first state.
 
-    `loss` is what friction takes over the strokes (J). Raises OutputError, and UsageError where there is nothing to
-    draw or for an ending that no figure has.
+    `loss` is what friction takes over the strokes (J). Raises OutputError, and UsageError if there is nothing to draw
+    or for an ending that no figure has.
     """
-    speed = plan.study.motion.speed
+    speed, limits = plan.study.motion.speed, plan.study.limits
     if speed is None and not turns:
         hint = "--set 'motion.speed=60 deg/s', or --reversal"
         raise UsageError("the study has no speed, so there is no motor to draw", where="--plot", hint=hint)
+    format_of(path, "--plot")
+    strokes = {} if speed is None else {way: stroke_of(design, plan, way, speed.single) for way in plan.directions}
     at = "" if speed is None else f", elbow at {np.degrees(speed.single):.6g} deg/s"
-    given = MotorFigure(
-        title=f"{plan.study.name}: the motor, load {one(design.load_mass):.6g} kg{at}",
-        strokes={} if speed is None else {way: _stroke(design, plan, way, speed.single) for way in plan.directions},
-        limits=dict(plan.study.limits),
-        loss=np.nan if loss is None else loss,
-        turn=_turn(design, state, plan) if turns else None,
-    )
-    return draw(given, path)
+    title = f"{plan.study.name}: the motor, load {float(np.ravel(design.load_mass)[0]):.6g} kg{at}"
+    with house_style():
+        key = [Line2D([], [], label=way, **style) for way, style in _WAYS.items() if way in strokes]
+        page = framed(title, 74.0, key, _notes(strokes, limits, loss, turns=turns))
+        panels = page.figure.subplots(1, 2 * bool(strokes) + turns, squeeze=False)[0]
+        if strokes:
+            _torque_and_speed(panels[0], strokes, limits)
+            _loop(panels[1], strokes)
+        if turns:
+            _turn(panels[-1], *turn_of(design, state, plan))
+            panels[-1].set_title(f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[0]):.6g}°")
+        for axes in panels:
+            axes.yaxis.set_major_formatter(plain_numbers())
+            axes.set_ylabel("motor torque $\\tau_m$ (N m)")
+    return page.save(path)
 
 
-def _stroke(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:
-    """One way through the study's angles, finely."""
+def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:
+    """One way through the study's angles, finely; `speed` is that of the elbow, rad/s."""
     flexion = direction == "flexion"
     angles = np.linspace(plan.elbow_angles.min(), plan.elbow_angles.max(), _POINTS)[:: 1 if flexion else -1]
     state = evaluate(design, angles[np.newaxis], np.array([[flexion]]))
     rates = motor_rates(design, state)
-
-    def line(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        return np.array(np.broadcast_to(values.reshape(-1), _POINTS))
-
     motor_speed = (speed if flexion else -speed) * rates.spool_speed
-    return Stroke(angles, line(rates.spool_angle), line(motor_speed), line(state.motor_torque))
+    lines = (rates.spool_angle, motor_speed, state.motor_torque)
+    return Stroke(angles, *(np.array(np.broadcast_to(values.reshape(-1), _POINTS)) for values in lines))
 
 
-def _turn(design: Design, state: State, plan: Plan) -> Turn:
+def turn_of(design: Design, state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[float, float]]]:
+    """The spool's turn back (rad), the motor's torque on it, and by side where the far end of a taut tendon follows."""
     turned = reversal(design, state, float(plan.elbow_angles[0]), np.asarray(plan.directions[0] == "flexion"))
-    ends = {"flexor": one(turned.flexor.turn), "extensor": one(turned.extensor.turn)}
+    ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in ("flexor", "extensor")}
     path = 1.15 * max([end for end in ends.values() if end > 0.0] or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
+    torque = np.array([float(np.ravel(turned.motor_torque(np.asarray(turn)))[0]) for turn in (*path, *ends.values())])
+    follows = {side: (end, at) for (side, end), at in zip(ends.items(), torque[-2:], strict=True) if np.isfinite(end)}
+    return path, torque[:_POINTS], follows
 
-    def torque(turn: float) -> float:
-        return one(turned.motor_torque(np.asarray(turn)))
 
-    return Turn(
-        title=f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[0]):.6g}°",
-        spool_turn=path,
-        motor_torque=np.array([torque(float(turn)) for turn in path]),
-        follows={side: (end, torque(end)) for side, end in ends.items() if np.isfinite(end)},
-    )
+def _notes(strokes: Mapping[str, Stroke], limits: Mapping[str, float], loss: float | None, *, turns: bool) -> list[str]:
+    units = {"torque": "N m", "speed": "rad/s", "power": "W"}
+    bounds = [f"{limits[f'peak_motor_{name}']:.4g} {unit}" for name, unit in units.items()
+              if strokes and f"peak_motor_{name}" in limits]  # fmt: skip
+    notes = [f"Dotted: the limits, {', '.join(bounds)}."] if bounds else []
+    if loss is not None and np.isfinite(loss) and len(strokes) == 2:
+        notes.append(f"The shaded area is what friction takes over both strokes, {loss:.3g} J.")
+    return notes + (["Dots: where the far end of each tendon follows the spool."] if turns else [])
+
+
+def _torque_and_speed(axes: Axes, strokes: Mapping[str, Stroke], limits: Mapping[str, float]) -> None:
+    for way, stroke in strokes.items():
+        axes.plot(stroke.motor_speed, stroke.motor_torque, gid="curve", **_WAYS[way])
+    axes.axhline(0.0, color=FAINT, linewidth=0.5)
+    axes.axvline(0.0, color=FAINT, linewidth=0.5)
+    axes.margins(0.08)
+    _limits(axes, limits)
+    axes.set(title="Torque against speed", xlabel="motor speed (rad/s)")
+
+
+def _limits(axes: Axes, limits: Mapping[str, float]) -> None:
+    """The motor's limits, as far as they are given; they widen the view, so that one sees what is left of them."""
+    style: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1.0, 1.2)), "gid": "limit"}
+    torque, speed, power = (limits.get(f"peak_motor_{name}") for name in ("torque", "speed", "power"))
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    if speed is not None:
+        left, right = min(left, -1.12 * speed), max(right, 1.12 * speed)
+        for sign in (-1.0, 1.0):
+            axes.axvline(sign * speed, **style)
+    if torque is not None:
+        low, high = min(low, -1.12 * torque), max(high, 1.12 * torque)
+        for sign in (-1.0, 1.0):
+            axes.axhline(sign * torque, **style)
+    for start, stop, sign in ((1.0, right, 1.0), (-1.0, left, -1.0)) if power is not None else ():
+        turning = np.linspace(start * (power or 0.0) / high, stop, 200)
+        axes.plot(turning, (power or 0.0) / np.abs(turning) * sign, **style)
+    axes.set(xlim=(left, right), ylim=(low, high))
+
+
+def _loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
+    """The loop against the spool's angle, so that its area is work; the elbow's angle stands above."""
+    for way, stroke in strokes.items():
+        axes.plot(np.degrees(stroke.spool_angle), stroke.motor_torque, gid="curve", **_WAYS[way])
+    if len(strokes) == 2:
+        x, y = (np.concatenate([getattr(stroke, name) for stroke in strokes.values()])
+                for name in ("spool_angle", "motor_torque"))  # fmt: skip
+        known = np.isfinite(x) & np.isfinite(y)
+        axes.fill(np.degrees(x[known]), y[known], color="#eceff2", linewidth=0.0, zorder=0.5, gid="loss")
+    axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
+    # The elbow's angle is on the upper edge if the spool turns with it all the way.
+    stroke = next(iter(strokes.values()))
+    order = np.argsort(stroke.elbow_angle)
+    turned, bent = (np.degrees(each[order]) for each in (stroke.spool_angle, stroke.elbow_angle))
+    if (np.diff(turned) > 0.0).all():
+        ticks = np.linspace(bent[0], bent[-1], 4)
+        above = axes.secondary_xaxis("top")
+        above.set_xticks(np.interp(ticks, bent, turned), [f"{tick:.3g}°" for tick in ticks])
+        above.tick_params(length=2.0, labelsize=6.5)
+        above.set_xlabel("elbow angle θ", size=6.5, labelpad=2.0)
+
+
+def _turn(axes: Axes, turn: Array, torque: Array, follows: Mapping[str, tuple[float, float]]) -> None:
+    axes.plot(np.degrees(turn), torque, color=INK, gid="curve")
+    for place, (side, (end, at)) in enumerate(sorted(follows.items(), key=lambda each: each[1])):
+        axes.plot([np.degrees(end)], [at], "o", color=INK, markersize=4.0, gid="mark")
+        axes.annotate(f"{side}, {np.degrees(end):.2f}°", (np.degrees(end), at), xytext=(4, 4 - 8 * (place > 0)),
+                      textcoords="offset points", va="top" if place else "bottom", size=6.5)  # fmt: skip
+    axes.margins(0.08, 0.12)
+    axes.set_xlim(right=1.5 * float(np.degrees(turn[-1])))
+    axes.set_xlabel("spool turned back (deg)")

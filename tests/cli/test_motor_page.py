@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon_library
-from tendon_cli.figures import motor as motor_figure
-from tendon_cli.state_page.plot import draw_motor
+from tendon_cli.engine.blocks import Block
+from tendon_cli.engine.plan import Plan
+from tendon_cli.model.actuator import State
+from tendon_cli.model.cycle import cycle
+from tendon_cli.state_page.plot import stroke_of, turn_of
 
 TEXT = """
 [tendon]
@@ -104,42 +107,39 @@ def test_a_page_without_speed_and_reversal_is_as_before(tendon, workplace):
 # --- The figure ------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def drawn(monkeypatch, tmp_path):
-    """What the figure of a study is given."""
+SPEED = np.radians(60.0)
 
-    def given(loads=3, turns=True, angles=ALL):
-        seen = []
-        monkeypatch.setattr("tendon_cli.state_page.plot.draw", lambda what, path: seen.append(what) or path)
-        study = tmp_path / "study.toml"
-        both = 'flexion", "extension'
-        study.write_text(TEXT.format(load=loads, direction=both, angles=angles))
-        tendon_library.state(tendon_library.load_study(study), reversal=turns, plot=tmp_path / "motor.png")
-        return seen[0]
 
-    return given
+def drawn(tmp_path, load):
+    """What the figure of a study draws of its first design, and its state at 75 degrees in flexion."""
+    (tmp_path / "study.toml").write_text(TEXT.format(load=load, direction='flexion", "extension', angles=ALL))
+    plan = Plan(tendon_library.load_study(tmp_path / "study.toml"))
+    first = (slice(0, 1),) * len(plan.axes)
+    state = State.of(plan.situation(Block(0, first, slice(0, 1), slice(0, 1))))
+    design = state.situation.design
+    return plan, design, state, {way: stroke_of(design, plan, way, SPEED) for way in plan.directions}
 
 
 @pytest.mark.parametrize("load", [3, 10])
-def test_the_area_of_the_loop_is_what_friction_takes(drawn, load):
-    given = drawn(load)
-    x, y = (np.concatenate([getattr(stroke, name) for stroke in given.strokes.values()])
+def test_the_area_of_the_loop_is_what_friction_takes(tmp_path, load):
+    plan, design, _, strokes = drawn(tmp_path, load)
+    x, y = (np.concatenate([getattr(stroke, name) for stroke in strokes.values()])
             for name in ("spool_angle", "motor_torque"))  # fmt: skip
     area = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-    assert area == pytest.approx(given.loss, rel=0.005)  # but for the turns
+    loss = cycle(design, plan.elbow_angles[np.newaxis], np.array([[True], [False]]), SPEED).friction_loss
+    assert area == pytest.approx(float(loss.ravel()[0]), rel=0.005)  # but for the turns
 
 
-def test_the_curves_are_the_states(drawn):
-    given = drawn()
-    there = given.strokes["flexion"]
+def test_the_curves_are_the_states(tmp_path):
+    plan, design, state, strokes = drawn(tmp_path, 3)
+    there = strokes["flexion"]
     assert np.degrees(there.elbow_angle[[0, -1]]) == pytest.approx([0.0, 90.0])
-    assert np.degrees(given.strokes["extension"].elbow_angle[[0, -1]]) == pytest.approx([90.0, 0.0])
-    speed = np.gradient(there.spool_angle, there.elbow_angle) * np.radians(60.0)
+    assert np.degrees(strokes["extension"].elbow_angle[[0, -1]]) == pytest.approx([90.0, 0.0])
+    speed = np.gradient(there.spool_angle, there.elbow_angle) * SPEED
     np.testing.assert_allclose(there.motor_speed[2:-2], speed[2:-2], rtol=1e-3)
-    assert given.turn.motor_torque[0] == pytest.approx(
-        np.interp(np.radians(75.0), there.elbow_angle, there.motor_torque)
-    )
-    assert set(given.turn.follows) == {"flexor", "extensor"}
+    _, torque, follows = turn_of(design, state, plan)
+    assert torque[0] == pytest.approx(np.interp(np.radians(75.0), there.elbow_angle, there.motor_torque))
+    assert set(follows) == {"flexor", "extensor"}
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
@@ -152,7 +152,3 @@ def test_the_figure_is_written_in_every_format_with_the_limits_in_it(tendon, wor
         for text in (b"Torque against speed", b"Hysteresis", b"Turn from flexion at 75", b"8 N m, 25 W"):
             assert text in written
     assert len(written) > 5000
-
-
-def test_the_door_of_the_figures_is_the_one_that_is_used():
-    assert draw_motor.__globals__["draw"] is motor_figure.draw

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from tendon_cli.figures.arm.draw import arm_page
-from tendon_cli.figures.arm.shape import ArmShape, arm_sizes
+from tendon_cli.figures.arm import arm_page
+from tendon_cli.figures.arm_shape import ArmShape, arm_sizes
 from tendon_cli.studies.load import study_from
 
 ANGLES = [math.radians(angle) for angle in (-20.0, 0.0, 35.0, 90.0, 140.0)]

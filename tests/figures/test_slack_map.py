@@ -11,7 +11,7 @@ from matplotlib.text import Text
 
 from tendon_cli.errors import OutputError
 from tendon_cli.figures.draw import draw_run, pages_of
-from tendon_cli.figures.maps.draw import colour_scale, zero_crossings
+from tendon_cli.figures.maps import colour_scale, zero_crossings
 from tendon_cli.tables.read import TableFiles
 from tests.figures.runs import LOADS, designs, grid, study_of, sweep
 
@@ -204,12 +204,11 @@ def test_where_it_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:
-    scale = colour_scale([np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])])
-    assert scale.limit == 120.0
-    assert scale.extend == "min"
-    assert 0.0 in scale.levels
-    assert colour_scale([np.array([-90.0, 110.0])]).extend == "neither"
-    assert colour_scale([np.zeros(3)]).limit > 0.0
+    limit, levels, extend = colour_scale([np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])])
+    assert (limit, extend) == (120.0, "min")
+    assert 0.0 in levels
+    assert colour_scale([np.array([-90.0, 110.0])])[2] == "neither"
+    assert colour_scale([np.zeros(3)])[0] > 0.0
 
 
 def test_zero_crossings() -> None:

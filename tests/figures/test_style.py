@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from tendon_cli.cube.labels import plain
-from tendon_cli.figures.engine import mpl
-from tendon_cli.figures.style import house_style, new_figure, render, wrapped
+from tendon_cli.figures.engine import Figure, mpl
+from tendon_cli.figures.style import house_style, render, wrapped
 from tests.figures.runs import designs, grid
 
 DRAW = """
 import hashlib, sys
 from pathlib import Path
-from tendon_cli.figures.arm.draw import arm_page
+from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.draw import pages_of
 from tendon_cli.figures.style import render
 from tendon_cli.studies.load import study_from
@@ -94,7 +94,7 @@ def test_hostile_titles_are_drawn_as_text() -> None:
     assert plain("word " * 200, width=40, lines=3).count("\n") == 2
     assert wrapped("5 kg load, $F_{o}$ = 3 N, η = 1", 12) == "5 kg load,\n$F_{o}$ = 3 N,\nη = 1"
     with house_style():
-        figure = new_figure(80.0, 40.0)
+        figure = Figure((3.0, 1.5))
         figure.text(0.0, 0.5, plain("$ {\\frac 図 \U0001f980 ^_"))
     assert render(figure, "svg") == render(figure, "svg")
     assert render(figure, "png")[:4] == b"\x89PNG"

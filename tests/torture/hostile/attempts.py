@@ -55,9 +55,9 @@ def try_parquet(file):
 
 def try_plot(file):
     """What `plot` reads and lays out of a table, for both kinds of figures; one file in 32 is drawn."""
-    from tendon_cli.figures.curves.data import curve_data
+    from tendon_cli.figures.curve_data import curve_data
     from tendon_cli.figures.draw import plot
-    from tendon_cli.figures.maps.data import map_data
+    from tendon_cli.figures.map_data import map_data
     from tendon_cli.figures.plan import long_axes, plan_curves, plan_maps
     from tendon_cli.studies.figures import figure_spec
 

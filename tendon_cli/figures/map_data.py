@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import RowAxis
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.plan import MapPlan
-from tendon_cli.figures.scales import Scale, caption, scale_of, value_texts
+from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.studies.figures import FigureSpec
 
 Floats = npt.NDArray[np.float64]
@@ -33,14 +32,6 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Limit:
-    """A limit of the study, as a map shows it."""
-
-    key: str
-    label: str
-
-
-@dataclass(frozen=True)
 class MapData:
     """Everything that the pages of a slack map show."""
 
@@ -49,7 +40,8 @@ class MapData:
     x: Scale
     y: Scale
     margin: Shown
-    limits: tuple[Limit, ...]
+    limits: Mapping[str, str]
+    """What the key says of each limit."""
     panels: tuple[Panel, ...]
     in_row: int
     """How many neighbouring panels differ in one axis only, the load if there is one."""
@@ -60,28 +52,38 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
     """Read what the panels show, and nothing else; raises UsageError where there is no margin."""
     if MARGIN not in cube.columns:
         raise UsageError("the table has no column of margins, which a map shows")
-    rows = np.stack([plan.rows(cube, panel) for panel in plan.panels])
-    limits = [key for key in (STIFFNESS, *cube.study.get("limits", ())) if _column(key) in cube.columns]
-    limits = list(dict.fromkeys(limits))
+    limits = [key for key in dict.fromkeys((STIFFNESS, *cube.study.get("limits", ()))) if _column(key) in cube.columns]
     names = (MARGIN, *map(_column, limits), *cube.defining)
+    rows = np.stack([plan.rows(cube, panel) for panel in plan.panels])
     read = cube.gather(rows, [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
-    x, y = (_scale(cube, axis, plan, spec) for axis in (plan.x, plan.y))
+    x, y = (axis_scale(cube, axis, plan.positions[axis.column], spec.units) for axis in (plan.x, plan.y))
     margin = margin_shown(cube, spec)
     rooms = [_room(read[_column(key)], key, cube.limit(key)) for key in limits]
     margins, *rooms = (each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), *rooms))
-    titles = _titles(cube, plan, spec)
-    drawn = [Panel(titles[at], margins[at], tuple(room[at] for room in rooms)) for at in range(len(titles))]
-    panels, same = _each_once(drawn)
+    texts = {
+        axis.column: dict(zip(at, value_texts(cube, axis, np.array(at), spec.units), strict=True))
+        for axis in plan.titled for at in [sorted({panel[axis.column] for panel in plan.panels})]
+    }  # fmt: skip
+    groups: dict[bytes, list[tuple[int, str]]] = {}  # panels that would repeat a picture are one
+    for at, panel in enumerate(plan.panels):
+        title = ", ".join(texts[axis.column][panel[axis.column]] for axis in plan.titled)
+        groups.setdefault(b"".join(each[at].tobytes() for each in (margins, *rooms)), []).append((at, title))
+    panels = [
+        Panel(_joined([title for _, title in same]), margins[same[0][0]], tuple(room[same[0][0]] for room in rooms))
+        for same in groups.values()
+    ]
+    repeated = [
+        f"The same picture for {', '.join(title for _, title in same)}." for same in groups.values() if same[1:]
+    ]
     lines, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
     if len(panels) == 1 and not panels[0].title:
         panels = [replace(panels[0], title=next((text for text in fixed if text.endswith(" load")), ""))]
     in_row = len({panel[plan.titled[0].column] for panel in plan.panels}) if plan.titled else 1
-    notes = (meaning_of_margin(cube), *lines, *plan.notes, *same)
-    said_of = tuple(Limit(key, _words(cube, spec, key)) for key in limits)
-    title = spec.title or cube.title
-    return MapData(title, cube.source, x, y, margin, said_of, tuple(panels), in_row, notes)
+    notes = (meaning_of_margin(cube), *lines, *plan.notes, *repeated)
+    words = {key: _words(cube, spec, key) for key in limits}
+    return MapData(spec.title or cube.title, cube.source, x, y, margin, words, tuple(panels), in_row, notes)
 
 
 def _column(key: str) -> str:
@@ -100,8 +102,11 @@ def _words(cube: Cube, spec: FigureSpec, key: str) -> str:
     shown = cube.shown(_column(key), spec.units)
     if key == STIFFNESS:
         return f"unstable: elbow stiffness below {shown.text(cube.limit(key))} at some angle"
-    sign = "≥" if key.startswith("min_") else "≤"
-    return f"{shown.name} {sign} {shown.text(cube.limit(key))}"
+    return f"{shown.name} {'≥' if key.startswith('min_') else '≤'} {shown.text(cube.limit(key))}"
+
+
+def _joined(titles: list[str]) -> str:
+    return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
 
 
 def margin_shown(cube: Cube, spec: FigureSpec) -> Shown:
@@ -126,31 +131,3 @@ def meaning_of_margin(cube: Cube) -> str:
 
 def _differ(cube: Cube) -> bool:
     return len(cube.with_sides("pretension")) > 1
-
-
-def _each_once(panels: Sequence[Panel]) -> tuple[list[Panel], list[str]]:
-    """Panels that would repeat the same picture are one, with all titles; and a note of it."""
-    groups: dict[bytes, list[Panel]] = {}
-    for panel in panels:
-        groups.setdefault(b"".join(each.tobytes() for each in (panel.margin, *panel.rooms)), []).append(panel)
-    notes = [f"The same picture for {', '.join(each.title for each in same)}." for same in groups.values() if same[1:]]
-    joined = [replace(same[0], title=_joined([panel.title for panel in same])) for same in groups.values()]
-    return joined, notes
-
-
-def _joined(titles: list[str]) -> str:
-    return ", ".join(titles) if len(titles) < 3 else f"{titles[0]} and {len(titles) - 1} others"
-
-
-def _scale(cube: Cube, axis: RowAxis, plan: MapPlan, spec: FigureSpec) -> Scale:
-    shown = None if axis.is_text else cube.shown(axis.column, spec.units)
-    return scale_of(axis.values[plan.positions[axis.column]], shown, is_log=axis.is_log)
-
-
-def _titles(cube: Cube, plan: MapPlan, spec: FigureSpec) -> list[str]:
-    """The values that each panel has on the axes in which the panels differ."""
-    texts: dict[str, dict[int, str]] = {}
-    for axis in plan.titled:
-        at = np.unique([panel[axis.column] for panel in plan.panels])
-        texts[axis.column] = dict(zip(at.tolist(), value_texts(cube, axis, at, spec.units), strict=True))
-    return [", ".join(texts[axis.column][panel[axis.column]] for axis in plan.titled) for panel in plan.panels]

@@ -6,22 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from tendon_cli.figures.curves.data import CurveData, Curves, Floats
+from tendon_cli.figures.curve_data import CurveData, Curves, Floats
 from tendon_cli.figures.engine import Axes, Line2D
-from tendon_cli.figures.frame import Frame, Page, Panels, grid_shape
+from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, settle
 from tendon_cli.figures.scales import plain_numbers
-from tendon_cli.figures.style import (
-    COLUMN_WIDTH,
-    INK,
-    MARKERS,
-    PAGE_HEIGHT,
-    broken,
-    hatch_key,
-    unknown_hatch,
-    wrapped,
-)
+from tendon_cli.figures.style import COLUMN_WIDTH, INK, MARKERS, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
 from tendon_cli.studies.filters import Truth
 
 _DASHES: tuple[Any, ...] = ("solid", (0, (3.2, 1.4)))
@@ -57,12 +47,11 @@ def _page(
 ) -> Page:
     columns = 1 if width <= COLUMN_WIDTH else columns
     rows = -(-len(cells) // columns)
-    frame = Frame(width, data.title, _key(data, cells), data.notes, subtitle, data.study)
     each = (width - 16.0) / columns
-    tall = frame.panels_height(height, min(PAGE_HEIGHT, rows * min(0.62 * each + 6.0, 70.0) + 8.0))
-    page = frame.page(tall)
-    panels = Panels.on(page, rows, columns, sharex=True)
-    grid = panels.grid
+    usual = min(PAGE_HEIGHT, rows * min(0.62 * each + 6.0, 70.0) + 8.0)
+    page = framed(data.title, usual, _key(data, cells), data.notes, width=width, height=height, subtitle=subtitle,
+                  study=data.study)  # fmt: skip
+    grid = empty_panels(page, rows, columns, sharex=True)
     for (curves, panel), axes in zip(cells, grid.flat, strict=False):
         _draw(axes, data, curves, panel)
         axes.set_title(wrapped(_title(data, curves, panel), int(each / 1.7)))
@@ -74,11 +63,12 @@ def _page(
             axes.set_xlabel(broken(data.x_label, int(each / 1.5)))
     like_left = _share_y(grid, cells, columns)
     for at, (curves, _) in enumerate(cells):
-        _finish(grid.flat[at], data, curves, labelled=not like_left[at], width=int(0.8 * tall / rows / 1.5))
-    if data.is_slack_below_zero and _reaches_below_zero(cells):
-        for at in range(len(cells)):
-            shade_slack(grid.flat[at])
-    panels.settle()
+        _finish(grid.flat[at], data, curves, labelled=not like_left[at], width=int(0.8 * page.inner / rows / 1.5))
+    shown = np.concatenate([curves.values[at].ravel() for curves, at in cells])
+    reaches_below = np.nanmin(shown, initial=0.0) < -0.01 * np.nanmax(shown, initial=0.0)  # so far that it is seen
+    for axes in grid.flat[: len(cells)] if data.is_slack_below_zero and reaches_below else ():
+        shade_slack(axes)
+    settle(page, grid)
     return page
 
 
@@ -96,14 +86,19 @@ def _draw(axes: Axes, data: CurveData, curves: Curves, panel: int) -> None:
         if slack.any() and is_line:
             style = {"color": sign["color"], "alpha": 0.25, "linewidth": _BAND, "solid_capstyle": "butt"}
             axes.plot(*_stretches(x, y, slack), **style, gid="slack")
-        axes.plot(x, y, **sign, gid="curve", label=_line_label(data, colour, dash))
+        names = (data.colours[colour][0], data.dashes[dash] if data.dashes else "")
+        axes.plot(x, y, **sign, gid="curve", label=", ".join(filter(None, names)) or "_line")
         if unstable.any() and is_line:
             axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
-        if data.has_kinks and is_line and data.x:
-            axes.plot(*_kinks(x, y, turned), **_KINK, gid="kink")
+        if data.has_kinks and is_line and data.x:  # half way between the last taut state and the first slack one
+            change = turned[:-1] != turned[1:]
+            axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
     if data.x is not None:
         data.x.apply(axes, "x")
-        _hatch_unknown(axes, data, ~np.isfinite(values).any(axis=(0, 1))[data.x.order])
+        unknown = ~np.isfinite(values).any(axis=(0, 1))[data.x.order]  # where no line has a value
+        changes = np.flatnonzero(np.diff(np.concatenate(([False], unknown, [False])).astype(np.int8)))
+        for start, stop in changes.reshape(-1, 2):
+            axes.axvspan(*data.x.edges[[start, stop]], zorder=0.6, **unknown_hatch())
     else:
         axes.xaxis.set_major_formatter(plain_numbers())
 
@@ -117,22 +112,8 @@ def _stretches(x: Floats, y: Floats, holds: Truth) -> tuple[Floats, Floats]:
     return places, np.where(kept, values, np.nan)
 
 
-def _kinks(x: Floats, y: Floats, turned: Truth) -> tuple[Floats, Floats]:
-    """Half way between the last state of a line that is taut and the first that is slack, and back."""
-    change = turned[:-1] != turned[1:]
-    return _middle(x)[change], _middle(y)[change]
-
-
 def _middle(values: Floats) -> Floats:
     return np.asarray((values[:-1] + values[1:]) / 2.0)
-
-
-def _hatch_unknown(axes: Axes, data: CurveData, unknown: npt.NDArray[np.bool_]) -> None:
-    """Hatch the stretches of x on which no line has a value; `unknown` is in the order of the scale's places."""
-    changes = np.flatnonzero(np.diff(np.concatenate(([False], unknown, [False])).astype(np.int8)))
-    for start, stop in changes.reshape(-1, 2):
-        left, right = data.x.edges[[start, stop]] if data.x else (0.0, 0.0)
-        axes.axvspan(left, right, zorder=0.6, **unknown_hatch())
 
 
 def _sign(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any]:
@@ -152,10 +133,6 @@ def _sign(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any
         "markerfacecolor": chosen if dash == 0 else "white",
         "markeredgewidth": 0.8,
     }
-
-
-def _line_label(data: CurveData, colour: int, dash: int) -> str:
-    return ", ".join(filter(None, (data.colours[colour][0], data.dashes[dash] if data.dashes else ""))) or "_line"
 
 
 def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
@@ -222,12 +199,6 @@ def _finish(axes: Axes, data: CurveData, curves: Curves, *, labelled: bool, widt
     if labelled:
         quantity = curves.quantity
         axes.set_ylabel(broken(quantity.label if len(data.curves) == 1 else quantity.short_label, width))
-
-
-def _reaches_below_zero(cells: Sequence[Cell]) -> bool:
-    """Whether a line goes so far below zero that it is seen."""
-    values = np.concatenate([curves.values[at].ravel() for curves, at in cells])
-    return bool(np.nanmin(values, initial=0.0) < -0.01 * np.nanmax(values, initial=0.0))
 
 
 def shade_slack(axes: Axes) -> None:

@@ -20,17 +20,14 @@ from tendon_cli.units import shorten
 Points = npt.NDArray[np.float64]
 
 _ARC_STEP = 0.02  # rad
+_ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 
 
 @dataclass(frozen=True)
 class ArmSizes:
-    """What the drawing needs of a study: lengths in mm, angles in rad, masses in kg."""
+    """What the drawing needs of a study: lengths in mm, angles in rad."""
 
-    a1: float
-    b1: float
-    a2: float
-    b2: float
-    elbow_radius: float
+    anchors: Anchors
     forearm_com: float
     load_distance: float
     upper_arm_angle: float
@@ -40,94 +37,49 @@ class ArmSizes:
     """Which of several values of the study is drawn."""
 
     @property
-    def extensor_radius(self) -> float:
-        """R_e = η R_f."""
-        return self.ratio * self.flexor_radius
-
-    @property
-    def anchors(self) -> Anchors:
-        """What the model takes, still in mm."""
-        return Anchors(self.a1, self.b1, self.a2, self.b2, self.elbow_radius)
-
-    @property
     def upper_arm(self) -> float:
         """How much of the upper arm is drawn; the model does not know its length."""
-        return 1.3 * self.b1
+        return 1.3 * float(self.anchors.b1)
 
     @property
     def forearm(self) -> float:
         """How much of the forearm and hand is drawn."""
-        return max(self.load_distance, self.forearm_com, self.b2) * 1.04
+        return max(self.load_distance, self.forearm_com, float(self.anchors.b2)) * 1.04
 
 
-@dataclass(frozen=True)
 class ArmShape:
-    """The arm at one elbow angle."""
+    """The arm at one elbow angle (rad): directions and points."""
 
-    sizes: ArmSizes
-    elbow_angle: float
-
-    @property
-    def up(self) -> Points:
-        """Along the upper arm, from the elbow to the shoulder."""
-        return _direction(self.sizes.upper_arm_angle + math.pi / 2.0)
-
-    @property
-    def front(self) -> Points:
-        """At a right angle to the upper arm, forward."""
-        return _direction(self.sizes.upper_arm_angle)
-
-    @property
-    def along(self) -> Points:
-        """Along the forearm, from the elbow to the hand."""
-        return _direction(self._forearm_angle - math.pi / 2.0)
-
-    @property
-    def forearm_front(self) -> Points:
-        """At a right angle to the forearm, on the flexor's side."""
-        return _direction(self._forearm_angle)
-
-    @property
-    def anchors(self) -> dict[str, Points]:
-        """The points p, q, r and s of Fig. 2."""
-        p, s = self.sizes.b2 * self.along, self.sizes.b1 * self.up
-        return {"p": p, "q": p + self.sizes.a2 * self.forearm_front, "r": s + self.sizes.a1 * self.front, "s": s}
+    def __init__(self, sizes: ArmSizes, elbow_angle: float) -> None:
+        self.sizes, self.elbow_angle, joint = sizes, elbow_angle, sizes.anchors
+        lean = sizes.upper_arm_angle
+        self.up, self.front = _direction(lean + math.pi / 2.0), _direction(lean)
+        self.along, self.forearm_front = _direction(lean + elbow_angle - math.pi / 2.0), _direction(lean + elbow_angle)
+        p, s = joint.b2 * self.along, joint.b1 * self.up
+        q, r = p + joint.a2 * self.forearm_front, s + joint.a1 * self.front
+        self.anchors: dict[str, Points] = {"p": p, "q": q, "r": r, "s": s}
+        """The points of Fig. 2."""
+        length = float((r - q) @ (r - q))
+        self.moment_arm_foot: Points = q - (r - q) * float(q @ (r - q)) / (length or 1.0)
+        """Where the perpendicular from the elbow meets the flexor's line."""
+        self.moment_arm = float(joint.motion(elbow_angle).flexor_moment_arm)
+        self.flexor_path = float(flexor_path(joint, elbow_angle))
 
     @property
     def extensor(self) -> Points:
         """The extensor tendon: down the back of the upper arm, around the virtual pulley, along the forearm."""
-        radius = self.sizes.elbow_radius
-        start = self.sizes.upper_arm * self.up - radius * self.front
-        end = self.sizes.b2 * self.along - radius * self.forearm_front
+        radius, lean = float(self.sizes.anchors.elbow_radius), self.sizes.upper_arm_angle
+        start, end = (
+            line - radius * front
+            for line, front in (
+                (self.sizes.upper_arm * self.up, self.front), (self.anchors["p"], self.forearm_front),
+            )
+        )  # fmt: skip
         if self.elbow_angle <= 0.0:
-            bisector = _direction(self.sizes.upper_arm_angle + self.elbow_angle / 2.0)
+            bisector = _direction(lean + self.elbow_angle / 2.0)
             return np.array([start, -radius / math.cos(self.elbow_angle / 2.0) * bisector, end])
-        steps = max(2, int(self.elbow_angle / _ARC_STEP))
-        angles = self.sizes.upper_arm_angle + math.pi + np.linspace(0.0, self.elbow_angle, steps)
-        arc = radius * np.stack((np.cos(angles), np.sin(angles)), axis=1)
-        return np.vstack((start, arc, end))
-
-    @property
-    def moment_arm(self) -> float:
-        """J at this angle, mm; the distance of the flexor's line from the elbow where it is in front of it."""
-        return float(self.sizes.anchors.motion(self.elbow_angle).flexor_moment_arm)
-
-    @property
-    def flexor_path(self) -> float:
-        """L_c at this angle, mm."""
-        return float(flexor_path(self.sizes.anchors, self.elbow_angle))
-
-    @property
-    def moment_arm_foot(self) -> Points:
-        """Where the perpendicular from the elbow meets the flexor's line."""
-        q, r = self.anchors["q"], self.anchors["r"]
-        line = r - q
-        length = float(line @ line)
-        return q if length == 0.0 else q - line * float(q @ line) / length
-
-    @property
-    def _forearm_angle(self) -> float:
-        return self.sizes.upper_arm_angle + self.elbow_angle
+        angles = lean + math.pi + np.linspace(0.0, self.elbow_angle, max(2, int(self.elbow_angle / _ARC_STEP)))
+        return np.vstack((start, radius * np.stack((np.cos(angles), np.sin(angles)), axis=1), end))
 
 
 def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
@@ -138,8 +90,8 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     if study.joint.excursion is not None:
         hint = "tendon plot RUN -y flexor_travel draws its curves"
         raise UsageError("the study has its joint's travels, so there are no anchors to draw", where="--arm", hint=hint)
-    keys = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2", "elbow_radius", "forearm_com", "load_distance")}
-    keys |= {"upper_arm_angle": "arm.upper_arm_angle", "flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
+    keys = {name: f"arm.{name}" for name in (*_ANCHORS, "forearm_com", "load_distance", "upper_arm_angle")}
+    keys |= {"flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
     chosen = chosen_case(study, case)
     axes = [number_axis(study, key) for key in study.axes if key in keys.values()]
     cases = [case_axis(study)] if chosen is not None else []
@@ -156,7 +108,8 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
         ]  # fmt: skip
     if study.cases and chosen is None:
         remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
-    return ArmSizes(**sizes, remarks=tuple(remarks))
+    anchors = Anchors(*(sizes.pop(name) for name in _ANCHORS))
+    return ArmSizes(anchors, **sizes, remarks=tuple(remarks))
 
 
 def chosen_case(study: Study, case: str | None) -> Any:

@@ -13,11 +13,11 @@ import numpy.typing as npt
 
 from tendon_cli.cube.labels import number
 from tendon_cli.errors import InputError
-from tendon_cli.figures.arm.draw import arm_page
-from tendon_cli.figures.arm.shape import chosen_case
+from tendon_cli.figures.arm import arm_page
+from tendon_cli.figures.arm_shape import chosen_case
 from tendon_cli.figures.engine import Axes, mpl
-from tendon_cli.figures.frame import Frame, Page
-from tendon_cli.figures.style import FAINT, INK, PAGE_WIDTH, SEQUENTIAL, house_style
+from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
 from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.reading import read_document
@@ -28,7 +28,6 @@ Floats = npt.NDArray[np.float64]
 
 _MOST_DRAWN = 20_000
 _VIEWS = ((0, 1, "seen along z"), (0, 2, "seen along y"), (1, 2, "seen along x"))
-_TURNED = "#d55e00"
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def route_page(
     curve, marks = route_curve(route), 1e3 * np.asarray(measured, dtype=np.float64)
     count = f"{len(marks)} way-points over {number(curve.length / 1e3)} m; the views are to one scale."
     with house_style():
-        page = Frame(PAGE_WIDTH, title, notes=(count, *notes), study=study).page(118.0)
+        page = framed(title, 118.0, notes=(count, *notes), study=study)
         grid = page.figure.add_gridspec(2, 3, height_ratios=(1.2, 1.0))
         shown = float(np.quantile(curve.curvature, 0.98)) if len(curve.curvature) else 0.0
         colour = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, shown or 1.0), SEQUENTIAL)
@@ -77,8 +76,7 @@ def route_curve(points: npt.ArrayLike) -> RouteCurve:
     if route.ndim != 2 or route.shape[1] != 3 or not np.isfinite(route).all():
         raise InputError("a route is a list of finite points x, y, z")
     steps = np.linalg.norm(np.diff(route, axis=0), axis=1)
-    route = route[np.append(True, steps > 0.0)]
-    steps = steps[steps > 0.0]
+    route, steps = route[np.append(True, steps > 0.0)], steps[steps > 0.0]
     if not len(steps):
         raise InputError("holds fewer than two different way-points")
     chords = np.diff(route, axis=0)
@@ -117,9 +115,9 @@ def _draw_along(axes: Axes, curve: RouteCurve) -> None:
     axes.set(xlabel="distance along the route (mm)", ylabel="curvature κ (1/m)", xlim=(0.0, curve.length))
     axes.set_ylim(0.0, 1.1 * curve.curvature.max(initial=0.0) or 1.0)
     turn = axes.twinx()
-    turn.plot(curve.at, curve.turned, color=_TURNED, gid="turned")
-    turn.set_ylabel("turned so far, ∫κ ds (deg)", color=_TURNED)
-    turn.tick_params(colors=_TURNED)
+    turn.plot(curve.at, curve.turned, color=OKABE_ITO[1], gid="turned")
+    turn.set_ylabel("turned so far, ∫κ ds (deg)", color=OKABE_ITO[1])
+    turn.tick_params(colors=OKABE_ITO[1])
     turn.set_ylim(0.0, 1.1 * curve.turned.max(initial=0.0) or 1.0)
 
 
@@ -134,41 +132,37 @@ def draw_geometry(
     """
     study = load_study(file, settings)
     target = out or Path(f"{study.name}-arm.png")
-    drawn = [arm_page(study, angles, case).save(target, must_fit=False)]
+    drawn = [arm_page(study, angles, case).save(target)]
     for name, page in _routes(study, file, settings, case):
-        drawn.append(page.save(target.with_stem(f"{target.stem}-{name}"), must_fit=False))
+        drawn.append(page.save(target.with_stem(f"{target.stem}-{name}")))
     return drawn
 
 
 def _routes(study: Study, file: Path, settings: tuple[str, ...], case: str | None) -> Iterator[tuple[str, Page]]:
     """The route of both sheaths, or of either side, each with the end of its file's name."""
     chosen = chosen_case(study, case)
-    of_case = f"cases.{study.cases.index(chosen)}." if chosen is not None else None
+    of_case = f"cases.{study.cases.index(chosen)}." if chosen is not None else ""
     for side in ("", *SIDES):
         key = ".".join(filter(None, ("sheath", side, "path")))
-        key = f"{of_case}{key}" if of_case and f"{of_case}{key}" in study.sources else key
-        if key in study.sources:
-            yield f"route{side and '-'}{side}", _route(study, file, settings, key, side)
+        key = f"{of_case}{key}" if f"{of_case}{key}" in study.sources else key
+        if key not in study.sources:
+            continue
+        source, name = study.sources[key], _given(file, settings, key)
+        with (file.parent / name).open("rb") as opened:
+            points = read_route(opened.read(MAX_BYTES), name)
+        noise = float(source.get("path_smoothing") or 0.0)
+        smoothed = f", smoothed for a noise of {number(1e3 * noise)} mm" if noise else ""
+        angle = number(math.degrees(source["bend_angle"]))
+        notes = (f"Total curvature taken by the model: φ = {angle} deg{smoothed}.", *source.get("warnings", ()))
+        title = f"Route of the {side and side + ' '}sheath: {source['file']}"
+        page = route_page(points, smooth(points, noise), title, notes, f"tendon study {study.name} {study.hash}")
+        yield f"route{side and '-'}{side}", page
 
 
-def _route(study: Study, file: Path, settings: tuple[str, ...], key: str, side: str) -> Page:
-    source = study.sources[key]
-    name = _said(file, settings, key)
-    with (file.parent / name).open("rb") as opened:
-        points = read_route(opened.read(MAX_BYTES), name)
-    noise = float(source.get("path_smoothing") or 0.0)
-    angle = number(math.degrees(source["bend_angle"]))
-    smoothed = f", smoothed for a noise of {number(1e3 * noise)} mm" if noise else ""
-    notes = (f"Total curvature taken by the model: φ = {angle} deg{smoothed}.", *source.get("warnings", ()))
-    title = f"Route of the {side and side + ' '}sheath: {source['file']}"
-    return route_page(points, smooth(points, noise), title, notes, f"tendon study {study.name} {study.hash}")
-
-
-def _said(file: Path, settings: tuple[str, ...], key: str) -> str:
+def _given(file: Path, settings: tuple[str, ...], key: str) -> str:
     """The path that a setting, or else the study file, gives a key."""
-    given = [
-        text.strip().strip("\"'") for name, _, text in (each.partition("=") for each in settings) if name.strip() == key
-    ]
+    given = [text.strip().strip("\"'") for name, _, text in (each.partition("=") for each in settings)
+             if name.strip() == key]  # fmt: skip
     value: Any = read_document(file).content
     for part in () if given else key.split("."):
         value = value[int(part) if isinstance(value, list) else part]

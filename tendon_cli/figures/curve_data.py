@@ -13,9 +13,9 @@ from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.maps.data import MARGIN, margin_shown, meaning_of_margin
+from tendon_cli.figures.map_data import MARGIN, margin_shown, meaning_of_margin
 from tendon_cli.figures.plan import CurvePlan
-from tendon_cli.figures.scales import Scale, caption, scale_of, value_texts
+from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.figures import FigureSpec
@@ -46,6 +46,9 @@ class Curves:
     """Where the elbow stiffness is below its limit."""
 
 
+_PARTS = ("values", "slack", "turned", "unstable")
+
+
 @dataclass(frozen=True)
 class CurveData:
     """Everything that the pages of curves show."""
@@ -73,24 +76,28 @@ class CurveData:
 def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
     """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
     masks = [each for each in asked if cube.axis(each.column) is None]
-    flags = [name for name in ("status", _STIFFNESS, "taut", "stable") if name in cube.columns]
-    names = [*plan.quantities, *flags, *(each.column for each in masks), plan.x_column, *cube.defining]
-    texts = [axis.column for axis in cube.axes if axis.is_text]
-    read = cube.gather(plan.rows(cube), [name for name in (*names, *texts) if name in cube.columns])
+    names = [*plan.quantities, "status", _STIFFNESS, "taut", "stable", *(each.column for each in masks), plan.x_column]
+    names += [*cube.defining, *(axis.column for axis in cube.axes if axis.is_text)]
+    read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
     kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
     for each in masks:
         kept &= each.holds(read[each.column])
     curves = tuple(_curves(cube, spec, read, name, kept) for name in plan.quantities)
     if not any(np.isfinite(each.values).any() for each in curves):
         _raise_empty(plan, asked)
-    scale, label, x_values = _along_x(cube, plan, read, spec)
-    varied = [axis.column for axis in plan.parts if axis is not None]
-    lines, _ = caption(cube, spec, read, varied=varied)
+    lines, _ = caption(cube, spec, read, varied=[axis.column for axis in plan.parts if axis is not None])
     meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
+    panels, colours, dashes = (
+        () if axis is None else tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
+        for axis in plan.parts[:3]
+    )
+    # Below zero means slack of a margin, and in a model in which tendons push of their tensions and lengths.
+    below_zero = all(name.endswith((MARGIN, *_OF_A_TENDON) if cube.pushes else MARGIN) for name in plan.quantities)
+    missing = "no value" if set(plan.quantities) <= {"first_slack_angle", "max_slack"} else "no equilibrium"
     data = CurveData(
-        spec.title or cube.title, cube.source, scale, label, x_values, curves, _colours(cube, plan, spec),
-        _texts(cube, plan, 2, spec), _texts(cube, plan, 0, spec), not cube.pushes,
-        _is_slack_below_zero(cube, plan), _missing(plan, masks), (*meaning, *lines, *plan.notes),
+        spec.title or cube.title, cube.source, *_along_x(cube, plan, read, spec), curves,
+        tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)), dashes, panels, not cube.pushes,
+        below_zero, "no value, or left out by the filter" if masks else missing, (*meaning, *lines, *plan.notes),
     )  # fmt: skip
     return _each_panel_once(_overlaid(data) if spec.overlay else data)
 
@@ -111,48 +118,27 @@ def _curves(cube: Cube, spec: FigureSpec, read: Mapping[str, Values], name: str,
     return Curves(quantity, values, slack & known, turned & known, unstable & known)
 
 
-def _is_slack_below_zero(cube: Cube, plan: CurvePlan) -> bool:
-    """A margin, and in a model in which tendons push their tensions and lengths."""
-    ends = (MARGIN, *_OF_A_TENDON) if cube.pushes else (MARGIN,)
-    return all(name.endswith(ends) for name in plan.quantities)
-
-
-def _missing(plan: CurvePlan, masks: Sequence[Condition]) -> str:
-    if masks:
-        return "no value, or left out by the filter"
-    return "no value" if set(plan.quantities) <= {"first_slack_angle", "max_slack"} else "no equilibrium"
-
-
 def _along_x(
     cube: Cube, plan: CurvePlan, read: Mapping[str, Values], spec: FigureSpec
 ) -> tuple[Scale | None, str, Floats]:
-    shape = read[plan.x_column].shape
-    quantity = None if cube.columns[plan.x_column] is None else cube.shown(plan.x_column, spec.units)
-    if plan.x_column != plan.x.column and quantity is not None:
+    """The scale of x, its label, and its values in the shape of the curves."""
+    if plan.x_column != plan.x.column and cube.columns[plan.x_column] is not None:
+        quantity = cube.shown(plan.x_column, spec.units)
         return None, quantity.label, quantity.scaled(read[plan.x_column])
-    scale = scale_of(plan.x.values[plan.positions[plan.x.column]], quantity, is_log=plan.x.is_log)
+    scale = axis_scale(cube, plan.x, plan.positions[plan.x.column], spec.units)
     places = np.empty(len(scale.places))
     places[scale.order] = scale.places
-    label = scale.label if quantity else plan.x.column
-    return scale, label, np.broadcast_to(places, shape)
+    label = plan.x.column if plan.x.is_text else scale.label
+    return scale, label, np.broadcast_to(places, read[plan.x_column].shape)
 
 
-def _texts(cube: Cube, plan: CurvePlan, part: int, spec: FigureSpec) -> tuple[str, ...]:
-    """The values that panels, colours or dashes stand for."""
-    axis = plan.parts[part]
-    return () if axis is None else tuple(value_texts(cube, axis, plan.positions[axis.column], spec.units))
-
-
-def _colours(cube: Cube, plan: CurvePlan, spec: FigureSpec) -> tuple[tuple[str, Colour], ...]:
+def _colours(plan: CurvePlan, count: int) -> Sequence[Colour]:
     if plan.colour is None:
-        return (("", sequence(1)[0]),)
-    texts = _texts(cube, plan, 1, spec)
-    values = plan.colour.values[plan.positions[plan.colour.column]]
+        return sequence(1)
     if plan.colour.is_text:
-        colours: Sequence[Colour] = [OKABE_ITO[at % len(OKABE_ITO)] for at in range(len(texts))]
-    else:
-        colours = load_colours(values) if plan.colour.column == LOAD else sequence(len(texts))
-    return tuple(zip(texts, colours, strict=True))
+        return [OKABE_ITO[at % len(OKABE_ITO)] for at in range(count)]
+    values = plan.colour.values[plan.positions[plan.colour.column]]
+    return load_colours(values) if plan.colour.column == LOAD else sequence(count)
 
 
 def _overlaid(data: CurveData) -> CurveData:
@@ -167,9 +153,6 @@ def _overlaid(data: CurveData) -> CurveData:
         x_values=np.concatenate([data.x_values] * len(data.curves), axis=1),
         colours=tuple((name, OKABE_ITO[at % len(OKABE_ITO)]) for at, name in enumerate(names)),
     )
-
-
-_PARTS = ("values", "slack", "turned", "unstable")
 
 
 def _each_panel_once(data: CurveData) -> CurveData:

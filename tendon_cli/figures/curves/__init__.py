@@ -1,1 +1,0 @@
-"""Quantities of states and designs as lines."""

@@ -1,1 +1,0 @@
-"""Maps over two axes of a study."""
