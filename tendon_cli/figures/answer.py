@@ -13,6 +13,7 @@ from tendon_cli import say
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.cube import Cube
+from tendon_cli.figures.between import draw_between
 from tendon_cli.figures.choice_maps import (
     Slice,
     answer_page,
@@ -45,7 +46,7 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
     files: list[str] = []
     faults: list[str] = []
     cube, chosen = choices_of(open_table(folder / "choices.parquet")), named_first(record)
-    for name, draw in FIGURES.items() if chosen else ():
+    for name, draw in list(FIGURES.items())[:-1] if chosen else ():  # between is drawn if it is asked for
         try:
             with house_style():
                 page = draw(cube, record, chosen)
@@ -72,16 +73,17 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     along = [axis for axis in long_axes(cube) if not axis.is_text][:_MOST_ALONG]
     if not along:
         return None
+    parts = [Slice.of(cube, [axis], chosen) for axis in along]
+    has_none = any((part.low > part.high).any() for part in parts)
     key = [
         Patch(facecolor=_WINDOW, label="window: pretensions that suit all conditions"),
-        hatch_key("no window: the lower limit lies above the upper one"),
+        *([hatch_key("no window: the lower limit lies above the upper one")] if has_none else []),
         *([star(label="pretension recommended")] if chosen["feasible"] else []),
     ]
     notes = ["At each end stands the limit that binds there. Elsewhere among the choices the window may be another."]
     rows, columns = grid_shape(len(along), most=2)
-    page = answer_page(record, "the window of pretension", rows * 68.0, key, notes)
+    page = answer_page(cube, record, "the window of pretension", rows * 68.0, key, notes)
     grid = page.figure.subplots(rows, columns, squeeze=False)
-    parts = [Slice.of(cube, [axis], chosen) for axis in along]
     for panel, axis, part in zip(grid.flat, along, parts, strict=False):
         _draw_window(panel, part)
         if chosen["feasible"]:
@@ -174,7 +176,7 @@ def draw_front(cube: Cube, record: dict[str, Any], _chosen: dict[str, Any]) -> P
         star(label=f"best compromise: {choice_text(cube, record['best'])}"),
     ]
     notes = [] if len(record["goals"]) == 2 else ["The front is one of more goals than the two that are drawn."]
-    page = answer_page(record, "what one goal costs the other", 95.0, key, notes)
+    page = answer_page(cube, record, "what one goal costs the other", 95.0, key, notes)
     panel = page.figure.subplots()
     looks: tuple[tuple[dict[str, Any], dict[str, Any]], ...] = (
         (with_window, {"color": _CHOICE, "marker": "o", "linestyle": "", "markersize": 2.5}),
@@ -196,5 +198,6 @@ FIGURES: dict[str, Callable[[Cube, dict[str, Any], dict[str, Any]], Page | None]
     "served_map": draw_served,
     "window": draw_windows,
     "front": draw_front,
+    "between": draw_between,
 }
 """What draws each figure, of the choices, the record and the choice named first; None if there is nothing to draw."""

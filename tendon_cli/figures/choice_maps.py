@@ -14,7 +14,7 @@ from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed
-from tendon_cli.figures.scales import Scale, axis_scale
+from tendon_cli.figures.scales import Scale, axis_scale, off_default
 from tendon_cli.figures.style import INK, SEQUENTIAL
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
@@ -71,11 +71,15 @@ class Slice:
         return conflicts_of(self.columns, self.bounds)
 
 
-def answer_page(record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]) -> Page:
+def answer_page(
+    cube: Cube, record: dict[str, Any], title: str, panels: float, key: list[Any], notes: list[str]
+) -> Page:
     """A page of an answer's figure; its panels are so many mm high."""
     named = record["title"] or record["name"]
     study = f"{record['name']} {record['study_hash'][:12]}"
-    return framed(f"{named}: {title}", panels, key, notes, study=study)
+    given = off_default(record["study"], [axis.column for axis in cube.axes], {})
+    asked = [f"With {', '.join(given)}; all else by default."] if given else []
+    return framed(f"{named}: {title}", panels, key, [*notes, *asked], study=study)
 
 
 def star(**more: Any) -> Line2D:
@@ -154,7 +158,7 @@ def _map(
 ) -> tuple[Page, Axes]:  # fmt: skip
     """A page with one panel over two choices, and where the choice named first stands."""
     key = [*key, *([star(label=choice_text(cube, chosen))] if chosen["feasible"] else [])]
-    page = answer_page(record, title, 95.0, key, [*notes, *([f"At {part.title}."] if part.title else [])])
+    page = answer_page(cube, record, title, 95.0, key, [*notes, *([f"At {part.title}."] if part.title else [])])
     panel = page.figure.subplots()
     x, y = part.scales
     x.apply(panel, "x", cells=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -14,9 +14,12 @@ import numpy.typing as npt
 from tendon_cli.cube.axes import Ints, RowAxis
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import number, plain
+from tendon_cli.cube.labels import Shown, number, plain
 from tendon_cli.figures.engine import Axes, ticker
+from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.figures import FigureSpec
+from tendon_cli.studies.load import study_from
+from tendon_cli.studies.study import keys
 
 _FEW = 6
 """Up to so many values each one has its tick."""
@@ -119,12 +122,53 @@ def caption(
         if axis.is_text and axis.column in read and axis.column not in varied and axis.length > 1:
             names = np.unique(read[axis.column])
             fixed += [plain(str(names[0]))] if len(names) == 1 else []
-    for name in (name for name in cube.defining if name in read and name not in varied):
+    known = [name for name in cube.defining if name in read]
+    for name in (name for name in known if name not in varied):
         values = np.unique(read[name])
         if len(values) == 1 and np.isfinite(values[0]):
             fixed.append(cube.shown(name, spec.units).equation(float(values[0])))
+    fixed += off_default(cube.study, {*known, *varied}, spec.units)
     lines = [f"Only where {plain(' and '.join(spec.where))}."] if spec.where else []
     return [*lines, *([f"At {', '.join(fixed)}."] if fixed else [])], fixed
+
+
+def off_default(study: Mapping[str, Any], named: Collection[str], units: Mapping[str, str]) -> list[str]:
+    """What a resolved study has otherwise than its defaults, but for columns that are named anyway: "K_A = 10 kN/m"."""
+    usual, texts = dict(_values_of(_defaults())), []
+    for key, value in _values_of(study):
+        number_of = keys().get(key)
+        if usual.get(key) == value or (number_of is not None and number_of.column in named):
+            continue
+        if number_of is None:
+            texts.append(plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study"))
+            continue
+        shown = Shown.of(number_of.column, number_of.number.quantity, units)
+        values = getattr(number_of.number.read(value), "array", None)
+        if values is None:  # a curve over the angle
+            texts.append(f"{shown.symbol} over the angle")
+            continue
+        text, last = shown.equation(float(values[0])), shown.text(float(values[-1]))
+        of_load = " load" if text.endswith(" load") else ""
+        texts.append(f"{text.removesuffix(of_load)} to {last}{of_load}" if len(values) > 1 else text)
+    return texts
+
+
+_OF_THE_SUIT = ("arm", "sheath", "tendon", "spring", "spool", "anchor", "joint", "load", "setting", "model")
+
+
+def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Everything that a resolved study says of the suit and its load, by key."""
+    for name, value in study.items():
+        key = f"{prefix}{name}"
+        if prefix and (key in keys() or not isinstance(value, Mapping)):
+            yield key, value
+        elif name in _OF_THE_SUIT or (prefix and name in SIDES):
+            yield from _values_of(value, f"{key}.")
+
+
+@cache
+def _defaults() -> dict[str, Any]:
+    return study_from({}).document()
 
 
 def value_texts(cube: Cube, axis: RowAxis, at: Ints, units: Mapping[str, str]) -> list[str]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,13 @@ from tendon_cli.figures.engine import Axes, Figure, Line2D
 from tendon_cli.figures.frame import framed
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
-from tendon_cli.paper.entry import number
-from tendon_cli.paper.measures import crossing
-from tendon_cli.paper.runs import Array, PaperTables
-from tendon_cli.paper.slips import Evidence
+from tendon_cli.paper.runs import Array, Paper, PaperTables
+from tendon_cli.paper.slips import eq_11_first, eq_12_as_printed, travel_ratio
+from tendon_cli.paper.statements import decimals
 from tendon_cli.studies.figures import FigureSpec
 
-_USED, _LETTER, _OPTION = OKABE_ITO[:3]
+_USED, _PRINTED, _OPTION = OKABE_ITO[:3]
 _DASHED = (0, (3.2, 1.4))
-_LETTERS = "abcdefgh"
 
 
 def finisher(run: PaperTables) -> Finish:
@@ -61,8 +60,8 @@ def _mark_ratio(axes: Axes) -> None:
 
 def _mark_crossings(page: Figure, run: PaperTables) -> None:
     """The first angles of flexion, where the motor torque is the larger one."""
-    for mark, axes, load in zip(_LETTERS, page.axes, run.values("load_mass"), strict=False):
-        angle = crossing(run, load_mass=load)
+    for mark, axes, load in zip("abcdefgh", page.axes, run.loads, strict=False):
+        angle = run.crossing(load_mass=load)
         axes.set_title(f"({mark}) {axes.get_title()}")
         if np.isfinite(angle):
             axes.axvspan(0.0, angle, facecolor="#efefef", linewidth=0.0, zorder=0.4, gid="first angles")
@@ -70,88 +69,84 @@ def _mark_crossings(page: Figure, run: PaperTables) -> None:
                       transform=axes.get_xaxis_transform(), size=7.0)  # fmt: skip
 
 
-def draw_slips(runs: Mapping[str, PaperTables], found: Evidence, path: Path) -> Path:
-    """The letter of the paper beside the reading used, a panel per slip that has curves."""
+@dataclass(frozen=True)
+class _Line:
+    """A line of a panel, and its name at a share of the way along it."""
+
+    y: Array
+    colour: str
+    name: str = ""
+    at: float = 0.72
+    above: bool = True
+    side: str = "right"
+    is_back: bool = False
+
+
+def _panels(paper: Paper) -> dict[str, tuple[str, Sequence[_Line]]]:
+    """What is shown of each slip that has curves, by the title of its panel: the label of y, and its lines."""
+    fig07, tension = paper["fig07"], "tension at the elbow (N)"
+    heavy, idle = fig07.row(load_mass=5.0), fig07.row(load_mass=0.0)
+    sides = dict(zip(("flexor", "extensor"), eq_12_as_printed(*fig07.inputs()), strict=True))
+    eq_12 = [
+        _Line(values, colour, side, at, above)
+        for side, place, is_above in (("flexor", 0.3, True), ("extensor", 0.88, False))
+        for values, colour, at, above in (
+            (fig07.line(f"{side}_tension_distal", load_mass=5.0), _USED, 0.72, is_above),
+            (sides[side][heavy, 0], _PRINTED, place, True),
+        )
+    ]  # fmt: skip
+    first, eq_11 = eq_11_first(*fig07.inputs())[0][idle], []
+    for way, direction in enumerate(("flexion", "extension")):
+        used = fig07.line("flexor_tension_distal", direction, load_mass=0.0)
+        eq_11 += [
+            _Line(used, _USED, "" if way else "flexion and extension", 0.5, above=False, is_back=way > 0),
+            _Line(first[way], _PRINTED, is_back=way > 0),
+        ]
+    printed, initial = (travel_ratio(paper[name]) for name in ("fig04", "fig04-initial"))
+    of_printed, of_initial = (
+        f"as published, from $b_1 + b_2$: {decimals(printed[0], 3)} at 1°",
+        f'reference = "initial", from $L_c(0)$: {decimals(initial[0], 3)} at 1°',
+    )
+    travel = [
+        _Line(printed, _PRINTED, of_printed, 0.05, above=False, side="left"),
+        _Line(initial, _OPTION, of_initial, 0.98, above=False),
+    ]
+    springs = [
+        _Line(paper[name].line("extensor_tension_distal", load_mass=5.0), colour, text, above=name == "fig06")
+        for name, colour, text in (("fig06", _USED, "3 kN/m"), ("fig06-30kN", _PRINTED, "30 kN/m"))
+    ]
+    return {
+        "S1: Eq. 12 with its printed sign, 5 kg, flexion": (tension, eq_12),
+        "S2: Eq. 11 first, flexor at the elbow, no load": (tension, eq_11),
+        "S4: where the flexor's travel counts from": ("$H_f / H_e$", travel),
+        "S5: springs of 30 kN/m, extensor, 5 kg, flexion": (tension, springs),
+    }
+
+
+def draw_slips(paper: Paper, path: Path) -> Path:
+    """The letter of the paper and the reading used, a panel per slip that has curves."""
     key = [
         Line2D([], [], color=_USED, label="reading used"),
-        Line2D([], [], color=_LETTER, label="letter of the paper"),
+        Line2D([], [], color=_PRINTED, label="letter of the paper"),
         Line2D([], [], color=INK, label="flexion"),
         Line2D([], [], color=INK, linestyle=_DASHED, label="extension"),
     ]
+    degrees = {len(paper[name].degrees): paper[name].degrees for name in ("fig04", "fig07")}
     with house_style():
         page = framed("Where the letter of the paper fails", 122.0, key)
         grid = page.figure.subplots(2, 2)
-        _eq_12(grid[0, 0], runs["fig07"], found)
-        _eq_11(grid[0, 1], runs["fig07"], found)
-        _reference(grid[1, 0], runs)
-        _stiffness(grid[1, 1], runs)
-        for axes in grid.flat:
-            axes.set_xlabel("elbow angle θ (deg)")
-            axes.set_xlim(0.0, 90.0)
+        for axes, (title, (label, lines)) in zip(grid.flat, _panels(paper).items(), strict=True):
+            for line in lines:
+                style: dict[str, Any] = {"linestyle": _DASHED if line.is_back else "solid", "color": line.colour}
+                x = degrees[len(line.y)]
+                axes.plot(x, line.y, **style)
+                place, up = int(line.at * (len(x) - 1)), 1 if line.above else -1
+                axes.annotate(line.name, (x[place], line.y[place]), xytext=(-3 if line.side == "right" else 6, 4 * up),
+                              textcoords="offset points", ha=line.side, va="bottom" if line.above else "top",
+                              color=line.colour)  # fmt: skip
+            axes.set(title=title, ylabel=label, xlabel="elbow angle θ (deg)", xlim=(0.0, 90.0))
             axes.set_xticks(range(0, 91, 15))
             axes.yaxis.set_major_formatter(plain_numbers())
+            if label.startswith("tension"):
+                shade_slack(axes)
     return page.save(path)
-
-
-def _eq_12(axes: Axes, run: PaperTables, found: Evidence) -> None:
-    at = run.values("load_mass").index(5.0)
-    for side, above_used, place in (("flexor", True, 0.3), ("extensor", False, 0.88)):
-        printed: Array = getattr(found.eq_12, side)[at][0]
-        used = run.line(f"{side}_tension_distal", load_mass=5.0)
-        axes.plot(run.degrees, used, color=_USED)
-        axes.plot(run.degrees, printed, color=_LETTER)
-        _say(axes, run.degrees, printed, side, _LETTER, at=place, above=True)
-        _say(axes, run.degrees, used, side, _USED, at=0.72, above=above_used)
-    _finish(axes, "S1: Eq. 12 with its printed sign, 5 kg, flexion")
-
-
-def _eq_11(axes: Axes, run: PaperTables, found: Evidence) -> None:
-    at = run.values("load_mass").index(0.0)
-    for way, (direction, dash) in enumerate((("flexion", "solid"), ("extension", _DASHED))):
-        style: dict[str, Any] = {"linestyle": dash}
-        axes.plot(run.degrees, run.line("flexor_tension_distal", direction, load_mass=0.0), color=_USED, **style)
-        axes.plot(run.degrees, found.eq_11.flexor[at, way], color=_LETTER, **style)
-    last = run.degrees.size // 2
-    both = run.line("flexor_tension_distal", load_mass=0.0)
-    axes.annotate("flexion and extension", (run.degrees[last], both[last]), xytext=(-4, -6), textcoords="offset points",
-                  ha="right", va="top", color=_USED)  # fmt: skip
-    _finish(axes, "S2: Eq. 11 first, flexor at the elbow, no load")
-
-
-def _reference(axes: Axes, runs: Mapping[str, PaperTables]) -> None:
-    printed, initial = (
-        runs[name].line("flexor_travel") / runs[name].line("extensor_travel") for name in ("fig04", "fig04-initial")
-    )
-    degrees = runs["fig04"].degrees
-    axes.plot(degrees, printed, color=_LETTER)
-    axes.plot(degrees, initial, color=_OPTION)
-    axes.axhline(0.0, color=INK, linewidth=0.5)
-    low = f"as published, from $b_1 + b_2$: {number(printed[0], 3)} at 1°"
-    axes.annotate(low, (degrees[0], printed[0]), xytext=(10, 0), textcoords="offset points", va="center", color=_LETTER)
-    text = f'reference = "initial", from $L_c(0)$: {number(initial[0], 3)} at 1°'
-    axes.text(0.98, 0.4, text, transform=axes.transAxes, ha="right", color=_OPTION)
-    axes.set_ylabel("$H_f / H_e$")
-    axes.set_title("S4: where the flexor's travel counts from")
-
-
-def _stiffness(axes: Axes, runs: Mapping[str, PaperTables]) -> None:
-    for name, colour, text in (("fig06", _USED, "3 kN/m"), ("fig06-30kN", _LETTER, "30 kN/m")):
-        run = runs[name]
-        line = run.line("extensor_tension_distal", load_mass=5.0)
-        axes.plot(run.degrees, line, color=colour)
-        _say(axes, run.degrees, line, text, colour, at=0.72, above=name == "fig06")
-    _finish(axes, "S5: springs of 30 kN/m, extensor, 5 kg, flexion")
-
-
-def _say(axes: Axes, x: Array, y: Array, text: str, colour: str, *, at: float, above: bool) -> None:
-    """Name a line above it, or below and to the left of it."""
-    place = int(at * (len(x) - 1))
-    offset, side = ((-3, 4), "bottom") if above else ((-3, -4), "top")
-    axes.annotate(text, (x[place], y[place]), xytext=offset, textcoords="offset points", ha="right", va=side,
-                  color=colour)  # fmt: skip
-
-
-def _finish(axes: Axes, title: str) -> None:
-    axes.set_title(title)
-    axes.set_ylabel("tension at the elbow (N)")
-    shade_slack(axes)

@@ -41,12 +41,25 @@ class PageSection:
     lines: tuple[PageLine, ...]
 
 
+Row = tuple[str, str, npt.ArrayLike | tuple[npt.ArrayLike, ...], str] | tuple[str, str, object, str, str]
+"""Symbol, formula, the values of a state (a tuple: of flexor and extensor), unit, and perhaps the source."""
+
+
+def section(title: str, *rows: Row) -> PageSection:
+    """Lines from rows."""
+    lines = []
+    for symbol, formula, values, *rest in rows:
+        each = values if isinstance(values, tuple) else (values,)
+        lines.append(PageLine(symbol, formula, tuple(map(one, each)), *map(str, rest)))
+    return PageSection(title, tuple(lines))
+
+
 def _padded(text: str, width: int) -> str:
     """Dots above letters take no room of their own."""
     return text.ljust(width + sum(1 for sign in text if unicodedata.combining(sign)))
 
 
-def one(values: npt.ArrayLike) -> float:
+def one(values: object) -> float:
     """The first of some values."""
     return float(np.asarray(values).reshape(-1)[0])
 
@@ -59,101 +72,81 @@ def null_if_nan(value: float) -> float | None:
 def sections_of(state: State, angle: float) -> list[PageSection]:
     """A state from its geometry on, at an elbow angle in degrees; up to its load where it has no equilibrium."""
     design = state.situation.design
-    found = [_geometry(state, design, angle), _sheath(state, design, angle), _load(state, design, angle)]
+    sections = [_geometry(state, design, angle), _sheath(state, design, angle), _load(state, design, angle)]
     if int(state.status.flat[0]) != NO_EQUILIBRIUM:
-        found += [_balance(state, design), _results(state, design), _setting(design)]
-    return found
+        sections += [_balance(state, design), _results(state, design), _setting(design)]
+    return sections
 
 
 def _geometry(state: State, design: Design, angle: float) -> PageSection:
-    motion, joint, at = state.motion, design.arm.joint, (float(np.radians(angle)),)
-    theta = PageLine("θ", f"elbow angle, {angle:.6g} deg", at, "rad")
-    travels = (one(motion.flexor_travel),), (one(motion.extensor_travel),)
-    arms = (one(motion.flexor_moment_arm),), (one(motion.extensor_moment_arm),)
+    motion, joint, at = state.motion, design.arm.joint, float(np.radians(angle))
+    theta: Row = ("θ", f"elbow angle, {angle:.6g} deg", at, "rad")
     if not isinstance(joint, Anchors):
-        lines: tuple[PageLine, ...] = (
-            theta,
-            PageLine("H_f", "shortening of the flexor's path, table", travels[0], "m", "Eq. 2"),
-            PageLine("H_e", "lengthening of the extensor's, table", travels[1], "m", "Eq. 2"),
-            PageLine("J_f", "dH_f/dθ of the same curve", arms[0], "m", "Eq. 5"),
-            PageLine("J_e", "dH_e/dθ of the same curve", arms[1], "m", "Eq. 5"),
-        )
-        return PageSection("Geometry", lines)
-    reference = "L_c(0) - L_c" if np.any(joint.from_initial) else "(b1 + b2) - L_c"
-    path = (one(flexor_path(joint, at[0])),)
-    return PageSection(
+        return section(
+            "Geometry", theta,
+            ("H_f", "shortening of the flexor's path, table", motion.flexor_travel, "m", "Eq. 2"),
+            ("H_e", "lengthening of the extensor's, table", motion.extensor_travel, "m", "Eq. 2"),
+            ("J_f", "dH_f/dθ of the same curve", motion.flexor_moment_arm, "m", "Eq. 5"),
+            ("J_e", "dH_e/dθ of the same curve", motion.extensor_moment_arm, "m", "Eq. 5"),
+        )  # fmt: skip
+    return section(
         "Geometry",
+        ("a1, b1", "proximal anchor of the flexor", (joint.a1, joint.b1), "m", "Fig. 2"),
+        ("a2, b2", "distal anchor of the flexor", (joint.a2, joint.b2), "m", "Fig. 2"),
+        theta,
+        ("L_c", "distance between the anchors", flexor_path(joint, at), "m", "Eq. 1"),
         (
-            PageLine("a1, b1", "proximal anchor of the flexor", (one(joint.a1), one(joint.b1)), "m", "Fig. 2"),
-            PageLine("a2, b2", "distal anchor of the flexor", (one(joint.a2), one(joint.b2)), "m", "Fig. 2"),
-            theta,
-            PageLine("L_c", "distance between the anchors", path, "m", "Eq. 1"),
-            PageLine("H_f", reference, travels[0], "m", "Eq. 2"),
-            PageLine("H_e", "R_elb θ", travels[1], "m", "Eq. 2"),
-            PageLine("J", "-dL_c/dθ", arms[0], "m", "Eq. 5"),
-            PageLine("R_elb", "moment arm of the extensor", arms[1], "m", "Fig. 2"),
+            "H_f",
+            "L_c(0) - L_c" if np.any(joint.from_initial) else "(b1 + b2) - L_c",
+            motion.flexor_travel,
+            "m",
+            "Eq. 2",
         ),
+        ("H_e", "R_elb θ", motion.extensor_travel, "m", "Eq. 2"),
+        ("J", "-dL_c/dθ", motion.flexor_moment_arm, "m", "Eq. 5"),
+        ("R_elb", "moment arm of the extensor", motion.extensor_moment_arm, "m", "Fig. 2"),
     )
 
 
 def _sheath(state: State, design: Design, angle: float) -> PageSection:
-    sides = (design.flexor, design.extensor)
-    transmissions = (state.flexor, state.extensor)
+    sides, transmissions = (design.flexor, design.extensor), (state.flexor, state.extensor)
     exponents = tuple(one(side.friction) * one(side.bend(np.radians(angle))[0]) for side in sides)
-    return PageSection(
+    return section(
         "Sheath, tendon and spring (flexor, extensor)",
-        (
-            PageLine("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
-            PageLine(
-                "e^(σμφ)",
-                "distal / proximal tension",
-                tuple(one(t.capstan) for t in transmissions),
-                "1",
-                "Eq. 6, A.17",
-            ),
-            PageLine(
-                "c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tuple(one(t.tendon) for t in transmissions), "m/N", "Eq. 13"
-            ),
-            PageLine("1/K_SE", "series spring", tuple(one(t.spring) for t in transmissions), "m/N", "Eq. 14"),
-            PageLine("c_f, c_e", "c_Ten + 1/K_SE", tuple(one(t.compliance) for t in transmissions), "m/N", "Eq. 16"),
-            PageLine("F0", "pretension", tuple(one(side.pretension) for side in sides), "N", "Eq. 13"),
-        ),
+        ("μφ", "friction x bend angle", exponents, "1", "Eq. 6"),
+        ("e^(σμφ)", "distal / proximal tension", tuple(t.capstan for t in transmissions), "1", "Eq. 6, A.17"),
+        ("c_Ten", "L/(AE) (1 - e^(-σμφ))/(σμφ)", tuple(t.tendon for t in transmissions), "m/N", "Eq. 13"),
+        ("1/K_SE", "series spring", tuple(t.spring for t in transmissions), "m/N", "Eq. 14"),
+        ("c_f, c_e", "c_Ten + 1/K_SE", tuple(t.compliance for t in transmissions), "m/N", "Eq. 16"),
+        ("F0", "pretension", tuple(side.pretension for side in sides), "N", "Eq. 13"),
     )
 
 
 def _load(state: State, design: Design, angle: float) -> PageSection:
     arm = design.arm
     mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
-    inclination = np.radians(angle) + one(arm.upper_arm_angle)
-    return PageSection(
+    return section(
         "Load",
-        (
-            PageLine("M", "m_f d_com + m d_load", (mass_moment,), "kg m"),
-            PageLine("θ + ψ", "inclination of the forearm", (float(inclination),), "rad"),
-            PageLine("τ_a", "M g sin(θ + ψ), g = 9.81", (one(state.coupling.elbow_torque),), "N m", "Eq. 5"),
-        ),
+        ("M", "m_f d_com + m d_load", mass_moment, "kg m"),
+        ("θ + ψ", "inclination of the forearm", np.radians(angle) + one(arm.upper_arm_angle), "rad"),
+        ("τ_a", "M g sin(θ + ψ), g = 9.81", state.coupling.elbow_torque, "N m", "Eq. 5"),
     )
 
 
 def _setting(design: Design) -> PageSection:
-    """What gauges show of the pretension where it is set, and what length it is worth."""
+    """What gauges show of the pretension where it is set, and what a length of both tendons adds to it."""
     posture, pretension = design.setting, np.asarray(design.flexor.pretension)
     after = "flexion" if np.all(posture.after_flexion) else "extension"
     where = f"at {np.degrees(one(posture.angle)):.6g} deg, {one(posture.load_mass):.6g} kg, after {after}"
     if one(design.flexor.pretension) != one(design.extensor.pretension):
         pretension = setting_of(design).coupling.common_pretension(pretension, design.extensor.pretension)
-    shown = {read: one(values) for read, values in all_readings(design, pretension).items()}
-
-    def both(end: str) -> tuple[float, ...]:
-        return tuple(shown[f"{side} at {end}"] for side in ("flexor", "extensor"))
-
-    return PageSection(
+    shown = all_readings(design, pretension)
+    joint, motor = (tuple(shown[f"{side} at {end}"] for side in ("flexor", "extensor")) for end in ("joint", "motor"))
+    return section(
         f"Setting {where} (flexor, extensor)",
-        (
-            PageLine("F_o,set", "tension at the joint", both("joint"), "N"),
-            PageLine("F_I,set", "tension at the motor", both("motor"), "N"),
-            PageLine("dF0/dl", "(1 + η)/(η c_f + c_e), both tendons", (one(per_length(design)),), "N/m"),
-        ),
+        ("F_o,set", "tension at the joint", joint, "N"),
+        ("F_I,set", "tension at the motor", motor, "N"),
+        ("dF0/dl", "(1 + η)/(η c_f + c_e), both tendons", per_length(design), "N/m"),
     )
 
 
@@ -165,40 +158,35 @@ def _balance(state: State, design: Design) -> PageSection:
     determinant = ratio * c_f * radius + moment_arm * c_e
     x_both = (c_e * torque + radius * preload) / determinant
     y_both = (moment_arm * preload - ratio * c_f * torque) / determinant
-    x, y = one(state.balance.flexor), one(state.balance.extensor)
     rule = "max(y_b, 0, -τ_a/R_elb)" if np.all(design.unilateral) else "y_b (bilateral: may be negative)"
-    return PageSection(
+    return section(
         "Balance of elbow and spool",
-        (
-            PageLine("η", "R_e / R_f", (ratio,), "1", "Eq. 12"),
-            PageLine("h", "H_e - η H_f", (one(tied.mismatch),), "m", "Eq. 12"),
-            PageLine("D", "h + η c_f F0_f + c_e F0_e", (preload,), "m", "Eq. 16"),
-            PageLine("Δ", "η c_f R_elb + J c_e", (determinant,), "m²/N"),
-            PageLine("x_b", "(c_e τ_a + R_elb D) / Δ", (x_both,), "N", "Eqs. 5, 16"),
-            PageLine("y_b", "(J D - η c_f τ_a) / Δ", (y_both,), "N", "Eqs. 5, 16"),
-            PageLine("y", rule, (y,), "N"),
-            PageLine("x", "(τ_a + R_elb y) / J", (x,), "N", "Eq. 5"),
-            PageLine("σ", "η c_f x + c_e y - D, path that is loose", (one(state.balance.loose),), "m"),
-        ),
-    )  # fmt: skip
+        ("η", "R_e / R_f", ratio, "1", "Eq. 12"),
+        ("h", "H_e - η H_f", tied.mismatch, "m", "Eq. 12"),
+        ("D", "h + η c_f F0_f + c_e F0_e", preload, "m", "Eq. 16"),
+        ("Δ", "η c_f R_elb + J c_e", determinant, "m²/N"),
+        ("x_b", "(c_e τ_a + R_elb D) / Δ", x_both, "N", "Eqs. 5, 16"),
+        ("y_b", "(J D - η c_f τ_a) / Δ", y_both, "N", "Eqs. 5, 16"),
+        ("y", rule, state.balance.extensor, "N"),
+        ("x", "(τ_a + R_elb y) / J", state.balance.flexor, "N", "Eq. 5"),
+        ("σ", "η c_f x + c_e y - D, path that is loose", state.balance.loose, "m"),
+    )
 
 
 def _results(state: State, design: Design) -> PageSection:
-    balance = state.balance
-    distal = (one(balance.flexor), one(balance.extensor))
-    proximal = (one(state.flexor_tension_proximal), one(state.extensor_tension_proximal))
+    distal = (one(state.balance.flexor), one(state.balance.extensor))
     changes = (distal[0] - one(design.flexor.pretension), distal[1] - one(design.extensor.pretension))
     paired = list(zip((state.flexor, state.extensor), changes, strict=True))
-    tendon_stretch = tuple(one(side.tendon) * change for side, change in paired)
-    spring_stretch = tuple(one(side.spring) * change for side, change in paired)
-    lines = [
-        PageLine("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
-        PageLine("F_I", "F_o / e^(σμφ), at the motor", proximal, "N", "Eq. 6"),
-        PageLine("ΔL_Ten", "c_Ten (F_o - F0)", tendon_stretch, "m", "Eq. 13"),
-        PageLine("ΔL_SE", "(F_o - F0) / K_SE", spring_stretch, "m", "Eq. 14"),
-        PageLine("τ_m", "(F_I^f - η F_I^e) R_f", (one(state.motor_torque),), "N m", "Eq. 17"),
-        PageLine("α", "spool angle", (one(state.spool_angle),), "rad", "Eq. 2"),
-        PageLine("s", "slack of flexor and extensor", (one(state.flexor_slack), one(state.extensor_slack)), "m"),
-        PageLine("k", "elbow stiffness, motor held", (one(state.elbow_stiffness),), "N m/rad"),
-    ]  # fmt: skip
-    return PageSection("Results", tuple(line for line in lines if not all(np.isnan(line.values))))
+    results = section(
+        "Results",
+        ("F_o", "distal tension, flexor and extensor", distal, "N", "Eq. 5"),
+        ("F_I", "F_o / e^(σμφ), at the motor", (state.flexor_tension_proximal, state.extensor_tension_proximal), "N",
+         "Eq. 6"),
+        ("ΔL_Ten", "c_Ten (F_o - F0)", tuple(one(side.tendon) * change for side, change in paired), "m", "Eq. 13"),
+        ("ΔL_SE", "(F_o - F0) / K_SE", tuple(one(side.spring) * change for side, change in paired), "m", "Eq. 14"),
+        ("τ_m", "(F_I^f - η F_I^e) R_f", state.motor_torque, "N m", "Eq. 17"),
+        ("α", "spool angle", state.spool_angle, "rad", "Eq. 2"),
+        ("s", "slack of flexor and extensor", (state.flexor_slack, state.extensor_slack), "m"),
+        ("k", "elbow stiffness, motor held", state.elbow_stiffness, "N m/rad"),
+    )  # fmt: skip
+    return PageSection("Results", tuple(line for line in results.lines if not all(np.isnan(line.values))))

@@ -7,7 +7,7 @@ import tendon_cli as tendon_library
 from tendon_cli.engine.blocks import Block
 from tendon_cli.engine.plan import Plan
 from tendon_cli.model.actuator import State
-from tendon_cli.model.cycle import cycle
+from tendon_cli.model.motor import cycle
 from tendon_cli.state_page.plot import stroke_of, turn_of
 
 TEXT = """

@@ -11,9 +11,9 @@ import pytest
 
 from tendon_cli.model import actuator, sheath
 from tendon_cli.model.kinematics import Anchors
-from tendon_cli.paper.entry import FALSE, IN_PART, TRUE, judge
-from tendon_cli.paper.ledger import Places
+from tendon_cli.paper.page import Places
 from tendon_cli.paper.reproduce import evaluate
+from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, judge
 
 NUMBERS = {
     "F4": (1.835, 25.726, -0.16813,),
@@ -52,34 +52,34 @@ VERDICTS = dict.fromkeys(("C1", "C2", "C3", "C8"), TRUE) | dict.fromkeys(("C4", 
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    return evaluate(tmp_path_factory.mktemp("claims"))
+def verdicts(tmp_path_factory):
+    return evaluate(tmp_path_factory.mktemp("claims"))[1]
 
 
-def off(found):
+def off(verdicts):
     """The entries of which a number is off by more than 0.1 %, or which are not as recorded."""
     return {
         entry.id
-        for entry in found.ledger.entries
+        for entry in verdicts.entries
         if not entry.as_recorded or entry.numbers != pytest.approx(NUMBERS[entry.id], rel=1e-3, abs=1e-9)
     }
 
 
-def test_every_number_beside_a_verdict_is_right_to_a_thousandth(found):
-    assert {entry.id for entry in found.ledger.entries} == set(NUMBERS)
-    assert off(found) == set()
+def test_every_number_beside_a_verdict_is_right_to_a_thousandth(verdicts):
+    assert {entry.id for entry in verdicts.entries} == set(NUMBERS)
+    assert off(verdicts) == set()
 
 
-def test_every_claim_has_its_verdict(found):
-    assert {claim.id: claim.verdict for claim in found.ledger.claims} == VERDICTS
+def test_every_claim_has_its_verdict(verdicts):
+    assert {claim.id: claim.verdict for claim in verdicts.claims} == VERDICTS
 
 
 # --- Where the load is held ------------------------------------------------------------------------------------------
 
 
-def test_all_findings_hold_together_from_270_to_355_mm(found):
-    assert found.ledger.places.span == pytest.approx((0.27, 0.355))
-    assert len(found.ledger.places.failing) == 27
+def test_all_findings_hold_together_from_270_to_355_mm(verdicts):
+    assert verdicts.places.span == pytest.approx((0.27, 0.355))
+    assert len(verdicts.places.failing) == 27
 
 
 def test_the_range_is_one_without_gaps_and_names_what_fails_beyond():
@@ -99,7 +99,7 @@ def test_the_range_is_one_without_gaps_and_names_what_fails_beyond():
 )
 def test_a_verdict_is_that_of_its_parts(parts, verdict):
     judged = judge(parts, "{:1} N of {:0}", [-0.04, 2.0], 3.0)
-    assert (judged.verdict, judged.value, judged.numbers) == (verdict, "0.0, 2.0 N of 3", (-0.04, 2.0, 3.0))
+    assert judged == (verdict, "0.0, 2.0 N of 3", (-0.04, 2.0, 3.0))
 
 
 RIGHT = Anchors.motion
@@ -154,6 +154,6 @@ MUTATIONS = {
 def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, mutate):
     mutate(monkeypatch)
     monkeypatch.setattr("tendon_cli.kernel.kind", lambda: None)  # compiled code would still be whole
-    wrong = off(evaluate(tmp_path))
+    wrong = off(evaluate(tmp_path)[1])
     assert {id_ for id_ in wrong if id_.startswith("F")}
     assert {id_ for id_ in wrong if id_.startswith("C")}

@@ -13,10 +13,9 @@ from tendon_cli.model import sheath
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.kinematics import Travels
 from tendon_cli.paper import slips
-from tendon_cli.paper.entry import Entry
-from tendon_cli.paper.ledger import ledger_json, ledger_page
 from tendon_cli.paper.reproduce import Reproduction, evaluate, reproduce
 from tendon_cli.paper.runs import FOLDER, READINGS, STUDIES
+from tendon_cli.paper.statements import Entry
 
 CLAIMS = [f"C{number}" for number in range(1, 9)]
 FINDINGS = ["F4", "F6a", "F6b", "F7a", "F7b", "F7c", "F7d", "F8a", "F8b", "F9", "F10", "F11", "TA1"]
@@ -45,15 +44,15 @@ def page(reproduced):
 @pytest.fixture(scope="module")
 def fig07(reproduced):
     """Designs, angles and directions of Fig. 7; evaluating again finds the finished runs and draws nothing."""
-    return evaluate(reproduced.out.parent / "runs").runs["fig07"]
+    return evaluate(reproduced.out.parent / "runs")[0]["fig07"]
 
 
 # --- What the ledger says --------------------------------------------------------------------------------------------
 
 
 def test_every_verdict_is_the_one_on_record(reproduced):
-    assert [entry.id for entry in reproduced.ledger.entries if not entry.as_recorded] == []
-    assert all(entry.holds for entry in (*reproduced.ledger.findings, *reproduced.ledger.slips))
+    assert [entry.id for entry in reproduced.verdicts.entries if not entry.as_recorded] == []
+    assert all(entry.holds for entry in (*reproduced.verdicts.findings, *reproduced.verdicts.slips))
     assert reproduced.holds
     assert reproduced.record()["holds"] is True
 
@@ -83,12 +82,12 @@ def test_the_ledger_has_every_finding_claim_and_slip_with_the_promised_keys(repr
     ],
 )
 def test_the_numbers_are_those_that_two_computations_gave(reproduced, name, numbers):
-    (value,) = [entry.value for entry in reproduced.ledger.entries if entry.id == name]
+    (value,) = [entry.value for entry in reproduced.verdicts.entries if entry.id == name]
     assert [number for number in numbers if number not in value] == []
 
 
 def test_every_figure_named_is_there_and_embedded(reproduced, page):
-    named = {entry.figure for entry in reproduced.ledger.entries if entry.figure}
+    named = {entry.figure for entry in reproduced.verdicts.entries if entry.figure}
     assert named | {"ledger.md", "ledger.json"} == set(reproduced.files)
     assert {file.name for file in reproduced.out.iterdir()} == set(reproduced.files)
     for name in named:
@@ -97,7 +96,7 @@ def test_every_figure_named_is_there_and_embedded(reproduced, page):
 
 
 def test_the_page_has_every_entry_and_no_date_or_path(reproduced, page):
-    for entry in reproduced.ledger.entries:
+    for entry in reproduced.verdicts.entries:
         (row,) = [line for line in page.splitlines() if line.startswith(f"| {entry.id} |")]
         assert row.split(" | ")[1] == entry.verdict
     assert "13 of 13 findings of the paper hold" in page
@@ -108,17 +107,17 @@ def test_the_page_has_every_entry_and_no_date_or_path(reproduced, page):
 
 def test_a_verdict_that_is_not_the_one_on_record_is_marked_and_named(reproduced):
     failed = Entry("F4", "a|b", "false", "true", "0", (0.0,), "fig04.png")
-    ledger = replace(reproduced.ledger, findings=[failed])
-    assert "| F4 | ✗ false, on record true | a\\|b |" in ledger_page(ledger)
-    broken = replace(reproduced, ledger=ledger)
+    verdicts = replace(reproduced.verdicts, findings=[failed])
+    assert "| F4 | ✗ false, on record true | a\\|b |" in verdicts.page()
+    broken = replace(reproduced, verdicts=verdicts)
     assert not broken.holds
     assert "F4 is false, on record true: a|b" in broken.text()
     assert "F4" not in reproduced.text()
 
 
 def test_a_claim_that_became_true_is_not_as_recorded_either(reproduced):
-    claims = [replace(claim, verdict="true") for claim in reproduced.ledger.claims]
-    assert not replace(reproduced, ledger=replace(reproduced.ledger, claims=claims)).holds
+    claims = [replace(claim, verdict="true") for claim in reproduced.verdicts.claims]
+    assert not replace(reproduced, verdicts=replace(reproduced.verdicts, claims=claims)).holds
 
 
 def test_progress_counts_every_step_once(reproduced, steps):
@@ -146,9 +145,9 @@ def test_the_kept_ledger_is_what_the_tool_says_today(reproduced):
 
 
 def test_the_same_tables_give_the_same_ledger(reproduced):
-    again = evaluate(reproduced.out.parent / "runs")
-    assert ledger_json(again.ledger).encode() == (reproduced.out / "ledger.json").read_bytes()
-    assert ledger_page(again.ledger).encode() == (reproduced.out / "ledger.md").read_bytes()
+    _, again = evaluate(reproduced.out.parent / "runs")
+    assert again.json().encode() == (reproduced.out / "ledger.json").read_bytes()
+    assert again.page().encode() == (reproduced.out / "ledger.md").read_bytes()
 
 
 # --- A broken model --------------------------------------------------------------------------------------------------
@@ -179,9 +178,9 @@ def add_the_travels(monkeypatch):
 def test_a_broken_model_makes_findings_fail(monkeypatch, tmp_path, fault, fails):
     fault(monkeypatch)
     monkeypatch.setattr("tendon_cli.kernel.kind", lambda: None)  # compiled code would still be whole
-    found = evaluate(tmp_path)
-    assert fails <= {entry.id for entry in found.ledger.findings if not entry.holds}
-    assert not Reproduction(tmp_path, found.ledger, ()).holds
+    _, verdicts = evaluate(tmp_path)
+    assert fails <= {entry.id for entry in verdicts.findings if not entry.holds}
+    assert not Reproduction(tmp_path, verdicts, ()).holds
 
 
 # --- The letter of the paper -----------------------------------------------------------------------------------------
@@ -191,23 +190,23 @@ def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
     at = Situation.of(design, angle, flexion)
     motion, tied = at.motion, at.coupling
-    printed = slips.eq_12_as_printed(design, angle, flexion)
-    stretch = tied.flexor_compliance * (printed.flexor - 100.0) + tied.extensor_compliance * (printed.extensor - 100.0)
+    flexor, extensor = slips.eq_12_as_printed(design, angle, flexion)
+    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (extensor - 100.0)
     np.testing.assert_allclose(stretch, np.broadcast_to(motion.flexor_travel + motion.extensor_travel, stretch.shape))
-    balance = tied.moment_arm * printed.flexor - 0.045 * printed.extensor
+    balance = tied.moment_arm * flexor - 0.045 * extensor
     np.testing.assert_allclose(balance, tied.elbow_torque + 0.0 * balance, atol=1e-12)
 
 
 def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
     at = Situation.of(design, angle, flexion)
-    flexor, extensor, tied = at.flexor, at.extensor, at.coupling
-    found = slips.eq_11_first(design, angle, flexion)
-    stretch = tied.flexor_compliance * (found.flexor - 100.0) + tied.extensor_compliance * (found.extensor - 100.0)
+    sheaths, tied = (at.flexor, at.extensor), at.coupling
+    flexor, extensor = slips.eq_11_first(design, angle, flexion)
+    stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (extensor - 100.0)
     np.testing.assert_allclose(stretch, np.broadcast_to(tied.mismatch, stretch.shape), atol=1e-15)
-    motor = (found.flexor / flexor.capstan - found.extensor / extensor.capstan) * 0.03
-    np.testing.assert_allclose(motor, tied.elbow_torque * 0.03 / (tied.moment_arm * flexor.capstan), atol=1e-12)
-    elbow = tied.moment_arm * found.flexor - 0.045 * found.extensor - tied.elbow_torque
+    motor = (flexor / sheaths[0].capstan - extensor / sheaths[1].capstan) * 0.03
+    np.testing.assert_allclose(motor, tied.elbow_torque * 0.03 / (tied.moment_arm * sheaths[0].capstan), atol=1e-12)
+    elbow = tied.moment_arm * flexor - 0.045 * extensor - tied.elbow_torque
     assert np.abs(elbow).max() > 1.0
 
 

@@ -1,4 +1,4 @@
-"""The ledger: what the paper found and claims, whether it holds, and where its letter fails, as a page and as data."""
+"""What the paper found and claims, whether it holds, and where its letter fails, as a page and as data."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from tendon_cli.paper.entry import FALSE, IN_PART, TRUE, Entry
+from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, Entry
 from tendon_cli.tables.schema import versions
 from tendon_cli.version import RESULTS_VERSION
 
-_INTRO = """# The paper, reproduced
+_PAGE = """# The paper, reproduced
 
 Yadav, Kumar, Surana, Ramasamy, Pal, Santapuri, Kumar, Muthukrishnan, Bhasin and Roy: *Modeling and parametric
 optimization of 3D tendon-sheath actuator system for upper limb soft exosuit*.
@@ -27,7 +27,22 @@ count lengths from the unloaded tendon and spring, so that slack is below zero t
 
 Made with {versions}.
 
-"""
+## Findings
+
+{findings}
+## Claims
+
+What the paper concludes from its figures, with other loads, springs and pretensions where it generalises.
+
+{claims}
+## Figures
+
+{figures}## Where the letter of the paper fails
+
+Each was run as it is printed, beside the reading used; *true* means that the evidence shows it to fail.
+`docs/physics.md` states the reading used.
+
+{slips}"""
 
 _CAPTIONS = {
     "fig04": "Fig. 4. Ratio of the spool radii for no slack against the elbow angle.",
@@ -69,7 +84,7 @@ class Places:
 
 
 @dataclass(frozen=True)
-class Ledger:
+class Verdicts:
     """All statements, and over which load distances the findings hold."""
 
     findings: Sequence[Entry]
@@ -86,6 +101,10 @@ class Ledger:
         """The entries for a program."""
         return [asdict(entry) | {"holds": entry.holds} for entry in self.entries]
 
+    def json(self) -> str:
+        """The entries as a JSON list."""
+        return json.dumps(self.data(), indent=2, ensure_ascii=False) + "\n"
+
     def counts(self) -> list[str]:
         """What came out, a line each."""
         hold, shown = (f"{sum(entry.holds for entry in part)} of {len(part)}" for part in (self.findings, self.slips))
@@ -99,67 +118,33 @@ class Ledger:
             self.places.text(),
         ]
 
-
-def ledger_json(ledger: Ledger) -> str:
-    """The entries as a JSON list."""
-    return json.dumps(ledger.data(), indent=2, ensure_ascii=False) + "\n"
-
-
-def ledger_page(ledger: Ledger) -> str:
-    """The ledger as a page of Markdown."""
-    counts = "\n".join(f"- {line}" for line in ledger.counts())
-    parts = [_INTRO.format(counts=counts, versions=_versions())]
-    parts += ["## Findings\n\n", _table(ledger.findings, "finding", "numbers")]
-    parts += ["\n## Claims\n\n", _CLAIMS, _table(ledger.claims, "claim", "numbers")]
-    parts += ["\n## Figures\n\n", _figures(ledger.entries)]
-    parts += ["## Where the letter of the paper fails\n\n", _SLIPS, _table(ledger.slips, "slip", "evidence")]
-    return "".join(parts)
-
-
-_CLAIMS = """What the paper concludes from its figures, with other loads, springs and pretensions where it generalises.
-
-"""
-
-_SLIPS = """Each was run as it is printed, beside the reading used; *true* means that the evidence shows it to fail.
-`docs/physics.md` states the reading used.
-
-"""
-
-
-def _versions() -> str:
-    found = versions()
-    libraries = ", ".join(f"{name} {found[name]}" for name in ("python", "numpy", "pyarrow"))
-    return f"tendon {found['tendon']} (results version {RESULTS_VERSION}), {libraries}"
+    def page(self) -> str:
+        """All of it as a page of Markdown."""
+        known = versions()
+        libraries = ", ".join(f"{name} {known[name]}" for name in ("python", "numpy", "pyarrow"))
+        shown: dict[str, list[str]] = {}
+        for entry in self.entries:
+            if entry.figure:
+                shown.setdefault(entry.figure, []).append(entry.id)
+        figures = ""
+        for figure, ids in shown.items():
+            caption = _CAPTIONS[figure.partition(".")[0]]
+            figures += f"![{caption}]({figure})\n\n*{caption}* Shows {', '.join(ids)}.\n\n"
+        return _PAGE.format(
+            counts="\n".join(f"- {line}" for line in self.counts()),
+            versions=f"tendon {known['tendon']} (results version {RESULTS_VERSION}), {libraries}",
+            findings=_table(self.findings, "finding", "numbers"), claims=_table(self.claims, "claim", "numbers"),
+            figures=figures, slips=_table(self.slips, "slip", "evidence"),
+        )  # fmt: skip
 
 
 def _table(entries: Sequence[Entry], what: str, numbers: str) -> str:
     rows = [f"| id | verdict | {what} | {numbers} | figure |", "|---|---|---|---|---|"]
     for entry in entries:
         mark = entry.verdict if entry.as_recorded else f"✗ {entry.verdict}, on record {entry.recorded}"
-        link = f"[{_stem(entry)}]({entry.figure})" if entry.figure else ""
-        cells = (entry.id, mark, _cell(entry.finding), _cell(entry.value), link)
-        rows.append(f"| {' | '.join(cells)} |")
+        texts = (text.replace("|", "\\|").replace("_", "\\_") for text in (entry.finding, entry.value))
+        name = (entry.figure or "").partition(".")[0]
+        called = f"Fig. {int(name[3:])}" if name.startswith("fig") else {"table_a1": "Table A.1"}.get(name, name)
+        link = f"[{called}]({entry.figure})" if entry.figure else ""
+        rows.append(f"| {' | '.join((entry.id, mark, *texts, link))} |")
     return "\n".join(rows) + "\n"
-
-
-def _cell(text: str) -> str:
-    """Text as it stands in a table of Markdown."""
-    return text.replace("|", "\\|").replace("_", "\\_")
-
-
-def _figures(entries: Sequence[Entry]) -> str:
-    shown: dict[str, list[str]] = {}
-    for entry in entries:
-        if entry.figure:
-            shown.setdefault(entry.figure, []).append(entry.id)
-    blocks = []
-    for figure, ids in shown.items():
-        caption = _CAPTIONS[figure.partition(".")[0]]
-        blocks.append(f"![{caption}]({figure})\n\n*{caption}* Shows {', '.join(ids)}.\n\n")
-    return "".join(blocks)
-
-
-def _stem(entry: Entry) -> str:
-    """What a link to the figure says."""
-    name = (entry.figure or "").partition(".")[0]
-    return f"Fig. {int(name[3:])}" if name.startswith("fig") else {"table_a1": "Table A.1", "slips": "slips"}[name]
