@@ -15,6 +15,9 @@ Source = Annotated[
         parser=options.source, metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm"
     ),
 ]
+Between = Annotated[
+    bool, typer.Option("--between", help="of an answer: what each limit asks for over the angle, and what binds where")
+]
 DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
 TableName = Annotated[str | None, options.option("states|designs", "table of a run folder")]
 Quantities = Annotated[
@@ -37,6 +40,7 @@ Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 8
 def plot(
     source: Source,
     arm: DrawsArm = False,
+    between: Between = False,
     table: TableName = None,
     quantity: Quantities = None,
     x: Against = None,
@@ -52,13 +56,22 @@ def plot(
     out: options.OutFile = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Draw figures of a run, of any table, or of the arm of a study."""
+    """Draw figures of a run, of any table, of an answer, or of the arm of a study."""
     if str(source) == "-":
         raise UsageError("a figure needs a file or a folder, not standard input", hint="tendon plot --arm study.toml")
     if arm:
         from tendon_cli.figures.route import draw_geometry
 
         drawn = draw_geometry(source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case)
+    elif between:
+        from tendon_cli.engine.results import verified_record
+        from tendon_cli.figures.answer import draw_between_samples
+
+        record = verified_record(source)
+        if record["verb"] != "design":
+            hint = "tendon design STUDY writes one"
+            raise UsageError("is no answer, whose window would be drawn", where=str(source), hint=hint)
+        drawn = [draw_between_samples(source, record, out)]
     else:
         from tendon_cli.figures.draw import plot as draw
         from tendon_cli.figures.draw import table_of

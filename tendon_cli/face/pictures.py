@@ -37,8 +37,8 @@ def plot(result: Any, *what: str, out: str | PathLike[str] | None = None, **how:
     """The picture of a study, a state, a run, an answer or a fit, as a matplotlib figure; also `result.plot(...)`.
 
     A run takes the columns to draw and the keys of `[[figure]]`, such as `x`, `colour`, `where`, `unit`, `size`; an
-    answer "tolerance_map", "window" or "front"; a study its `angles` in rad and a `case`. `out` is a file that it is
-    written to, too. Raises UsageError for what cannot be drawn.
+    answer "tolerance_map", "window", "front" or "between"; a study its `angles` in rad and a `case`. `out` is a file
+    that it is written to, too. Raises UsageError for what cannot be drawn.
 
     >>> import tendon_cli as tendon
     >>> run = tendon.sweep({"load": {"mass": [0, 5]}})
@@ -123,17 +123,15 @@ def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
 
 def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     """The map of tolerance, the front or the windows, by name; the first that there is."""
-    from tendon_cli.figures.answer import FIGURES, named_first
-    from tendon_cli.figures.style import house_style
+    from tendon_cli.figures.answer import FIGURES, answer_figure
 
     for name in (*what, *how):
         if name not in FIGURES:
             hint = nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
-    chosen = named_first(answer.record)
-    with house_style(), _tables(answer) as table_named:
-        for name in (what or FIGURES) if chosen else ():
-            page = FIGURES[name](choices_of(table_named("choices")), answer.record, chosen)
+    with _tables(answer) as table_named:
+        for name in what or FIGURES:
+            page = answer_figure(name, choices_of(table_named("choices")), answer.record)
             if page is not None:
                 return page
     raise UsageError("this answer has no such figure: a map needs two axes, a front two goals")

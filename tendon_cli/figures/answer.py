@@ -13,6 +13,7 @@ from tendon_cli import say
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.cube import Cube
+from tendon_cli.errors import UsageError
 from tendon_cli.figures.between import draw_between
 from tendon_cli.figures.choice_maps import (
     Slice,
@@ -45,16 +46,31 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
     """
     files: list[str] = []
     faults: list[str] = []
-    cube, chosen = choices_of(open_table(folder / "choices.parquet")), named_first(record)
-    for name, draw in list(FIGURES.items())[:-1] if chosen else ():  # between is drawn if it is asked for
+    cube = choices_of(open_table(folder / "choices.parquet"))
+    for name in list(FIGURES)[:-1]:  # between is drawn if it is asked for
         try:
-            with house_style():
-                page = draw(cube, record, chosen)
-                if page is not None:
-                    files.append(page.save(out / f"{name}.png").name)
+            if (page := answer_figure(name, cube, record)) is not None:
+                files.append(page.save(out / f"{name}.png").name)
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
     return files, faults
+
+
+def answer_figure(name: str, cube: Cube, record: dict[str, Any]) -> Page | None:
+    """One of FIGURES; None if there is nothing to draw."""
+    chosen = named_first(record)
+    with house_style():
+        page = FIGURES[name](cube, record, chosen) if chosen else None
+    return page.of_joint(record) if page is not None else None
+
+
+def draw_between_samples(folder: Path, record: dict[str, Any], out: Path | None) -> Path:
+    """Draw what binds where in the answer in a folder, into a file; raises UsageError if there is nothing to draw."""
+    page = answer_figure("between", choices_of(open_table(folder / "choices.parquet")), record)
+    if page is None:
+        hint = "an answer with a window has them; `tendon design --overwrite` solves it anew"
+        raise UsageError("the answer has no limits over the angle to draw", where="--between", hint=hint)
+    return page.save(out or Path(f"{record['name']}-between.png"))
 
 
 def named_first(record: dict[str, Any]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
 from tendon_cli.figures.engine import Arc, Axes, Circle, FancyArrowPatch, Line2D
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
+from tendon_cli.figures.travels import travels_page
 from tendon_cli.studies.study import Study
 
 FLEXOR, EXTENSOR = OKABE_ITO[:2]
@@ -30,8 +31,11 @@ _LOAD: dict[str, Any] = {"marker": "s", "markersize": 5.5, "color": INK, "linest
 def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None = None) -> Page:
     """The arm with its dimensions at the middle one of the angles (rad), the spools, and the arm at each angle.
 
-    Without angles at some of the study's. Raises UsageError for an unknown case.
+    Without angles at some of the study's. A joint by its measured travels has no anchors to draw: its two curves are.
+    Raises UsageError for an unknown case.
     """
+    if study.joint.excursion is not None:
+        return travels_page(study, elbow_angles)
     sizes = arm_sizes(study, case)
     of_study = study.motion.elbow_angle.array
     angles = list(elbow_angles) or [float(of_study[at]) for at in evenly(len(of_study), 4)]

@@ -87,9 +87,6 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
 
     Raises UsageError for a case that the study does not have.
     """
-    if study.joint.excursion is not None:
-        hint = "tendon plot RUN -y flexor_travel draws its curves"
-        raise UsageError("the study has its joint's travels, so there are no anchors to draw", where="--arm", hint=hint)
     keys = {name: f"arm.{name}" for name in (*_ANCHORS, "forearm_com", "load_distance", "upper_arm_angle")}
     keys |= {"flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
     chosen = chosen_case(study, case)

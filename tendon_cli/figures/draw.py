@@ -67,7 +67,7 @@ def pages_of(table: Table, spec: FigureSpec | None = None, finish: Finish | None
         for page in pages:
             if finish is not None:
                 finish(spec, page.figure)
-    return pages
+    return [page.of_joint(cube.study) for page in pages]
 
 
 def check_figures_of(study: Study) -> None:

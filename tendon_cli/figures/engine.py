@@ -61,9 +61,10 @@ with _shipped_settings():
     from matplotlib.lines import Line2D
     from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch
     from matplotlib.patheffects import Normal, TickedStroke, withStroke
+    from matplotlib.text import Text
 
 __all__ = [
     "Arc", "Artist", "Axes", "Circle", "ConstrainedLayoutEngine", "FancyArrowPatch", "Figure", "FigureCanvasAgg",
-    "Line2D", "LinearSegmentedColormap", "ListedColormap", "Normal", "Patch", "TickedStroke", "TwoSlopeNorm", "mpl",
-    "ticker", "withStroke",
+    "Line2D", "LinearSegmentedColormap", "ListedColormap", "Normal", "Patch", "Text", "TickedStroke", "TwoSlopeNorm",
+    "mpl", "ticker", "withStroke",
 ]  # fmt: skip

@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.cube.labels import plain, without_formulas
 from tendon_cli.errors import UsageError
-from tendon_cli.figures.engine import Axes, ConstrainedLayoutEngine, Figure, FigureCanvasAgg
+from tendon_cli.figures.engine import Axes, ConstrainedLayoutEngine, Figure, FigureCanvasAgg, Text
 from tendon_cli.figures.style import MM, PAGE_WIDTH, format_of, render
 from tendon_cli.files import write_whole
 
@@ -46,6 +47,14 @@ class Page:
     def inner(self) -> float:
         """Height of all panels, mm."""
         return self.height - self.head - self.foot
+
+    def of_joint(self, study: Any) -> Page:
+        """With the study's own joint in what we say, which is of the elbow; the title is the user's."""
+        word = say.joint_word(study)
+        for text in self.figure.findobj(Text) if word != "elbow" else ():
+            if text.get_gid() != "title":
+                text.set_text(say.of_joint(text.get_text(), word))
+        return replace(self, says=say.of_joint(self.says, word))
 
     def save(self, path: Path) -> Path:
         """Write it whole or not at all, in the format of the path's ending; raises OutputError, UsageError."""

@@ -160,10 +160,10 @@ def _values_of(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
     """Everything that a resolved study says of the suit and its load, by key."""
     for name, value in study.items():
         key = f"{prefix}{name}"
-        if prefix and (key in keys() or not isinstance(value, Mapping)):
-            yield key, value
-        elif name in _OF_THE_SUIT or (prefix and name in SIDES):
+        if name in (SIDES if prefix else _OF_THE_SUIT):
             yield from _values_of(value, f"{key}.")
+        elif prefix and key != "joint.name":
+            yield key, value
 
 
 @cache

@@ -65,15 +65,17 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     states, arms = _states(cube, axes, read["pretension"][: len(grid)])
     persons = folder / "persons.parquet"
     people = people_record(record, open_table(persons).read() if persons.exists() else None)
-    design = _answers(read, columns, labels, len(grid))
+    design, between = _answers(read, columns, labels, len(grid)), _between(record, bounds_of(cube))
     data = page_data(
         "design", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,
         table=_table(axes, read, columns, labels, len(grid)), start=_start(record, axes), people=people,
+        between=between,
     )  # fmt: skip
     has = {"map": bool(axes), "windows": bool(axes) and "pretension_from" in columns, "people": people is not None,
-           "front": len(design["goals"]) > 1, "design": states is not None}  # fmt: skip
+           "front": len(design["goals"]) > 1, "design": states is not None, "between": between is not None}  # fmt: skip
     title = record["title"] or record["name"]
-    return html.html_page(title, _sections(title, record, thinning_text(axes, left_out), has), data)
+    sections = _sections(title, record, thinning_text(axes, left_out), has)
+    return html.html_page(title, sections, data, say.joint_word(record))
 
 
 def _answers(
@@ -174,10 +176,11 @@ def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: 
     parts = {
         "map": ("Map", "Map of the choices", html.MAP),
         "windows": ("Windows", "Windows of pretension", html.WINDOWS),
+        "between": ("Angles", "What binds where, for the choice named first", html.BETWEEN),
         "people": ("People", "For whom", html.PEOPLE),
         "front": ("Front", "What one goal costs the other", html.FRONT),
         "design": ("One choice", "The states of one choice, at its pretension", html.STATES),
-        "list": ("Table", "All choices of this page", html.TABLE),
+        "list": ("Table", "All choices of this page", html.TABLE if has["front"] else html.TABLE_WITHOUT_FRONT),
     }
     there = {name: part for name, part in parts.items() if has.get(name, True)}
     links = {"answer": "Answer", **{name: part[0] for name, part in there.items()}}
@@ -187,6 +190,31 @@ def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: 
         *(html.section(name, heading, inner) for name, (_, heading, inner) in there.items()),
         *ending(record, record["study"]),
     ]
+
+
+def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, Any] | None:
+    """What each limit asks of the pretension over the angle, for the choice named first; None without such curves."""
+    between, best = record["between_samples"], record["best"]
+    if between is None or best is None:
+        return None
+    curves, low, high = between["curves"], best["pretension_from"], best["pretension_to"]
+    top = 1.6 * (high if high is not None else max(2.0 * low, 1.0))
+    angle, samples = np.degrees(curves["elbow_angle"]), np.degrees(curves["samples"])
+    lines, points = [], []
+    for end, name, of in (("from", "lower", np.fmax), ("to", "upper", np.fmin)):
+        values = np.array([list(each) for each in curves[name].values()], dtype=np.float64)
+        on_line = np.interp(samples, angle, of.reduce(values)) if len(values) else np.zeros(0)
+        points += [(float(x), float(y)) for x, y in zip(samples, on_line, strict=False) if 0.0 <= y <= top]
+        for limit, each in zip(curves[name], values, strict=True):
+            shown = [float(f"{value:.6g}") if 0.0 <= value <= 1.02 * top else None for value in each]
+            lines.append({"label": say.limit_words(limit, bounds).label, "end": end, "values": shown})
+    proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
+    says = f"{proof}. " if proof else ""
+    return {
+        "angles": angle.round(6).tolist(), "lines": lines, "window": [low, high], "top": top,
+        "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
+        "says": f"{says}Each line is the worst of all conditions and directions; shaded is what does at every angle.",
+    }  # fmt: skip
 
 
 MOST_PERSONS = 5000

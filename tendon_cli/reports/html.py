@@ -12,6 +12,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
+from tendon_cli import say
 from tendon_cli.say import WIDTH
 
 _SCRIPTS = ("base", "map", "states", "table", "answers", "start")
@@ -23,8 +24,8 @@ _IS_ROW = re.compile(r"\S {2,}\S|^ {8,}\S")
 _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
 
-def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any]) -> str:
-    """The whole file: `sections` are HTML, `data` is what the scripts draw."""
+def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any], joint: str = "elbow") -> str:
+    """The whole file: `sections` are HTML, `data` is what the scripts draw, `joint` the word for the study's joint."""
     page = files("tendon_cli.reports") / "page"
     code = "\n".join((page / f"{name}.js").read_text(encoding="utf-8") for name in _SCRIPTS)
     library = (files("tendon_cli.reports") / "plotly" / _PLOTLY).read_text(encoding="utf-8")
@@ -42,9 +43,9 @@ def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any]) -> s
 </head>
 <body>
 <main>
-{"".join(sections)}
+{say.of_joint("".join(sections), joint)}
 </main>
-<script type="application/json" id="data">{_embedded(data)}</script>
+<script type="application/json" id="data">{say.of_joint(_embedded(data), joint)}</script>
 <script>{library}</script>
 <script>{code}</script>
 </body>
@@ -189,14 +190,17 @@ STATES = (
     '<div id="arm"></div><ul id="arm-values"></ul></div></div>'
 )
 
+_MARKED = '<label><input type="checkbox" id="brushed-only"> marked on the front only</label>'
 TABLE = (
     '<div class="controls"><label>Filter <input id="filter" placeholder="margin &gt; 5 N; load mass = 3 kg"></label>'
-    '<label><input type="checkbox" id="brushed-only"> marked on the front only</label></div>'
+    f"{_MARKED}</div>"
     '<p id="filter-fault" role="alert"></p><p id="list-says" class="says" aria-live="polite"></p>'
     '<div id="list" class="scroll" tabindex="0"></div><button type="button" id="more">Show more</button>'
 )
 
 WINDOWS = plot("windows", "Window of pretension")
+
+TABLE_WITHOUT_FRONT = TABLE.replace(_MARKED, "")
 
 FRONT = (
     '<div id="front-axes" class="controls"></div>'
@@ -211,3 +215,5 @@ FRONT = (
 )
 
 PEOPLE = plot("people", "Persons served and left out")
+
+BETWEEN = '<p id="between-says" class="says"></p>' + plot("between", "The window over the elbow angle")

@@ -30,9 +30,10 @@ GROUPS = {
     "elbow stiffness": ("elbow_stiffness",),
     "slack length": ("flexor_slack", "extensor_slack"),
     "spool angle": ("spool_angle",),
+    "travel": ("flexor_travel", "extensor_travel"),
 }
-OF_TAUT = ("tension at the elbow", "torque", "elbow stiffness")
-"""Those that say something of states without slack."""
+OF_TAUT = ("tension at the elbow", "torque", "elbow stiffness", "travel")
+"""Those that say something of states without slack; the travels are shown of a joint that has no anchors to draw."""
 _ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _ARM = (*_ANCHORS, "load_distance")
 
@@ -52,10 +53,11 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
     angles = angles_of(study)
     columns = State.columns(evaluate(design, angles, flexion))
     states = (*shape, flexion.size, angles.size)
-    wanted = [column for label in labels for column in GROUPS[label]]
+    is_drawn = isinstance(design.arm.joint, Anchors)
+    wanted = [column for label in labels if not (is_drawn and label == "travel") for column in GROUPS[label]]
     result = {name: np.broadcast_to(columns[name], states).reshape(-1, *states[-2:]) for name in wanted}
     joint = design.arm.joint
-    measures = {name: getattr(joint, name) for name in _ANCHORS} if isinstance(joint, Anchors) else {}
+    measures = {name: getattr(joint, name) for name in _ANCHORS} if is_drawn else {}
     measures["load_distance"] = design.arm.load_distance
     return result | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.cube.axes import thinned
 from tendon_cli.cube.columns import TRUTHS
 from tendon_cli.cube.cube import Cube, cube_of
@@ -58,7 +59,8 @@ def sweep_page(folder: Path, run: Run) -> str:
         table={**listed, "cells": None},
     )  # fmt: skip
     title = run.record["title"] or run.record["name"]
-    return html.html_page(title, _sections(title, run, dict(cube.study), thinning_text(axes, left_out)), data)
+    sections = _sections(title, run, dict(cube.study), thinning_text(axes, left_out), has_map=bool(axes))
+    return html.html_page(title, sections, data, say.joint_word(cube.study))
 
 
 def _columns(cube: Cube) -> list[str]:
@@ -75,18 +77,24 @@ def _states(study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     return states_record(study, kept, [("", curves_of_sweep(study, [position[key] for key in study.axes]))])
 
 
-def _sections(title: str, run: Run, document: dict[str, Any], thinning: Sequence[str]) -> list[str]:
+def _sections(
+    title: str, run: Run, document: dict[str, Any], thinning: Sequence[str], *, has_map: bool
+) -> list[str]:  # fmt: skip
     record = run.record
-    links = {"answer": "Answer", "map": "Map", "design": "One design", "list": "Table", "study": "Study"}
+    links = {"answer": "Answer", **({"map": "Map"} if has_map else {}), "design": "One design", "list": "Table"}
     lines = run_text(run).split("\n")
     kept = [line for line in lines if not line.startswith(("  warning", "  written to"))]
     answer = html.prose("\n".join(kept)) + html.warnings(record["warnings"]) + html.notes(thinning)
     return [
-        html.head(title, f"a sweep by tendon, study {record['study_hash'][:12]}", links | {"record": "Record"}),
+        html.head(
+            title,
+            f"a sweep by tendon, study {record['study_hash'][:12]}",
+            links | {"study": "Study", "record": "Record"},
+        ),
         html.section("answer", "What came out", answer, "answer"),
-        html.section("map", "Map of the designs", html.MAP),
+        *([html.section("map", "Map of the designs", html.MAP)] if has_map else []),
         html.section("design", "The states of one design", html.STATES),
-        html.section("list", "All designs of this page", html.TABLE),
+        html.section("list", "All designs of this page", html.TABLE_WITHOUT_FRONT),
         *ending(record, document),
     ]
 

@@ -67,7 +67,7 @@ def draw_motor(path: Path, design: Design, state: State, plan: Plan, *, loss: fl
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
             axes.set_ylabel("motor torque $\\tau_m$ (N m)")
-    return page.save(path)
+    return page.of_joint(plan.study).save(path)
 
 
 def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Stroke:

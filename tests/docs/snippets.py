@@ -2,7 +2,7 @@
 
 A fenced block of a page is one of
 
-    toml, yaml, csv   with a first line `# file: NAME`: the file NAME
+    toml, yaml, csv   with a first line `# file: NAME`: the file NAME, as a python block may be besides
     console           lines that start with `$ ` are typed into a shell, what follows is what they print
     python            run in one session for the whole page; a `text` block right after it is what it prints
 
@@ -62,7 +62,7 @@ def run_page(page, folder):
                 # A table has no comments: the name is for the reader.
                 content = block.text.partition("\n")[2] if block.kind == "csv" else block.text
                 Path(name[1]).write_text(content, encoding="utf-8")
-            elif block.kind == "console":
+            if block.kind == "console":
                 faults += run_console(block)
             elif block.kind == "python":
                 printed = run_python(block, session)

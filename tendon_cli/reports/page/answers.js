@@ -67,6 +67,7 @@ async function startAnswers() {
   if (place("front")) await startFront();
   if (hasMap() && place("windows")) await drawWindows();
   if (page.people) await drawPeople();
+  if (page.between) await drawBetween();
 }
 
 async function startFront() {
@@ -91,4 +92,20 @@ async function drawPeople() {
   const traces = [group(true, "served", { color: colour("flexor"), size: 5, opacity: 0.6 }), group(false, "not served", { color: colour("extensor"), size: 8, symbol: "x" })];
   await draw("people", traces, { title: { text: page.people.title, x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } }, drawPeople);
   asTable("people", [named(x), named(y), "served"], () => Array.from(xs.keys()).map((row) => [number(xs[row]), number(ys[row]), ok[row] > 0 ? "yes" : "no"]));
+}
+
+// What each limit asks of the pretension at each angle, for the choice named first: its window is what is left at all angles.
+async function drawBetween() {
+  const { angles, lines, samples, window, top, says } = page.between;
+  place("between-says").textContent = says;
+  const kinds = ["flexor", "extensor", "motor", "joint", "mark"];
+  const traces = lines.map(({ label, end, values }, at) => ({
+    type: "scatter", mode: "lines", x: angles, y: values, name: label, line: { color: colour(kinds[at % kinds.length]), dash: end === "from" ? "solid" : "dash" },
+    hovertemplate: `%{x:.4g}°: ${end} %{y:.5g} N<extra>${label}</extra>`,
+  }));
+  traces.push({ type: "scatter", mode: "markers", x: samples.x, y: samples.y, name: "angle of the study", marker: { color: colour("text"), size: 5 }, hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>" });
+  const band = { type: "rect", xref: "paper", x0: 0, x1: 1, y0: window[0], y1: Math.min(window[1] ?? top, top), fillcolor: colour("band"), line: { width: 0 }, layer: "below" };
+  const more = { title: { text: "The window over the angle", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: `${page.angle} [deg]` } }, yaxis: { title: { text: "pretension [N]" }, range: [0, top] }, shapes: [band] };
+  await draw("between", traces, more, drawBetween);
+  asTable("between", [`${page.angle} [deg]`, ...lines.map(({ label, end }) => `${label}, ${end} [N]`)], () => angles.map((angle, at) => [number(angle), ...lines.map(({ values }) => (values[at] === null ? "none" : number(values[at])))]));
 }

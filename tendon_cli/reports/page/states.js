@@ -42,9 +42,9 @@ async function drawStates() {
   const group = page.states.groups[shown.group];
   const traces = await curves();
   const line = { type: "line", xref: "x", yref: "paper", x0: angleNow(), x1: angleNow(), y0: 0, y1: 1, line: { color: colour("mark"), dash: "dot" } };
-  const more = { title: { text: named(group), x: 0.02, font: { size: 14 } }, xaxis: { title: { text: "elbow angle [deg]" } }, yaxis: { title: { text: named({ label: (group.short || group.label).split(",")[0], unit: group.unit }) } }, shapes: [line] };
+  const more = { title: { text: named(group), x: 0.02, font: { size: 14 } }, xaxis: { title: { text: `${page.angle} [deg]` } }, yaxis: { title: { text: named({ label: narrow() ? "" : (group.short || group.label).split(",")[0], unit: group.unit }) } }, shapes: [line] };
   await draw("states", traces, more, drawStates);
-  const heads = ["elbow angle [deg]", ...traces.map((trace) => `${trace.name} [${group.unit}]`)];
+  const heads = [`${page.angle} [deg]`, ...traces.map((trace) => `${trace.name} [${group.unit}]`)];
   asTable("states", heads, () => page.states.angles.map((angle, at) => [number(angle), ...traces.map((trace) => number(trace.y[at]))]));
 }
 
@@ -68,7 +68,7 @@ function svg(name, attributes, text) {
 function drawArm() {
   const arm = armNow();
   if (arm.b1 === undefined) { // measured travels have no anchors to draw
-    place("arm").replaceChildren(make("p", {}, "No picture: the study has this joint's travels, not its anchors."));
+    place("arm").replaceChildren(make("p", {}, "This joint is known by its travels, not by anchors: they are among the curves, as \"travel\"."));
     return;
   }
   const theta = (angleNow() * Math.PI) / 180;

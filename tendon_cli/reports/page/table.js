@@ -114,6 +114,6 @@ async function startTable() {
       place("filter-fault").textContent = fault.message; // the rows stay as they were until it is one
     }
   });
-  place("brushed-only").addEventListener("change", (event) => { listed.brushedOnly = event.target.checked; drawTable(); });
+  place("brushed-only")?.addEventListener("change", (event) => { listed.brushedOnly = event.target.checked; drawTable(); });
   drawTable();
 }

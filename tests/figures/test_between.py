@@ -1,0 +1,103 @@
+"""The window over the angle: the lines are what the record says, the dots lie on what binds, the band is the window."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tendon_cli as tendon
+from tendon_cli.figures.arm import arm_page
+from tendon_cli.figures.scales import off_default
+from tendon_cli.studies.load import study_from
+from tests.figures.test_what_is_shown import by_gid, words
+
+ANKLE = {
+    "name": "ankle",
+    "excursion": {"angle": ["-10 deg", "20 deg", "45 deg", "70 deg", "100 deg"],
+                  "flexor": ["-1.7 mm", "3.5 mm", "7.8 mm", "12.2 mm", "16 mm"],
+                  "extensor": ["-1.4 mm", "2.8 mm", "6.3 mm", "10 mm", "14 mm"]},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def answer(tmp_path_factory: pytest.TempPathFactory) -> tendon.Answer:
+    content = {
+        "spring": {"stiffness": ["5 kN/m", "8 kN/m"]}, "spool": {"ratio": 0.5}, "load": {"mass": ["0 kg", "5 kg"]},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}, "joint": {"name": "knee"},
+    }  # fmt: skip
+    return tendon.design(content, tmp_path_factory.mktemp("between") / "answer")
+
+
+def test_the_window_is_what_the_lines_leave_at_all_angles(answer: tendon.Answer) -> None:
+    figure = answer.plot("between")
+    (panel,) = figure.axes
+    curves, best = answer.record["between_samples"]["curves"], answer.record["best"]
+    for end, side in (("from", "lower"), ("to", "upper")):
+        for limit, values in curves[side].items():
+            (line,) = by_gid(panel, f"{end} {limit}")
+            drawn, given = line.get_ydata(), np.array(values, dtype=np.float64)
+            np.testing.assert_allclose(drawn[np.isfinite(drawn)], given[np.isfinite(drawn)])
+    # The dots are the angles of the study, and the tightest of them is not far from the window's end.
+    lower, upper = (line.get_ydata() for line in by_gid(panel, "samples"))
+    assert len(lower) == len(curves["samples"]) == 7
+    assert best["pretension_from"] >= np.nanmax(lower) - 1e-6 * best["pretension_from"]
+    assert best["pretension_to"] <= np.nanmin(upper) + 1e-3 * best["pretension_to"]
+    assert f"{np.degrees(best['from_elbow_angle']):.3g}°" in words(figure)
+    assert "knee angle" in words(figure)
+    assert "knee unstable" in words(figure)
+
+
+def test_the_command_and_the_page_show_it_too(answer: tendon.Answer, tmp_path: Path) -> None:
+    page = tendon.report(answer, tmp_path / "page.html").read_text(encoding="utf-8")
+    data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
+    best = answer.record["best"]
+    assert data["between"]["window"] == [best["pretension_from"], best["pretension_to"]]
+    assert [len(line["values"]) for line in data["between"]["lines"]] == [91] * len(data["between"]["lines"])
+    assert data["angle"] == "knee angle"
+    seen = page.partition("<main>")[2].partition('<section id="study')[0]
+    assert re.findall(r"\bknees?\b", seen)
+    assert not re.findall(r"\belbow\b", seen)
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ({}, []),
+        ({"anchor": {"stiffness": "10 kN/m"}}, ["$K_{t}$ = 10 kN/m"]),
+        (
+            {"joint": {"stiffness": "1.1 N m/rad", "rest_angle": "73 deg"}},
+            ["$k_{j}$ = 1.1 N m/rad", "$θ_{r}$ = 73 deg"],
+        ),
+        ({"spring": {"at": "motor", "flexor": {"stiffness": "rigid"}}}, ["spring.at = motor", "K = rigid (flexor)"]),
+        ({"load": {"mass": ["0 kg", "5 kg"]}}, ["0 kg to 5 kg load"]),
+        ({"setting": {"read": "flexor at joint"}}, ["setting.read = flexor at joint"]),
+        ({"joint": ANKLE}, ["joint.excursion as in the study"]),
+        ({"sheath": {"bend_angle": {"angle": ["0 deg", "90 deg"], "bend": ["3 rad", "4 rad"]}}}, ["φ over the angle"]),
+    ],
+)
+def test_what_is_off_its_default_is_named(content: dict[str, object], says: list[str]) -> None:
+    assert off_default(study_from(content).document(), (), {}) == says
+    assert off_default(study_from(content).document(), {"anchor_stiffness", "load_mass"}, {}) == [
+        text for text in says if "K_{t}" not in text and "load" not in text
+    ]
+
+
+def test_a_joint_by_its_travels_is_drawn_as_curves_through_what_was_measured() -> None:
+    study = study_from({"joint": ANKLE, "motion": {"elbow_angle": ["0 deg", "90 deg"]}})
+    page = arm_page(study, [math.radians(45.0)])
+    travel, arm = page.figure.axes
+    for side, (line, measured, slope) in enumerate(zip(*(by_gid(axes, gid) for axes, gid in (
+        (travel, "travel"), (travel, "measured"), (arm, "moment arm"),
+    )), strict=True)):  # fmt: skip
+        angle, values = line.get_data()
+        np.testing.assert_allclose(np.interp(measured.get_xdata(), angle, values), measured.get_ydata(), atol=1e-2)
+        assert np.interp(0.0, angle, values) == pytest.approx(0.0, abs=1e-3)
+        np.testing.assert_allclose(
+            np.gradient(values, np.radians(angle))[1:-1], slope.get_ydata()[1:-1], rtol=1e-3, err_msg=str(side)
+        )
+    assert travel.get_xlabel() == "ankle angle θ (deg)"
