@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from tendon_cli import say
 from tendon_cli.say import counted
+from tendon_cli.studies.load import recorded_study
+from tendon_cli.studies.study import keys
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -31,13 +33,20 @@ def run_text(run: Run) -> str:
     lines += [f"    stable       {say.share(record['stable'], designs, 'design')}"]
     if record["choices"] != designs:
         found = say.share(record["feasible_choices"], record["choices"], "choice")
-        lines += [f"  choices        {found} feasible at every load, case and person at once"]
+        lines += [f"  choices        {found} feasible at every {_conditions(record)}"]
     lines += [f"  slack          {say.share(record['slack'], states, 'state')}"]
     lines += [f"  warning        {warning}" for warning in record["warnings"]]
     written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
     lines += [f"  no slack map   {run.note}"] if run.note else []
     lines += [f"  written to     {run.folder}: {', '.join(written)}"] if run.folder is not None else []
     return "\n".join(lines)
+
+
+def _conditions(record: dict[str, Any]) -> str:
+    """The axes of a run that a design must survive: "load", "load and person at once"."""
+    names = ["load" if key == "load.mass" else say.column(keys()[key].column) if key in keys() else key
+             for key in recorded_study(record).conditions]  # fmt: skip
+    return say.listed(names) + (" at once" if len(names) > 1 else "")
 
 
 def estimate_text(estimate: Estimate, name: str, free: int) -> str:

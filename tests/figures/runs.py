@@ -1,14 +1,18 @@
-"""Small runs to draw, computed as `tendon sweep` does."""
+"""Small runs to draw, computed as `tendon sweep` does, and what stands in a figure."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
+from matplotlib.text import Text
+
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run import worked_out
 from tendon_cli.engine.sweep import Sweep
+from tendon_cli.figures.draw import pages_of
+from tendon_cli.studies.figures import figure_spec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles, open_table
@@ -53,3 +57,31 @@ def designs(folder: Path, content: dict[str, Any]) -> TableFiles:
 def states(folder: Path, content: dict[str, Any]) -> TableFiles:
     angles = {"motion": {"elbow_angle": grid("0 deg", "90 deg", 16)}}
     return table(sweep(folder, {**angles, **content}), "states")
+
+
+# --- What stands in a figure -----------------------------------------------------------------------------------------
+
+
+def figures_of(of: TableFiles, **spec: Any) -> list[Any]:
+    return [page.figure for page in pages_of(of, figure_spec(**spec))]
+
+
+def figure_of(of: TableFiles, **spec: Any) -> Any:
+    (figure,) = figures_of(of, **spec)
+    return figure
+
+
+def panels(figure: Any) -> list[Any]:
+    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
+
+
+def lines(axes: Any, gid: str = "curve") -> list[Any]:
+    return [line for line in axes.lines if line.get_gid() == gid]
+
+
+def by_gid(holder: Any, gid: str) -> list[Any]:
+    return list(holder.findobj(lambda artist: artist.get_gid() == gid))
+
+
+def words(figure: Any) -> str:
+    return "\n".join(text.get_text() for text in figure.findobj(Text))

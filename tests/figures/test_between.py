@@ -14,7 +14,7 @@ import tendon_cli as tendon
 from tendon_cli.figures.arm import arm_page
 from tendon_cli.figures.scales import off_default
 from tendon_cli.studies.load import study_from
-from tests.figures.test_what_is_shown import by_gid, words
+from tests.figures.runs import by_gid, words
 
 ANKLE = {
     "name": "ankle",

@@ -18,6 +18,7 @@ from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import open_table
+from tests.figures.runs import lines
 
 SMALL = """
 [load]
@@ -31,10 +32,6 @@ elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
 def runs(tmp_path_factory):
     area = tmp_path_factory.mktemp("declared")
     return dict(swept(("fig07", "fig10"), area, jobs=1, stop=threading.Event()))
-
-
-def curves(axes):
-    return [line for line in axes.lines if line.get_gid() == "curve"]
 
 
 # --- Derived quantities ----------------------------------------------------------------------------------------------
@@ -122,7 +119,7 @@ def test_filters_choose_and_an_axis_of_one_value_plays_no_part(new_sweep, tmp_pa
     (tmp_path / "study.toml").write_text(SMALL + text)
     (declared,) = load_study(tmp_path / "study.toml").figure
     (page,) = pages_of(open_table(tmp_path / "run" / "states.parquet"), declared)
-    assert len(curves(page.figure.axes[0])) == 2
+    assert len(lines(page.figure.axes[0])) == 2
     (declared,) = load_study(tmp_path / "study.toml", ("load.mass=5 kg",)).figure
     assert declared.colour == "load.mass"
 

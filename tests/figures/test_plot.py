@@ -10,15 +10,14 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from matplotlib.text import Text
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.figures.draw import pages_of, plot
+from tendon_cli.figures.draw import plot
 from tendon_cli.figures.plan import STATE_PAIRS
 from tendon_cli.figures.style import render
 from tendon_cli.studies.figures import FigureSpec, figure_spec
 from tendon_cli.tables.read import TableFiles, open_table
-from tests.figures.runs import LOADS, designs, grid, states, sweep, table
+from tests.figures.runs import LOADS, designs, figures_of, grid, lines, panels, states, sweep, table, words
 
 CONTENT: dict[str, Any] = {"spool": {"ratio": [0.7, 0.8, 1.0]}, "load": {"mass": LOADS}}
 
@@ -27,22 +26,6 @@ CONTENT: dict[str, Any] = {"spool": {"ratio": [0.7, 0.8, 1.0]}, "load": {"mass":
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     motion = {"elbow_angle": grid("0 deg", "90 deg", 16)}
     return sweep(tmp_path_factory.mktemp("plot") / "run", {**CONTENT, "motion": motion})
-
-
-def figures_of(of: TableFiles, **request: Any) -> list[Any]:
-    return [page.figure for page in pages_of(of, figure_spec(**request))]
-
-
-def panels(figure: Any) -> list[Any]:
-    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
-
-
-def curves(axes: Any) -> list[Any]:
-    return [line for line in axes.lines if line.get_gid() == "curve"]
-
-
-def words(figure: Any) -> str:
-    return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
 def test_states_by_default(run: Path) -> None:
@@ -55,12 +38,12 @@ def test_states_by_default(run: Path) -> None:
     np.testing.assert_allclose(shown[0].get_xlim(), (0.0, 90.0))
     assert "At F₀ = 100 N, K = 3 kN/m, η = 0.8, μ = 0.07, φ = 180 deg." in words(figure)
     assert "--where" not in words(figure)
-    labels = [line.get_label() for line in curves(shown[0])]
+    labels = [line.get_label() for line in lines(shown[0])]
     assert labels == [f"{mass} load, {way}" for mass in LOADS for way in ("flexion", "extension")]
-    solid, dashed = curves(shown[0])[:2]
+    solid, dashed = lines(shown[0])[:2]
     assert solid.get_linestyle() == "-"
     assert dashed.get_linestyle() == "--"
-    assert solid.get_color() == dashed.get_color() != curves(shown[0])[2].get_color()
+    assert solid.get_color() == dashed.get_color() != lines(shown[0])[2].get_color()
 
 
 def test_lines_are_the_columns(run: Path) -> None:
@@ -71,7 +54,7 @@ def test_lines_are_the_columns(run: Path) -> None:
     shown = panels(figure)
     assert [axes.get_title() for axes in shown] == ["η = 0.7", "η = 0.8", "η = 1"]
     for ratio, axes in zip((0.7, 0.8, 1.0), shown, strict=True):
-        for line in curves(axes):
+        for line in lines(axes):
             mass, way = line.get_label().split(" load, ")
             rows = read[(read.spool_ratio == ratio) & (read.load_mass == float(mass[:-3])) & (read.direction == way)]
             np.testing.assert_allclose(line.get_xdata(), np.degrees(rows.elbow_angle))
@@ -100,14 +83,14 @@ def test_units_and_any_x(run: Path) -> None:
     assert axes.get_xlabel() == "elbow torque $τ_{a}$ (N·mm)"
     read = of.read(["spool_ratio", "load_mass", "direction", "elbow_torque", "motor_torque"]).to_pandas()
     rows = read[(read.spool_ratio == 1.0) & (read.load_mass == 3.0) & (read.direction == "flexion")]
-    line = next(line for line in curves(axes) if line.get_label() == "3 kg load, flexion")
+    line = next(line for line in lines(axes) if line.get_label() == "3 kg load, flexion")
     np.testing.assert_allclose(line.get_xdata(), 1e3 * rows.elbow_torque)
     np.testing.assert_allclose(line.get_ydata(), 1e3 * rows.motor_torque)
 
 
 def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -> None:
-    (lines,) = figures_of(table(run, "designs"))
-    assert panels(lines)[0].get_xlabel() == "spool ratio η"
+    (drawn,) = figures_of(table(run, "designs"))
+    assert panels(drawn)[0].get_xlabel() == "spool ratio η"
     content = {"tendon": {"pretension": grid("0 N", "300 N", 5)}, "spring": {"stiffness": ["1 kN/m", "3 kN/m"]}}
     of = designs(tmp_path / "map", {**content, "load": {"mass": LOADS}})
     (maps,) = figures_of(of)
@@ -119,7 +102,7 @@ def test_designs_by_default_are_slack_maps_or_lines(run: Path, tmp_path: Path) -
     assert panels(drawn)[0].get_title() == "max tension"
     only_load = designs(tmp_path / "load", {"load": {"mass": LOADS}})
     (margin,) = figures_of(only_load)
-    np.testing.assert_allclose(curves(panels(margin)[0])[0].get_xdata(), [0.0, 3.0, 5.0, 10.0])
+    np.testing.assert_allclose(lines(panels(margin)[0])[0].get_xdata(), [0.0, 3.0, 5.0, 10.0])
 
 
 def test_several_quantities_and_panels_give_pages(run: Path) -> None:
@@ -181,7 +164,7 @@ def test_one_row(tmp_path: Path) -> None:
     motion = {"motion": {"elbow_angle": ["60 deg"], "direction": ["flexion"]}}
     folder = sweep(tmp_path / "run", motion)
     (figure,) = figures_of(table(folder, "states"))
-    assert all(len(curves(axes)) == 1 and curves(axes)[0].get_marker() != "None" for axes in panels(figure))
+    assert all(len(lines(axes)) == 1 and lines(axes)[0].get_marker() != "None" for axes in panels(figure))
     with pytest.raises(UsageError, match="one design"):
         figures_of(table(folder, "designs"))
 
@@ -228,7 +211,7 @@ def test_formulas_and_hostile_names_are_drawn_as_meant(tmp_path: Path) -> None:
 def test_many_angles_are_thinned_and_it_says_so(tmp_path: Path) -> None:
     of = states(tmp_path / "run", {"motion": {"elbow_angle": grid("0 deg", "90 deg", 5001)}})
     (figure,) = figures_of(of, quantity=("motor_torque",))
-    line = curves(panels(figure)[0])[0]
+    line = lines(panels(figure)[0])[0]
     assert len(line.get_xdata()) == 1000
     assert line.get_xdata()[-1] == pytest.approx(90.0)
     assert "1000 of 5001 values of elbow angle drawn" in words(figure)

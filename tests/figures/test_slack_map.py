@@ -7,33 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 
 from tendon_cli.errors import OutputError
 from tendon_cli.figures.draw import draw_run, pages_of
 from tendon_cli.figures.maps import colour_scale, zero_crossings
-from tendon_cli.tables.read import TableFiles
-from tests.figures.runs import LOADS, designs, grid, study_of, sweep
+from tests.figures.runs import LOADS, by_gid, designs, figure_of, grid, panels, study_of, sweep, words
 
 STIFFNESS = {"stiffness": grid("0.5 kN/m", "6 kN/m", 12)}
 PRETENSION = {"pretension": grid("0 N", "300 N", 31)}
-
-
-def figure_of(table: TableFiles) -> Any:
-    (page,) = pages_of(table)
-    return page.figure
-
-
-def panels(figure: Any) -> list[Any]:
-    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
-
-
-def by_gid(holder: Any, gid: str) -> list[Any]:
-    return holder.findobj(lambda artist: artist.get_gid() == gid)
-
-
-def words(figure: Any) -> str:
-    return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
 def test_panels_axes_and_units(tmp_path: Path) -> None:

@@ -10,38 +10,29 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from matplotlib.text import Text
 from PIL import Image
 
 from tendon_cli.errors import StudyError, UsageError
-from tendon_cli.figures.draw import check_figures_of, pages_of, plot, table_of
+from tendon_cli.figures.draw import check_figures_of, plot, table_of
 from tendon_cli.figures.style import load_colours
 from tendon_cli.studies.figures import figure_spec
-from tests.figures.runs import LOADS, designs, grid, states, study_of, sweep, table
+from tests.figures.runs import (
+    LOADS,
+    by_gid,
+    designs,
+    figure_of,
+    grid,
+    lines,
+    panels,
+    states,
+    study_of,
+    sweep,
+    table,
+    words,
+)
 
 PRETENSION = {"pretension": grid("20 N", "260 N", 13)}
 RATIO = {"ratio": grid("0.5", "1.2", 8)}
-
-
-def figure_of(of: Any, **spec: Any) -> Any:
-    (page,) = pages_of(of, figure_spec(**spec))
-    return page.figure
-
-
-def panels(figure: Any) -> list[Any]:
-    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
-
-
-def lines(axes: Any, gid: str) -> list[Any]:
-    return [line for line in axes.lines if line.get_gid() == gid]
-
-
-def by_gid(holder: Any, gid: str) -> list[Any]:
-    return list(holder.findobj(lambda artist: artist.get_gid() == gid))
-
-
-def words(figure: Any) -> str:
-    return "\n".join(text.get_text() for text in figure.findobj(Text))
 
 
 @pytest.fixture(scope="module")
