@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,7 +79,7 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
         raise UsageError("one axis cannot play two parts", hint="x, colour and panels name different axes")
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
     most = {x: POINTS, colour: MOST_COLOURS, panels: most_panels}
-    positions, notes = _thinned(cube, chosen, most)
+    positions, notes = _thinned(cube.axes, chosen, most)
     for axis in cube.axes:
         if axis not in parts:
             at = chosen[axis.column]
@@ -144,12 +144,12 @@ def _usual_panels(free: list[RowAxis]) -> RowAxis | None:
 
 
 def _thinned(
-    cube: Cube, chosen: Mapping[str, Ints], most: Mapping[RowAxis | None, int]
+    axes: Iterable[RowAxis], chosen: Mapping[str, Ints], most: Mapping[RowAxis | None, int]
 ) -> tuple[dict[str, Ints], list[str]]:
-    """Positions drawn on the axes that play a part, and what was left out of them."""
+    """Positions drawn on axes, evenly chosen where there are more than `most`, and what was left out."""
     positions: dict[str, Ints] = {}
     notes: list[str] = []
-    for axis in cube.axes:
+    for axis in axes:
         at = chosen[axis.column]
         kept = evenly(len(at), most.get(axis, len(at)))
         positions[axis.column] = at[kept]
@@ -191,14 +191,7 @@ def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[RowAxis]:
 def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
     """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least."""
     x, y = long_axes(cube, chosen)[:2]
-    notes: list[str] = []
-    positions = {}
-    for axis in (x, y):
-        at = chosen[axis.column]
-        kept = evenly(len(at), CELLS_PER_AXIS)
-        positions[axis.column] = at[kept]
-        if len(kept) < len(at):
-            notes.append(f"{len(kept)} of {len(at)} values of {axis.words} drawn, evenly chosen.")
+    positions, notes = _thinned((x, y), chosen, {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS})
     others = [axis for axis in cube.axes if axis not in (x, y)]
     several = [axis for axis in others if len(chosen[axis.column]) > 1]
     several.sort(key=lambda axis: axis.column != LOAD)

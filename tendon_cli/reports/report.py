@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import base64
+import json
+from html import escape
 from os import PathLike
 from pathlib import Path
 
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
-from tendon_cli.errors import UsageError
-from tendon_cli.files import open_file, output_errors, result_path, write_whole
+from tendon_cli.errors import InputError, UsageError
+from tendon_cli.files import open_file, output_errors, read_file, result_path, write_whole
+from tendon_cli.reports import html
+from tendon_cli.reports.data import page_data
 from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
-from tendon_cli.reports.paper_page import paper_page
 from tendon_cli.reports.stale import LEDGER, NAME, origin_mark
 from tendon_cli.reports.sweep_page import sweep_page
+
+_MOST_PICTURES, _MOST_DATA = 3_000_000, 10**6
+"""Bytes of all figures of the paper together, those beyond are named; and of what it found."""
+_FIELDS = ("id", "verdict", "finding", "value")
 
 
 def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> Path:
@@ -36,7 +44,7 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
 
 def _page_of(folder: Path) -> str:
     if (folder / LEDGER).exists():
-        return paper_page(folder)
+        return _paper_page(folder)
     record = verified_record(folder)
     return design_page(folder, record) if record["verb"] == "design" else sweep_page(folder, Run(record, folder))
 
@@ -48,3 +56,37 @@ def _is_ours(target: Path) -> bool:
             return True
         with open_file(target) as file:
             return MARK.encode() in file.read(4096)
+
+
+def _paper_page(folder: Path) -> str:
+    """The page of what `tendon paper` left in a folder; raises InputError for a damaged ledger."""
+    try:
+        entries = json.loads(read_file(folder / LEDGER, _MOST_DATA))
+        rows = [tuple(str(entry[name]) for name in _FIELDS) for entry in entries]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        hint = "`tendon paper` writes it anew"
+        raise InputError(f"is no ledger: {error}", where=str(folder / LEDGER), hint=hint) from None
+    pictures, left_out = _pictures(folder)
+    table = html.table(("id", "verdict", "what the paper says", "result"), rows)
+    parts = [
+        html.head("The paper, reproduced", "findings and claims, each with its number",
+                  {"ledger": "Findings", "figures": "Figures"}),
+        html.section("ledger", "Findings and claims", table),
+        html.section("figures", "Figures", pictures + html.warnings(left_out)),
+    ]  # fmt: skip
+    return html.html_page("The paper, reproduced", parts, page_data("paper"))
+
+
+def _pictures(folder: Path) -> tuple[str, list[str]]:
+    room, pictures, left_out = _MOST_PICTURES, [], []
+    for file in sorted(folder.glob("*.png")):
+        if file.stat().st_size > room:
+            left_out.append(f"{file.name} is not on this page, which is kept small")
+            continue
+        content = file.read_bytes()
+        room -= len(content)
+        data = base64.b64encode(content).decode("ascii")
+        name = escape(file.stem)
+        image = f'<img src="data:image/png;base64,{data}" alt="{name}">'
+        pictures.append(f"<figure>{image}<figcaption>{name}</figcaption></figure>")
+    return "".join(pictures), left_out
