@@ -159,5 +159,5 @@ def _turn(axes: Axes, turn: Array, torque: Array, follows: Mapping[str, tuple[fl
         axes.annotate(f"{side}, {np.degrees(end):.2f}°", (np.degrees(end), at), xytext=(4, 4 - 8 * (place > 0)),
                       textcoords="offset points", va="top" if place else "bottom", size=6.5)  # fmt: skip
     axes.margins(0.08, 0.12)
-    axes.set_xlim(right=1.5 * float(np.degrees(turn[-1])))
+    axes.set_xlim(right=1.9 * float(np.degrees(turn[-1])))
     axes.set_xlabel("spool turned back (deg)")
