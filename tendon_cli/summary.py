@@ -44,7 +44,7 @@ def run_text(run: Run) -> str:
 
 def _conditions(record: dict[str, Any]) -> str:
     """The axes of a run that a design must survive: "load", "load and person at once"."""
-    names = ["load" if key == "load.mass" else say.column(keys()[key].column) if key in keys() else key
+    names = ["load" if key == "load.mass" else say.column(keys()[key].number.quantity.name) if key in keys() else key
              for key in recorded_study(record).conditions]  # fmt: skip
     return say.listed(names) + (" at once" if len(names) > 1 else "")
 

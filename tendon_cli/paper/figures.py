@@ -109,7 +109,7 @@ def _panels(paper: Paper) -> dict[str, tuple[str, Sequence[_Line]]]:
     )
     travel = [
         _Line(printed, _PRINTED, of_printed, 0.05, above=False, side="left"),
-        _Line(initial, _OPTION, of_initial, 0.98, above=False),
+        _Line(initial, _OPTION, of_initial, 0.86),
     ]
     springs = [
         _Line(paper[name].line("extensor_tension_distal", load_mass=5.0), colour, text, above=name == "fig06")

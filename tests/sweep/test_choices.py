@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folds import choices, choices_of, feasible_choices, is_flags, noted
 from tendon_cli.engine.plan import Plan
@@ -72,3 +73,20 @@ def test_what_is_no_note_is_not_taken_for_one(note):
     plan = Plan(study_from({"name": "choices", "load": {"mass": [0.0, 1.0]}, "spool": {"ratio": [0.5, 0.7]}}))
     assert not is_flags(plan, plan.part(0), note)
     assert is_flags(plan, plan.part(0), noted(plan, [(next(plan.blocks(range(4))), np.ones((2, 2), np.bool_))]))
+
+
+LOADS = {"load": {"mass": ["0 kg", "5 kg"]}}
+CASES = {"cases": [{"name": "short", "arm": {"b1": "140 mm"}}, {"name": "long", "arm": {"b1": "170 mm"}}]}
+
+
+@pytest.mark.parametrize(
+    ("content", "conditions"),
+    [
+        (LOADS, "load"),
+        ({**LOADS, **CASES}, "case and load at once"),
+        ({"arm": {"upper_arm_angle": ["0 deg", "20 deg"]}}, "upper arm angle"),
+    ],
+)
+def test_the_summary_names_the_conditions_that_the_study_has(content, conditions):
+    text = tendon.sweep({"tendon": {"pretension": ["90 N", "160 N"]}, **content}).text
+    assert f"choices feasible at every {conditions}\n" in text
