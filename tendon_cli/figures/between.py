@@ -37,17 +37,13 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         name: {"color": OKABE_ITO[at % len(OKABE_ITO)], "label": say.limit_words(name, bounds).label}
         for at, name in enumerate(dict.fromkeys((*lower, *upper)))
     }
-    key: list[Any] = [
-        *(Line2D([], [], **look) for look in looks.values()),
-        Line2D([], [], color=INK, linewidth=2.2, label="thick: binds at that angle"),
-        Line2D([], [], color=INK, marker="o", markersize=3.0, linestyle="", label="angle of the study"),
-        Patch(facecolor=_WINDOW, label="window: does at every angle"),
-        Patch(facecolor=_THERE, label="does at that angle"),
-    ]
     proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
     notes = ["Each line is the worst of all conditions and both directions.", *([f"{proof}."] if proof else [])]
     what = choice_text(cube, chosen)
-    page = answer_page(cube, record, ", ".join(filter(None, ("the window over the angle", what))), 92.0, key, notes)
+    title = ", ".join(filter(None, ("the window over the angle", what)))
+    page = answer_page(
+        cube, record, title, 92.0, [*(Line2D([], [], **look) for look in looks.values()), *_key()], notes
+    )
     panel = page.figure.subplots()
     low, high = chosen["pretension_from"], np.inf if chosen["pretension_to"] is None else chosen["pretension_to"]
     top = _ROOM * (high if np.isfinite(high) else max(2.0 * low, 1.0))
@@ -76,6 +72,16 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_formatter(plain_numbers())
     return page
+
+
+def _key() -> list[Any]:
+    """The signs that do not depend on the limits."""
+    return [
+        Line2D([], [], color=INK, linewidth=_BOUND["linewidth"], label="thick: binds at that angle"),
+        Line2D([], [], color=INK, marker="o", markersize=3.0, linestyle="", label="angle of the study"),
+        Patch(facecolor=_WINDOW, label="window: does at every angle"),
+        Patch(facecolor=_THERE, label="does at that angle"),
+    ]
 
 
 def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float) -> None:
