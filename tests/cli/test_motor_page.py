@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from tendon_cli.engine.blocks import Block
 
 import tendon_cli as tendon_library
-from tendon_cli.engine.plan import Plan
+from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State
 from tendon_cli.model.motor import cycle
 from tendon_cli.state_page.plot import stroke_of, turn_of
