@@ -114,7 +114,7 @@ def drawn(tmp_path, load):
     (tmp_path / "study.toml").write_text(TEXT.format(load=load, direction='flexion", "extension', angles=ALL))
     plan = Plan(tendon_library.load_study(tmp_path / "study.toml"))
     first = (slice(0, 1),) * len(plan.axes)
-    state = State.of(plan.situation(Block(0, first, slice(0, 1), slice(0, 1))))
+    state = State.of(plan.inputs(Block(0, first, slice(0, 1), slice(0, 1))))
     design = state.situation.design
     return plan, design, state, {way: stroke_of(design, plan, way, SPEED) for way in plan.directions}
 
