@@ -134,4 +134,4 @@ def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Pa
             page = answer_figure(name, choices_of(table_named("choices")), answer.record)
             if page is not None:
                 return page
-    raise UsageError("this answer has no such figure: a map needs two axes, a front two goals")
+    raise UsageError("this answer has no such figure: a map needs two axes, a front two goals, the rest a window")

@@ -143,9 +143,14 @@ def off_default(study: Mapping[str, Any], named: Collection[str], units: Mapping
             texts.append(plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study"))
             continue
         shown = Shown.of(number_of.column, number_of.number.quantity, units)
-        values = getattr(number_of.number.read(value), "array", None)
+        read: Any = number_of.number.read(value)
+        values = getattr(read, "array", None)
         if values is None:  # a curve over the angle
             texts.append(f"{shown.symbol} over the angle")
+            continue
+        if read.uncertain is not None:
+            uniform = " (uniform)" if read.uncertain.kind == "uniform" else ""
+            texts.append(f"{shown.equation(read.uncertain.middle)} ± {shown.text(read.uncertain.spread)}{uniform}")
             continue
         text, last = shown.equation(float(values[0])), shown.text(float(values[-1]))
         of_load = " load" if text.endswith(" load") else ""

@@ -75,6 +75,8 @@ def test_the_command_and_the_page_show_it_too(answer: tendon.Answer, tmp_path: P
         ),
         ({"spring": {"at": "motor", "flexor": {"stiffness": "rigid"}}}, ["spring.at = motor", "K = rigid (flexor)"]),
         ({"load": {"mass": ["0 kg", "5 kg"]}}, ["0 kg to 5 kg load"]),
+        ({"sheath": {"friction": "0.09 +/- 0.02"}}, ["μ = 0.09 ± 0.02"]),
+        ({"arm": {"b1": "140 mm to 160 mm"}}, ["b₁ = 150 mm ± 10 mm (uniform)"]),
         ({"setting": {"read": "flexor at joint"}}, ["setting.read = flexor at joint"]),
         ({"joint": ANKLE}, ["joint.excursion as in the study"]),
         ({"sheath": {"bend_angle": {"angle": ["0 deg", "90 deg"], "bend": ["3 rad", "4 rad"]}}}, ["φ over the angle"]),
