@@ -34,6 +34,9 @@ _SI_AND_SHOWN = {
     "torque": ("N m", "N m"),
     "rotational stiffness": ("N m/rad", "N m/rad"),
     "angular speed": ("rad/s", "deg/s"),
+    "time": ("s", "s"),
+    "inertia": ("kg m2", "kg m2"),
+    "frequency": ("Hz", "Hz"),
     "power": ("W", "W"),
     "energy": ("J", "J"),
     "number": ("1", "1"),
@@ -93,6 +96,11 @@ _OF_STUDIES = (
     _quantity("wrist_circumference", "C_wr", "length", "circumference of the wrist"),
     # Motion.
     _quantity("speed", "θ̇", "angular speed", "speed of the elbow, the same throughout"),
+    _quantity("cutoff", "f_c", "frequency", "cutoff of the low-pass over a measured trajectory"),
+    _quantity("reversal", "δθ", "angle", "by how much the angle comes back until friction turns"),
+    _quantity("inertia", "I", "inertia", "moment of inertia of forearm and hand about the elbow"),
+    _quantity("time", "t", "time", "time along the trajectory"),
+    _quantity("elbow_speed", "θ̇", "angular speed", "speed of the elbow along the trajectory"),
     # Limits of a design that have no column yet, and what is asked of one.
     _quantity("max_pretension", "max F₀", "force", "largest pretension"),
     _quantity("max_spool_travel", "max Δα", "angle", "largest rotation of the spool over the motion"),
@@ -192,7 +200,12 @@ _OF_CYCLES = (  # both strokes of a design at a speed of the elbow
     _quantity("max_torque_band", "max δτ_m", "torque", "largest difference of motor torque between the directions"),
 )
 
-_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_LIMITS, *_OF_WINDOWS, *_OF_CYCLES)
+_OF_TRAJECTORIES = (  # along a motion in time
+    _quantity("rms_motor_torque", "rms τ_m", "torque", "root mean square of the motor torque over time"),
+    _quantity("braking_work", "W_b", "energy", "work that the motor takes up, where it brakes"),
+)
+
+_ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_LIMITS, *_OF_WINDOWS, *_OF_CYCLES, *_OF_TRAJECTORIES)
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
@@ -200,6 +213,8 @@ OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
 """Results that each design has, over all its states."""
 OF_CYCLES = tuple(quantity.name for quantity in _OF_CYCLES)
 """Results that each design has besides where the study has a speed."""
+OF_TRAJECTORIES = tuple(quantity.name for quantity in _OF_TRAJECTORIES)
+"""Results that each design has besides where the study has a trajectory."""
 
 PLAUSIBLE: dict[str, tuple[float, float]] = {
     **dict.fromkeys(("a1", "a2"), (0.0, 0.3)),
@@ -226,6 +241,9 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "spool_ratio": (0.1, 10.0),
     "load_mass": (0.0, 100.0),
     "speed": (0.01, 20.0),
+    "cutoff": (0.5, 50.0),
+    "reversal": (0.0, 0.2),
+    "inertia": (0.0, 1.0),
     **dict.fromkeys(("min_flexor_tension", "min_extensor_tension"), (0.0, 500.0)),
     **dict.fromkeys(("max_tension", "max_pretension"), (1.0, 1e4)),
     "max_spring_extension": (1e-3, 1.0),

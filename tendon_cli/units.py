@@ -49,6 +49,8 @@ UNITS: dict[str, Unit] = (
     | _units("rotational stiffness", {"N m/rad": 1, "N·m/rad": 1, "N m/deg": 180 / _PI})
     | _units("time", {"s": 1, "ms": "0.001", "min": 60, "h": 3600})
     | _units("angular speed", {"rad/s": 1, "deg/s": _PI / 180, "°/s": _PI / 180, "rpm": _PI / 30, "rev/s": 2 * _PI})
+    | _units("inertia", {"kg m2": 1, "kg m^2": 1, "kg m²": 1, "kg·m²": 1, "kg cm2": "0.0001", "g cm2": "0.0000001"})
+    | _units("frequency", {"Hz": 1})
     | _units("power", {"W": 1, "mW": "0.001", "kW": 1000})
     | _units("energy", {"J": 1, "mJ": "0.001", "kJ": 1000})
 )
@@ -65,6 +67,8 @@ SI_UNIT = {
     "rotational stiffness": "N m/rad",
     "time": "s",
     "angular speed": "rad/s",
+    "inertia": "kg m2",
+    "frequency": "Hz",
     "power": "W",
     "energy": "J",
 }
@@ -84,6 +88,8 @@ EXAMPLES = {
     "rotational stiffness": '"2 N m/rad"',
     "time": '"1 s"',
     "angular speed": '"60 deg/s"',
+    "inertia": '"0.08 kg m2"',
+    "frequency": '"6 Hz"',
     "power": '"20 W"',
     "energy": '"5 J"',
 }

@@ -27,7 +27,7 @@ def curves_of(problem: Problem, choice: Solutions) -> dict[str, Any]:
             whole |= {name: tighter(values, whole.get(name, values)) for name, values in part.items()}
     return {
         "elbow_angle": problem.angles.ravel().tolist(),
-        "samples": np.unique(problem.study.motion.elbow_angle.array).tolist(),
+        "samples": np.unique(problem.study.angles).tolist(),
         "lower": {name: _listed(values) for name, values in lower.items()},
         "upper": {name: _listed(values) for name, values in upper.items()},
     }

@@ -60,18 +60,20 @@ class Problem:
 
     @cached_property
     def angles(self) -> Array:
-        """Elbow angles at which states are taken, (1, K), rad: the same between the study's first and last."""
-        return between.grid(self.study.motion.elbow_angle.array)
+        """Elbow angles at which states are taken, (1, K), rad: those of a trajectory, or evenly from first to last."""
+        if self.study.trajectory is not None:
+            return self.study.angles[np.newaxis]
+        return between.grid(self.study.angles)
 
     @property
     def flexion(self) -> Flags:
-        """Whether each direction is flexion, (D, 1)."""
-        return np.array([direction == "flexion" for direction in self.study.motion.direction]).reshape(-1, 1)
+        """Whether each direction is flexion, (D, 1), or each sample of a trajectory, (1, K)."""
+        return self.study.flexion
 
     @property
     def states_per_design(self) -> int:
         """Directions times elbow angles."""
-        return self.angles.size * self.flexion.size
+        return self.angles.size * len(self.flexion)
 
     @cached_property
     def condition_numbers(self) -> Numbers:
@@ -171,9 +173,11 @@ class Problem:
         return Window(**whole) if named else Ends(**whole)
 
     def _of_states(self, design: Design, shape: tuple[int, int]) -> Ends:
-        found, states = window.begin(shape), (*shape, self.flexion.size, self.angles.size)
+        found, states = window.begin(shape), (*shape, len(self.flexion), self.angles.size)
         kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
         ends = window.finished(found, design, self.bounds)
+        if self.study.trajectory is not None:
+            return ends
         return between.refined(ends, design, self.angles, self.flexion, self.bounds, self._may_bind(ends, design))
 
     def _may_bind(self, ends: Ends, design: Design) -> Flags:

@@ -63,7 +63,7 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
         yield record(key, value, slope(changed, bounds), steady=steady[key])
     if name not in bounds:
         return
-    if "motion.speed" in (need.key for need in LIMITS[name].needs):
+    if "motion.speed" in (need.key for need in LIMITS[name].needs) and problem.study.trajectory is None:
         speed = float(bounds.speed)
         yield record("motion.speed", speed, slope(design, _stepped(bounds, "speed", speed)))
     bound = float(bounds[name])
@@ -80,7 +80,8 @@ def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Sl
     code, state, beside = int(choice[f"{end}_by"][0]), int(choice[f"{end}_state"][0]), choice.one(f"{end}_angle")
     direction, place = divmod(state, alone.angles.size)
     angle = np.array([[float(alone.angles[0, place]) if np.isnan(beside) else beside]])
-    flexion = np.array([[bool(alone.flexion[direction, 0])]])
+    ways = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
+    flexion = np.array([[bool(ways[direction, place])]])
 
     def slope(changed: Design, bounds: Bounds) -> float:
         kept = limit_end(code, changed, angle, flexion, bounds, upper=end == "to")

@@ -226,7 +226,7 @@ def _quantities(problem: Problem, numbers: Numbers, pretension: Array) -> Iterat
     for rows, conditions, design in problem.chunks(numbers, len(pretension), pretension):
         shape = rows.stop - rows.start, conditions.stop - conditions.start
         values, at = extremes.begin(shape), Situation.of(design, problem.angles, problem.flexion)
-        kernel.fold_extremes(values, at, problem.angles.ravel(), (*shape, problem.flexion.size, problem.angles.size))
+        kernel.fold_extremes(values, at, problem.angles.ravel(), (*shape, len(problem.flexion), problem.angles.size))
         pressure = contact_pressure(design, values["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0]
         yield rows, conditions, np.stack((
             values["max_tension"], values["max_spring_extension"], values["highest_motor_torque"],

@@ -57,6 +57,8 @@ def choice_rows(problem: Problem, choices: Solutions, refined: Flags, on_front: 
         state, angle = choices[f"{end}_state"], choices[f"{end}_angle"]
         direction, place = np.divmod(state, problem.angles.size)
         rows[f"{end}_by"] = choices[f"{end}_by"].astype(np.int64) + 1
+        if problem.study.trajectory is not None:
+            direction = np.where(problem.flexion[0, place], 0, 1)
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
         of_state = np.where(state < 0, np.nan, problem.angles[0, place])
         rows[f"{end}_elbow_angle"] = np.where(np.isnan(angle), of_state, angle)

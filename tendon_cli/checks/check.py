@@ -154,5 +154,6 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
             continue
         worst = float(np.nanmax(values))
         direction, angle = np.unravel_index(int(np.nanargmax(values)), values.shape)
-        breach |= {"direction": directions[direction], "elbow_angle": float(angles[angle])}
+        flexion = np.broadcast_to(plan.motion(block)[1], values.shape)[direction, angle]
+        breach |= {"direction": "flexion" if flexion else "extension", "elbow_angle": float(angles[angle])}
     return breach

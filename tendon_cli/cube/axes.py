@@ -12,10 +12,11 @@ import numpy.typing as npt
 
 from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.studies.study import keys
+from tendon_cli.studies.trajectory import sampled
 
 Ints = npt.NDArray[np.int64]
 
-LOAD, DIRECTION, ANGLE = "load_mass", "direction", "elbow_angle"
+LOAD, DIRECTION, ANGLE, TIME = "load_mass", "direction", "elbow_angle", "time"
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,16 @@ def axes_of(
 ) -> tuple[RowAxis, ...]:
     """The axes that a recorded study spans, slowest first; `named` gives the names of those that no number gives."""
     study = record["study"]
-    names = [*record["axes"], *((DIRECTION, "motion.elbow_angle") if kind == "states" else ())]
+    moves = (TIME,) if "trajectory" in study["motion"] else (DIRECTION, "motion.elbow_angle")
+    names = [*record["axes"], *(moves if kind == "states" else ())]
     axes: list[RowAxis] = []
     stride = 1
     for key in reversed(names):
+        if key == TIME:
+            times = sampled(np.array(study["motion"]["trajectory"]["time"]))
+            axes.append(RowAxis(key, TIME, times, stride, is_log=False))
+            stride *= len(times)
+            continue
         values, is_log = _values(study, key) if key in keys() else (_names(study, key) or named(key), False)
         array = np.array(list(values), dtype=np.float64 if key in keys() else object)
         known = keys()[key].column if key in keys() else key

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli.cube.axes import ANGLE, LOAD, Ints, RowAxis, axes_of
+from tendon_cli.cube.axes import ANGLE, LOAD, TIME, Ints, RowAxis, axes_of
 from tendon_cli.cube.columns import TRUTHS, Columns, Values, with_derived
 from tendon_cli.cube.labels import Shown
 from tendon_cli.engine.states import StatesOf
@@ -197,7 +197,8 @@ def cube_to_come(study: Study, kind: str) -> Cube:
         if study.cases or key.column in _ALWAYS or key.path in study.axes or key.column.endswith(SIDES)
     }
     is_states = kind == "states"
-    numbers |= {ANGLE: QUANTITIES[ANGLE]} if is_states else {}
+    at = (ANGLE,) if study.trajectory is None else (TIME, ANGLE, "elbow_speed")
+    numbers |= {name: QUANTITIES[name] for name in at} if is_states else {}
     unmoved = OF_CYCLES if study.motion.speed is None else ()
     results = [name for name in (OF_STATES if is_states else OF_DESIGNS) if name not in (*DERIVED, *unmoved)]
     columns: dict[str, Quantity | None] = {

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +14,7 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
+from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
 from tendon_cli.space.axis import DRAW_AXIS, NAMED_AXES, PERSON_AXIS, SIDES, split_side
 from tendon_cli.space.space import Varying
 from tendon_cli.studies.study import keys
@@ -66,8 +67,7 @@ class Tables:
     def designs(self) -> tuple[Column, ...]:
         """Columns of `designs`."""
         results = [self._result(QUANTITIES[name]) for name in OF_DESIGNS]
-        of_cycles = OF_CYCLES if self.plan.study.motion.speed is not None else ()
-        results += [Column.of(QUANTITIES[name]) for name in (*of_cycles, *self.plan.of_forms)]
+        results += [Column.of(QUANTITIES[name]) for name in (*self.plan.of_motion, *self.plan.of_forms)]
         return (*self.leading, *results, *(Column(name, "truth", "1", meaning) for name, meaning in JUDGEMENTS.items()))
 
     @cached_property
@@ -76,7 +76,14 @@ class Tables:
         directions = tuple(dict.fromkeys((*self.plan.directions, "flexion", "extension")))
         text = Column("direction", "text", "1", "direction of the elbow's motion", is_axis=True, choices=directions)
         angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
-        return {text: _directions, angle: lambda block: self.plan.elbow_angles[block.angles]}
+        trajectory, angles = self.plan.study.trajectory, self.plan.elbow_angles
+        if trajectory is None:
+            return {text: _directions, angle: lambda block: angles[block.angles]}
+        ways = np.where(trajectory.flexion == trajectory.flexion[0], 0, 1)
+        time = Column.of(QUANTITIES["time"], is_axis=True, nullable=False)
+        speed = Column.of(QUANTITIES["elbow_speed"], nullable=False)
+        along = {time: trajectory.time, text: ways, angle: angles, speed: trajectory.speed}
+        return {column: partial(_sampled, values) for column, values in along.items()}
 
     @cached_property
     def states(self) -> tuple[Column, ...]:
@@ -119,6 +126,10 @@ def _design_numbers(block: Block) -> npt.ArrayLike:
 
 def _directions(block: Block) -> npt.ArrayLike:
     return np.arange(block.directions.start, block.directions.stop)[:, np.newaxis]
+
+
+def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
+    return values[block.angles]
 
 
 def _within(number: Varying) -> Values:

@@ -114,7 +114,10 @@ def _samples(plan: Plan) -> list[range]:
 def _axis_lines(plan: Plan) -> tuple[AxisLine, ...]:
     """Every axis of a study with its first and last value in the units people read."""
     ends: dict[str, Any] = {axis.key: axis.names or axis.values for axis in plan.axes}
-    ends |= {"motion.direction": plan.directions, "motion.elbow_angle": plan.elbow_angles}
+    if plan.study.trajectory is not None:
+        ends |= {"motion.trajectory": plan.study.trajectory.time}
+    else:
+        ends |= {"motion.direction": plan.directions, "motion.elbow_angle": plan.elbow_angles}
     return tuple(AxisLine(key, len(v), _shown(key, v[0]), _shown(key, v[-1])) for key, v in ends.items())
 
 
@@ -122,7 +125,7 @@ def _shown(key: str, value: Any) -> str:
     """A value in SI in the unit that people read it in, or a name."""
     if isinstance(value, str):
         return value
-    unit = keys()[key].number.quantity.shown_in
+    unit = keys()[key].number.quantity.shown_in if key in keys() else "s"
     return f"{value / factor_of(unit):.6g}{'' if unit == '1' else f' {unit}'}"
 
 

@@ -53,7 +53,7 @@ def _to_cut(plan: Plan, block: Block) -> int | None:
         most_of += [(whole - free, 2, VALUES_AT_ONCE)]
     else:
         most_of += [(whole, states, plan.block_states)]
-    if plan.of_forms or plan.study.motion.speed is not None:  # NumPy has arrays of all states
+    if plan.of_forms or plan.of_motion:  # NumPy has arrays of all states
         most_of += [(whole, states, VALUES_AT_ONCE)]
     for axes, each, most in most_of:
         long = [axis for axis in axes if lengths[axis] > 1]
@@ -128,8 +128,12 @@ class Folds:
         """What compiled code does not know: columns that a speed of the elbow adds, and those of forms of states."""
         plan, speed = self.plan, self.plan.study.motion.speed
         columns = extremes.of_forms(plan.of_forms, plan.inputs(block, design)) if plan.of_forms else {}
-        if speed is not None:
-            from tendon_cli.model.motor import cycle  # only a study of motion pays for its import
+        if plan.study.trajectory is not None:
+            from tendon_cli.model.motor import along  # only a study of motion pays for its import
+
+            columns |= along(design, plan.study.trajectory)
+        elif speed is not None:
+            from tendon_cli.model.motor import cycle
 
             motor = cycle(design, *plan.motion(block), speed.single)
             columns |= {name: getattr(motor, name) for name in OF_CYCLES}

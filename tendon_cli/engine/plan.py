@@ -23,6 +23,7 @@ from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
+from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
 from tendon_cli.space.axis import PRETENSION, SLACK, Axis
 from tendon_cli.space.space import ANCHORS, Space
 from tendon_cli.studies.axes import lengths_of, space_of
@@ -125,13 +126,15 @@ class Plan:
 
     @cached_property
     def directions(self) -> tuple[str, ...]:
-        """The directions of motion, in the order of the rows."""
+        """The directions of motion, in the order of the rows; along a trajectory that of its first sample."""
+        if self.study.trajectory is not None:
+            return ("flexion" if self.study.flexion[0, 0] else "extension",)
         return self.study.motion.direction
 
     @cached_property
     def elbow_angles(self) -> npt.NDArray[np.float64]:
         """The elbow angles in rad, in the order of the rows."""
-        return self.study.motion.elbow_angle.array
+        return self.study.angles
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -145,9 +148,16 @@ class Plan:
         return tuple(each.column for each in optional if all(is_stated(self.study, need) for need in each.needs))
 
     @property
+    def of_motion(self) -> tuple[str, ...]:
+        """Columns of `designs` that are there as the joint moves at a speed, or along a trajectory."""
+        if self.study.trajectory is not None:
+            return (*OF_CYCLES, *OF_TRAJECTORIES)
+        return OF_CYCLES if self.study.motion.speed is not None else ()
+
+    @property
     def states_per_design(self) -> int:
         """Directions times elbow angles."""
-        return len(self.directions) * len(self.study.motion.elbow_angle)
+        return len(self.directions) * len(self.elbow_angles)
 
     @property
     def states(self) -> int:
@@ -213,9 +223,10 @@ class Plan:
         return tuple(map(int, np.unravel_index(design, self.shape)))
 
     def motion(self, block: Block) -> tuple[Array, Flags]:
-        """Elbow angles (1, K) and whether it is flexion (D, 1), shaped to broadcast with `design`."""
-        flexion = np.array([direction == "flexion" for direction in self.directions[block.directions]])
-        return self.elbow_angles[block.angles].reshape(1, -1), flexion.reshape(-1, 1)
+        """Elbow angles (1, K) and whether it is flexion, (D, 1) or along a trajectory (1, K)."""
+        flexion = self.study.flexion[block.directions]
+        at = self.elbow_angles[block.angles].reshape(1, -1)
+        return at, flexion if self.study.trajectory is None else flexion[:, block.angles]
 
     def design(self, block: Block) -> Design:
         """The designs of a block, as the model takes them."""

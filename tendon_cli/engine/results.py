@@ -170,11 +170,14 @@ def _dataset(record: Mapping[str, Any], table_of: Callable[[str], pa.Table]) -> 
     library = xarray_library()
     plan = Plan(recorded_study(record))
     sizes = {axis.column: len(axis) for axis in plan.axes}
-    keys = {column.name for column in Tables(plan).leading} - {"design"} | {"direction", "elbow_angle"}
+    motion = {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
+    if plan.study.trajectory is not None:
+        motion = {"time": len(plan.elbow_angles)}
+    keys = {column.name for column in Tables(plan).leading} - {"design"} | set(motion)
     coordinates, variables = dict[str, Variable](), dict[str, Variable]()
     for table in ("designs", "states"):
         if table == "states":
-            sizes |= {"direction": len(plan.directions), "elbow_angle": len(plan.elbow_angles)}
+            sizes |= motion
         if table not in plan.study.output.tables:
             continue
         for name, variable in variables_of(table_of(table), sizes).items():

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, Ints, RowAxis, evenly
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, RowAxis, evenly
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
 from tendon_cli.space.axis import CASE_AXIS
@@ -102,7 +102,7 @@ def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
 def _along_x(cube: Cube, spec: FigureSpec, long: list[RowAxis]) -> tuple[str, RowAxis]:
     """The column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
-    angle = next((axis for axis in cube.axes if axis.column == ANGLE), None)
+    angle = next((axis for axis in cube.axes if axis.column in (ANGLE, TIME)), None)
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
         column = cube.of.find(spec.x, "--x")

@@ -41,11 +41,15 @@ class Situation:
     """Of the forearm's inclination from the vertical."""
     cosine: Array
     other_torque: Array
-    """What joint and task ask for besides the weights, N m."""
+    """What joint, task and inertia ask for besides the weights, N m."""
     other_slope: Array
-    """Its slope, N m/rad."""
+    """Its slope but for inertia, N m/rad."""
     resting: tuple[Sheathed, Sheathed] | None = None
     """Both sheaths in the posture in which the pretension is set, if they are others there."""
+    speed: Array | None = None
+    """Of the joint along a trajectory, rad/s."""
+    torque_rate: Array | None = None
+    """By how much inertia asks for more torque there, N m/s."""
 
     @classmethod
     def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> Situation:
@@ -53,6 +57,11 @@ class Situation:
         arm, sides = design.arm, (design.flexor, design.extensor)
         flexor, extensor = sheaths_of(*sides, elbow_angle, flexion)
         inclination = np.add(elbow_angle, arm.upper_arm_angle)
+        other_torque, speed, torque_rate = np.asarray(design.other_torque(elbow_angle)), None, None
+        if design.trajectory is not None:
+            speed, acceleration, jerk = design.trajectory.at(elbow_angle)
+            inertia = arm.inertia + design.load_mass * np.square(arm.load_distance)
+            other_torque, torque_rate = np.asarray(other_torque + inertia * acceleration), np.asarray(inertia * jerk)
         return cls(
             design=design,
             motion=arm.joint.motion(elbow_angle),
@@ -63,9 +72,11 @@ class Situation:
             ),
             sine=np.sin(inclination),
             cosine=np.cos(inclination),
-            other_torque=np.asarray(design.other_torque(elbow_angle)),
+            other_torque=other_torque,
             other_slope=np.asarray(design.other_torque(elbow_angle, 1)),
             resting=sheaths_of(*sides, design.setting.angle, flexion) if design.follows else None,
+            speed=speed,
+            torque_rate=torque_rate,
         )
 
     @cached_property

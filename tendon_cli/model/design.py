@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Real, Spline
+from tendon_cli.model.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,8 @@ class Limb:
     """Where that asks for no torque, rad."""
     torque: Spline | None = None
     """What the joint asks for by itself, N m over rad, instead of the two."""
+    inertia: Real = 0.0
+    """Of forearm and hand about the joint, kg m²."""
 
     @property
     def strap_radius(self) -> Array:
@@ -120,6 +123,8 @@ class Design:
     """What a task asks for besides, N m over rad."""
     load_scale: Real = 1.0
     """Times that torque."""
+    trajectory: Trajectory | None = None
+    """The motion in time, if it is one: at its samples inertia asks for torque, too."""
     setting: Posture = field(default_factory=Posture)
     read: str = F0
     """How the pretension is read, one of READINGS."""

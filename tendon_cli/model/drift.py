@@ -10,7 +10,7 @@ one, stable, further on: in between the joint is driven there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def drift(design: Design, start: float, last: float) -> Drift:
 
     Friction is that of the motion: flexion if `last` is the larger angle. Quasi-static.
     """
-    flexion = np.array([[last > start]])
+    design, flexion = replace(design, trajectory=None), np.array([[last > start]])
     angles = np.linspace(start, last, _POINTS)[np.newaxis]
     net = _driving_torque(design, evaluate(design, angles, flexion)).ravel() * np.sign(last - start)
     against = np.flatnonzero(net[1:] <= 0.0)

@@ -55,11 +55,14 @@ def _room(at: Any) -> Array:
 
 
 def _turning(at: Any, speed: Real) -> Form:
-    """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J_f/c_f + η J_e/c_e)."""
+    """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J_f/c_f + η J_e/c_e); along a trajectory inertia adds to θ̇ k."""
     tied = at.coupling
     by_extensor = tied.ratio * np.asarray(tied.extensor_arm) / tied.extensor_compliance
     pull = tied.moment_arm / tied.flexor_compliance + by_extensor
-    return Form(stiffness=speed / (at.design.flexor_radius * pull))
+    if at.speed is None:
+        return Form(stiffness=speed / (at.design.flexor_radius * pull))
+    per = np.where(at.speed < 0.0, -1.0, 1.0) / (at.design.flexor_radius * pull)
+    return Form(stiffness=at.speed * per, constant=at.torque_rate * per)
 
 
 _ALL = (

@@ -23,6 +23,7 @@ from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design, changed
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK
+from tendon_cli.model.trajectory import Trajectory
 
 _LONGEST_STEP = float(np.radians(1.0))
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -32,6 +33,8 @@ _HALVINGS = 30
 @dataclass(frozen=True, eq=False)
 class MotorRates:
     """What goes on in states per radian of the elbow (θ, whichever way it moves); shapes as those of `State`.
+
+    Along a trajectory it is per second: the inertia that asks for more torque has the motor stretch the springs, too.
 
     Where both tendons are slack the spool is free: its angle and speed are NaN, and nothing is driven, stored or lost.
     """
@@ -53,18 +56,22 @@ class MotorRates:
 def motor_rates(design: Design, state: State) -> MotorRates:
     """Rates of states by their elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack sides out."""
     tied, status, at = state.coupling, state.balance.status, state.situation
+    turning, asked = (1.0, 0.0) if at.speed is None or at.torque_rate is None else (at.speed, at.torque_rate)
     limp = np.asarray(design.unilateral)
     flexor_pulls = ~(((status == FLEXOR_SLACK) | (status == BOTH_SLACK)) & limp)
     extensor_pulls = ~(((status == EXTENSOR_SLACK) | (status == BOTH_SLACK)) & limp)
     by_flexor = flexor_pulls * tied.moment_arm / tied.flexor_compliance
     by_extensor = extensor_pulls * tied.ratio * tied.extensor_arm / tied.extensor_compliance
     with np.errstate(divide="ignore", invalid="ignore"):
-        winding = np.where(flexor_pulls | extensor_pulls, state.elbow_stiffness / (by_flexor + by_extensor), np.nan)
+        needed = state.elbow_stiffness * turning + asked
+        winding = np.where(flexor_pulls | extensor_pulls, needed / (by_flexor + by_extensor), np.nan)
     wound = np.where(np.isnan(winding) & ~np.isnan(tied.moment_arm), 0.0, winding)
     x, y = state.balance.flexor, state.balance.extensor
-    x_takes, y_takes = wound - tied.moment_arm, tied.extensor_arm - tied.ratio * wound
+    shortens, lengthens = tied.moment_arm * turning, np.asarray(tied.extensor_arm) * turning
+    x_takes, y_takes = wound - shortens, lengthens - tied.ratio * wound
     if at.resting is not None:  # a bend that follows the joint stretches the tendons, too
-        x_takes, y_takes = x_takes - at.flexor.compliance_rate * x, y_takes - at.extensor.compliance_rate * y
+        x_takes = x_takes - at.flexor.compliance_rate * x * turning
+        y_takes = y_takes - at.extensor.compliance_rate * y * turning
     x_rate = flexor_pulls * x_takes / tied.flexor_compliance
     y_rate = extensor_pulls * y_takes / tied.extensor_compliance
     started = (at.flexor if at.resting is None else at.resting[0]).compliance * design.flexor.pretension
@@ -73,9 +80,9 @@ def motor_rates(design: Design, state: State) -> MotorRates:
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
         stored=0.5 * (at.flexor.gives * x * x + at.extensor.gives * y * y),
-        storing=at.flexor.storing(x, x_rate) + at.extensor.storing(y, y_rate),
-        friction=at.flexor.friction_rate(x, x_rate, tied.moment_arm)
-        + at.extensor.friction_rate(y, y_rate, -np.asarray(tied.extensor_arm)),
+        storing=at.flexor.storing(x, x_rate, turning) + at.extensor.storing(y, y_rate, turning),
+        friction=at.flexor.friction_rate(x, x_rate, shortens, turning)
+        + at.extensor.friction_rate(y, y_rate, -lengthens, turning),
     )
 
 
@@ -132,6 +139,37 @@ def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> C
         max_backlash=_largest_gap(at.spool_angle, flexion),
         max_torque_band=_largest_gap(state.motor_torque, flexion),
     )
+
+
+def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
+    """What designs come to along a trajectory, by column; without the axes of states, NaN as for a `Cycle`.
+
+    Sums over time are those of its samples. There is no other direction at the same angle to compare with.
+    """
+    flexion, angles = trajectory.flexion[np.newaxis], trajectory.angle[np.newaxis]
+    state = evaluate(design, angles, flexion)
+    at = motor_rates(design, state)
+    power, weights = at.power, trajectory.weights
+    torque = np.broadcast_to(state.motor_torque, power.shape)
+
+    def total(values: Array) -> Array:
+        return np.asarray(np.broadcast_to(values, power.shape)[..., 0, :] @ weights)
+
+    of_cycle = Cycle(
+        peak_motor_speed=_over(np.fmax, np.abs(at.spool_speed)),
+        peak_motor_power=np.maximum(_over(np.fmax, power), 0.0),
+        peak_braking_power=np.maximum(_over(np.fmax, -power), 0.0),
+        motor_work_in=total(np.maximum(power, 0.0)),
+        friction_loss=total(at.friction),
+        spool_travel=_over(np.fmax, at.spool_angle) - _over(np.fmin, at.spool_angle),
+        max_backlash=np.full(power.shape[:-2], np.nan),
+        max_torque_band=np.full(power.shape[:-2], np.nan),
+    )
+    return vars(of_cycle) | {
+        "efficiency": of_cycle.efficiency,
+        "rms_motor_torque": np.sqrt(total(np.square(torque)) / weights.sum()),
+        "braking_work": total(np.maximum(-power, 0.0)),
+    }
 
 
 def _works(design: Design, angles: Array, flexion: Flags) -> tuple[Array, Array]:

@@ -110,7 +110,10 @@ class Motor:
     def __init__(self, design: Design, elbow_angle: Array, flexion: Flags, shape: tuple[int, ...], speed: Real) -> None:
         self.design, self.angles, self.flexion, self.speed = design, elbow_angle, flexion, speed
         self.shape = shape
-        self.ways = np.broadcast_to(np.where(flexion, 1.0, -1.0), (np.size(flexion), elbow_angle.size))
+        self.ways = np.broadcast_to(np.where(flexion, 1.0, -1.0), (len(flexion), elbow_angle.size))
+        self.velocity, self.trajectory = self.ways * speed, design.trajectory
+        if self.trajectory is not None:  # whose rates are per second
+            self.velocity = np.ones(self.ways.shape)
         rates, torque = zip(*(self._rates(pretension, elbow_angle) for pretension in (0.0, _UNIT)), strict=True)
         self.spool_angle: Lines = self.lines_of([each.spool_angle for each in rates])
         self.spool_speed = self.lines_of([each.spool_speed for each in rates])
@@ -124,7 +127,7 @@ class Motor:
 
     def _flat(self, values: Array) -> Array:
         """Values of states as (designs, states)."""
-        states = np.size(self.flexion), values.shape[-1]
+        states = len(self.flexion), values.shape[-1]
         return np.broadcast_to(values, (*self.shape, *states)).reshape(-1, states[0] * states[1])
 
     def lines_of(self, values: list[Array]) -> Lines:
@@ -144,11 +147,14 @@ class Motor:
 
     def power(self, at: Array) -> Array:
         """Of the motor in each state at one pretension of each design, W: (designs, states)."""
-        return np.asarray(self._flat(self.ways) * self.speed * self.torque.at(at) * self.spool_speed.at(at))
+        return np.asarray(self._flat(self.velocity) * self.torque.at(at) * self.spool_speed.at(at))
 
     @cached_property
     def work(self) -> Measure:
         """Work of the motor where it drives, J: in fine steps, for it has kinks where it begins to brake."""
+        if self.trajectory is not None:
+            seconds = self.trajectory.weights
+            return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss(np.unique(self.angles))
         rates = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT)]
         torque, turning = (
@@ -164,6 +170,8 @@ class Motor:
         span = np.array([self.angles.min(), self.angles.max()])
         nodes, weights = gauss(span, _LONG_STEP)
         weight = np.outer(self.ways[:, 0], weights).ravel()
+        if self.trajectory is not None:
+            nodes, weight = self.trajectory.angle, self.trajectory.weights
         first, second, third = (
             self._flat(self._rates(pretension, nodes[np.newaxis])[0].friction) @ weight
             for pretension in (0.0, _UNIT, 2.0 * _UNIT)

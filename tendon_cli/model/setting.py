@@ -20,7 +20,7 @@ def setting_of(design: Design) -> Situation:
     """A design in the posture in which its pretension is set."""
     posture = design.setting
     arm = replace(design.arm, upper_arm_angle=posture.upper_arm_angle)
-    still = replace(design, arm=arm, load_mass=posture.load_mass, load_torque=None)
+    still = replace(design, arm=arm, load_mass=posture.load_mass, load_torque=None, trajectory=None)
     return Situation.of(still, posture.angle, posture.after_flexion)
 
 

@@ -115,12 +115,15 @@ class Sheathed:
         """Twice the energy that tendon, spring and anchor store over the square of the distal tension, m/N."""
         return np.asarray(self._spring_energy + self.anchor + self.strain)
 
-    def storing(self, tension: Array, tension_rate: Array) -> Array:
-        """dU/dθ of the energy that they store, by the distal tension and its rate (N, N/rad), N m."""
-        rate = self._strain_rate + 2.0 * self._spring_energy * np.where(self.at_motor, self.exponent_rate, 0.0)
-        return np.asarray(self.gives * tension * tension_rate + 0.5 * rate * tension * tension)
+    def storing(self, tension: Array, tension_rate: Array, turning: Real = 1.0) -> Array:
+        """dU/dθ of the energy that they store, by the distal tension and its rate (N, N/rad), N m.
 
-    def friction_rate(self, tension: Array, tension_rate: Array, path_rate: Real) -> Array:
+        Per second if the rate is and the joint turns by `turning` (rad/s).
+        """
+        rate = self._strain_rate + 2.0 * self._spring_energy * np.where(self.at_motor, self.exponent_rate, 0.0)
+        return np.asarray(self.gives * tension * tension_rate + 0.5 * rate * tension * tension * turning)
+
+    def friction_rate(self, tension: Array, tension_rate: Array, path_rate: Real, turning: Real = 1.0) -> Array:
         """∫ dF/ds du/dθ ds over the sheath: what friction takes, N m, by the distal tension T and its rate (N, N/rad).
 
         The path outside of the sheath shortens by `path_rate` (m/rad), so that the tendon moves toward the motor by
@@ -130,7 +133,7 @@ class Sheathed:
         """
         near = 1.0 / self.capstan
         slides = path_rate + (self.anchor + np.where(self.at_motor, 0.0, self.spring)) * tension_rate
-        bending = near * self._tendon_rate - 0.5 * self._strain_rate
+        bending = (near * self._tendon_rate - 0.5 * self._strain_rate) * turning
         along = tension_rate * (near * self.tendon - self.strain) + tension * bending
         return np.asarray(tension * ((near - 1.0) * slides + along))
 

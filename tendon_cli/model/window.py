@@ -169,13 +169,14 @@ def _broken_by_design(design: Design, bounds: Bounds) -> Codes:
 def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
     """Ends with the limits that bind, worked out anew in the states that bind alone.
 
-    The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1).
+    The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1), or (1, K) along a trajectory.
     """
     limits, fixed = [], _broken_by_design(design, bounds)
     for state, beside, upper in ((ends.low_state, ends.low_angle, False), (ends.high_state, ends.high_angle, True)):
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[..., np.newaxis, np.newaxis]
-        at = Situation.of(design, angle, flexion.ravel()[direction][..., np.newaxis, np.newaxis])
+        way = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))[direction, place]
+        at = Situation.of(design, angle, way[..., np.newaxis, np.newaxis])
         _, _, low_by, high_by, blocked = ends_of_states(at, bounds)
         limits.append(_by(state, high_by if upper else low_by, ends, blocked, fixed, upper=upper))
     return Window(**vars(ends), low_by=limits[0], high_by=limits[1])

@@ -43,7 +43,9 @@ Curves = dict[str, Array]
 
 def angles_of(study: Study) -> Array:
     """The elbow angles that a page keeps, (1, K)."""
-    angles = study.motion.elbow_angle.array
+    angles = study.angles
+    if study.trajectory is not None:  # curves over the angle stand still
+        angles = np.linspace(angles.min(), angles.max(), MOST_ANGLES)
     return np.asarray(angles[evenly(len(angles), MOST_ANGLES)]).reshape(1, -1)
 
 
@@ -65,7 +67,7 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
 def curves_of_sweep(study: Study, positions: Sequence[npt.NDArray[np.int64]]) -> Curves:
     """Of designs of a sweep, the product of some positions on each of its axes."""
     plan, result = Plan(study), []
-    rest = slice(0, len(study.motion.direction)), slice(0, len(study.motion.elbow_angle))
+    rest = slice(0, len(plan.directions)), slice(0, len(plan.elbow_angles))
     for at in itertools.product(*(each.tolist() for each in positions)):
         block = Block(0, tuple(slice(index, index + 1) for index in at), *rest)
         result.append(curves(study, plan.design(block), (1,) * len(at)))

@@ -225,6 +225,7 @@ class Space:
                 self._excursion(given) or Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)),
                 **arm(_WEIGHTS),
                 **{name: given[f"joint.{name}", None] for name in _JOINT},
+                inertia=self.single.get(INERTIA, 0.0),
             ),
             flexor=flexor,
             extensor=extensor,
@@ -233,6 +234,7 @@ class Space:
             load_mass=given["load.mass", None],
             load_torque=given["load.torque", None],
             load_scale=given["load.scale", None],
+            trajectory=self.single.get(TRAJECTORY),
             unilateral=is_so(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
             setting=Posture(
@@ -243,6 +245,7 @@ class Space:
         return set_by(made)
 
 
+TRAJECTORY, INERTIA = "motion.trajectory", "motion.inertia"
 EXCURSION = "joint.excursion"
 """Measured travels, times which those of a body are."""
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")

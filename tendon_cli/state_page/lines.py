@@ -125,11 +125,15 @@ def _sheath(state: State, design: Design, angle: float) -> PageSection:
 def _load(state: State, design: Design, angle: float) -> PageSection:
     arm = design.arm
     mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
+    other = one(state.situation.other_torque)
+    others = [("τ_o", "asked for by joint, task and inertia", other, "N m")] if other else []
+    asked = f"M g sin(θ + ψ){' + τ_o' if other else ''}, g = 9.81"
     return section(
         "Load",
         ("M", "m_f d_com + m d_load", mass_moment, "kg m"),
         ("θ + ψ", "inclination of the forearm", np.radians(angle) + one(arm.upper_arm_angle), "rad"),
-        ("τ_a", "M g sin(θ + ψ), g = 9.81", state.coupling.elbow_torque, "N m", "Eq. 5"),
+        *others,
+        ("τ_a", asked, state.coupling.elbow_torque, "N m", "Eq. 5"),
     )
 
 

@@ -188,7 +188,9 @@ def _notes(plan: Plan, block: Block) -> list[str]:
             notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
         elif len(axis) > 1:
             notes.append(f"{axis.key}: the first of {len(axis)} values; --set {axis.key}=... chooses")
-    if plan.states_per_design > 1:
+    if plan.study.trajectory is not None:
+        notes.append(f"the first of {plan.states_per_design} samples; `tendon sweep` writes all of them")
+    elif plan.states_per_design > 1:
         notes.append(
             f"the first of {plan.states_per_design} states; --set 'motion.elbow_angle=75 deg' and "
             "--set motion.direction=extension choose another"

@@ -31,12 +31,30 @@ class Attachments:
 
     def resolve(self, study: Study) -> Study:
         """The study with numbers in the place of files; raises InputError, and collects `faults` of keys."""
+        study = self._trajectory(study)
         update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
         if study.cases:
             update["cases"] = tuple(self._case(case, f"cases.{at}.sheath") for at, case in enumerate(study.cases))
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
+
+    def _trajectory(self, study: Study) -> Study:
+        """The study with the rows of its motion in time; raises InputError."""
+        file = study.motion.trajectory
+        content = self._read(file, "motion.trajectory", curves.MAX_BYTES) if isinstance(file, str) else None
+        if content is None or not isinstance(file, str):
+            return study
+        from tendon_cli.studies import trajectory  # only a trajectory pays for its import
+
+        where = shorten(file, 200)
+        rows = curves.read_curve(content, where, curves.TRAJECTORY)
+        motion = study.motion.model_copy(update={"trajectory": rows})
+        if (wrong := trajectory.trajectory_fault(motion)) is not None:
+            self.faults.append(wrong)
+            motion = motion.model_copy(update={"trajectory": None})
+        self._note("motion.trajectory", file, content, **trajectory.facts_of(motion, where))
+        return study.replaced({"motion": motion})
 
     def _curves(self, study: Study) -> dict[str, Any]:
         """The tables of joint and load with the curves of their files; raises InputError."""

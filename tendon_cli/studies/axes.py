@@ -29,7 +29,7 @@ from tendon_cli.space.axis import (
     scale_of,
     split_side,
 )
-from tendon_cli.space.space import EXCURSION, Space
+from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.study import Study, keys
@@ -66,7 +66,9 @@ def single_numbers(study: Study) -> dict[str, Any]:
     words = {key: given == word for key, word in _WORDS.items() if (given := _word(study, key)) is not None}
     numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
     read = {READ: float(READINGS.index(study.setting.read))}
-    return numbers | {key: float(is_so) for key, is_so in words.items()} | read | curves_of(study)
+    inertia = 0.0 if study.motion.inertia is None else study.motion.inertia.single
+    in_time = {TRAJECTORY: study.trajectory, INERTIA: inertia} if study.trajectory is not None else {}
+    return numbers | {key: float(is_so) for key, is_so in words.items()} | read | curves_of(study) | in_time
 
 
 def _word(table: object, key: str) -> str | None:
@@ -205,10 +207,10 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     a1, b1, a2, b2 = (np.broadcast_to(each, (*space.shape, 1, 1)).ravel() for each in given)
     meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
     alike = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
-    angles = study.motion.elbow_angle
-    low, high = angles.extremes
+    angles = study.angles
+    low, high = angles.min(), angles.max()
     for row in np.flatnonzero(alike & (low <= meeting) & (meeting <= high)):
-        if np.min(np.abs(angles.array - meeting[row])) < 1e-9:
+        if np.min(np.abs(angles - meeting[row])) < 1e-9:
             yield Fault(
                 "arm",
                 f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting[row]):.6g} deg"

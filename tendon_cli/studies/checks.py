@@ -18,6 +18,7 @@ from tendon_cli.studies.design import CHOICE_RESULTS
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.figures import figure_faults
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.trajectory import trajectory_fault
 from tendon_cli.studies.values import Grid
 from tendon_cli.units import shorten
 
@@ -31,7 +32,8 @@ def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
         *_output_faults(study, at_fault),
         *_limit_faults(study, at_fault),
         *_joint_faults(study, at_fault),
-        *_curve_faults(study),
+        *curve_faults(study),
+        *_trajectory_faults(study),
         *_goal_faults(study, at_fault),
         *(study.people.contradictions() if study.people is not None else ()),
         *figure_faults(study.figure, quantities, at_fault),
@@ -117,7 +119,7 @@ def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         yield Fault(key, problem, "leave it out")
 
 
-def _curve_faults(study: Study) -> Iterator[Fault]:
+def curve_faults(study: Study) -> Iterator[Fault]:
     """Curves in the study that do not reach as far as the joint moves."""
     joint = study.joint
     inline = {"joint.torque": joint.torque, "joint.excursion": joint.excursion, "load.torque": study.load.torque}
@@ -129,10 +131,28 @@ def _curve_faults(study: Study) -> Iterator[Fault]:
             yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
 
 
+def _trajectory_faults(study: Study) -> Iterator[Fault]:
+    """Keys of a motion in time beside those of sampled angles, or without it."""
+    motion = study.motion
+    if motion.trajectory is None:
+        for key in ("cutoff", "reversal", "inertia"):
+            if getattr(motion, key) is not None:
+                yield Fault(f"motion.{key}", "is of a trajectory, but the study has none", "add motion.trajectory")
+        return
+    for key in sorted({"elbow_angle", "direction", "speed"} & motion.model_fields_set):
+        yield Fault(f"motion.{key}", "stands beside trajectory, which gives it, too", "leave one of them out")
+    for name in {"max_backlash", "max_torque_band"} & study.limits.keys():
+        yield Fault(
+            f"limits.{name}", "compares the directions at one angle, which a trajectory does not", "leave it out"
+        )
+    if (wrong := trajectory_fault(motion)) is not None:
+        yield wrong
+
+
 def is_stated(study: Study, need: Need) -> bool:
     """Whether a study, or each of its cases, says what a limit needs."""
     if need == SPEED:
-        return study.motion.speed is not None
+        return study.motion.speed is not None or study.motion.trajectory is not None
     cases = [case_numbers(case) for case in study.cases]
     table, _, name = need.key.rpartition(".")
     sides = [need.key, *(f"{table}.{side}.{name}" for side in SIDES[:1])]

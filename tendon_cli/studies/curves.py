@@ -79,8 +79,8 @@ class CurveColumns:
             raise fault(f"{described(value)} is no curve, expected the name of a CSV, or lists of {names}")
         columns = {name: self._column(name, dimension, value[name]) for name, dimension in self.dimensions}
         if len({len(values) for values in columns.values()}) > 1:
-            raise fault("its lists have different lengths, expected one value of each for every angle")
-        wrong = disorder(np.array([*columns.values()]), self.fewest)
+            raise fault("its lists have different lengths, expected one value of each for every " + self.names[0])
+        wrong = disorder(np.array([*columns.values()]), self.fewest, self.names[0])
         if wrong is not None:
             raise fault(wrong[0])
         return _curve(columns)
@@ -88,7 +88,8 @@ class CurveColumns:
     def _column(self, name: str, dimension: str, values: object) -> tuple[float, ...]:
         if not isinstance(values, (list, tuple)) or len(values) > MOST_ROWS:
             raise fault(f"{name}: {described(values)} is no list of values")
-        single = Single({"angle": "elbow_angle", "torque": "elbow_torque", "length": "flexor_travel"}[dimension], 0, 0)
+        kinds = {"angle": "elbow_angle", "torque": "elbow_torque", "length": "flexor_travel", "time": "time"}
+        single = Single(kinds[dimension], 0, 0)
         return tuple(single.measure(value).si for value in values)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -106,6 +107,7 @@ class CurveColumns:
 TORQUE = CurveColumns((("angle", "angle"), ("torque", "torque")))
 EXCURSION = CurveColumns((("angle", "angle"), ("flexor", "length"), ("extensor", "length")))
 BEND = CurveColumns((("angle", "angle"), ("bend", "angle")), fewest=2)
+TRAJECTORY = CurveColumns((("time", "time"), ("angle", "angle")), fewest=12)
 
 
 @dataclass(frozen=True)
@@ -124,8 +126,8 @@ class BendNumber(Number):
         return [*super()._json_choices(), BEND.json_table()]
 
 
-def disorder(rows: Array, fewest: int) -> tuple[str, int] | None:
-    """What is wrong with columns whose first are angles, and in which row; None if nothing is."""
+def disorder(rows: Array, fewest: int, of: str) -> tuple[str, int] | None:
+    """What is wrong with columns over the first, angles or times, and in which row; None if nothing is."""
     angles = rows[0]
     if not fewest <= len(angles) <= MOST_ROWS:
         bound = f"{fewest} at least" if len(angles) < fewest else f"{MOST_ROWS:,} at most"
@@ -135,27 +137,30 @@ def disorder(rows: Array, fewest: int) -> tuple[str, int] | None:
     order = np.argsort(angles, kind="stable")
     same = np.flatnonzero(np.diff(angles[order]) == 0.0)
     if same.size:
-        return "the same angle twice, expected each once", int(order[same[0] + 1])
+        return f"the same {of} twice, expected each once", int(order[same[0] + 1])
     steps = np.sign(np.diff(angles))
-    if not (steps == steps[0]).all():
-        return "angles that go back and forth, expected them to rise", int(np.argmax(steps != steps[0])) + 1
+    if not (steps == (steps[0] if of == "angle" else 1.0)).all():
+        way = steps[0] if of == "angle" else 1.0
+        return f"{of}s that go back and forth, expected them to rise", int(np.argmax(steps != way)) + 1
     return None
 
 
 def _curve(columns: Mapping[str, Sequence[float]]) -> CurveTable:
-    """Columns in the order of rising angles."""
-    step = 1 if columns["angle"][0] < columns["angle"][-1] else -1
+    """Columns in the order of rising angles, or times."""
+    first = next(iter(columns.values()))
+    step = 1 if first[0] < first[-1] else -1
     return CurveTable({name: tuple(values[::step]) for name, values in columns.items()})
 
 
 def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
     """A curve from CSV, as `read_columns` takes it; raises InputError with the line at fault."""
-    rows, lines = read_columns(content, where, dict(columns.dimensions), "angle")
-    wrong = disorder(rows, columns.fewest)
+    of = columns.names[0]
+    rows, lines = read_columns(content, where, dict(columns.dimensions), of)
+    wrong = disorder(rows, columns.fewest, of)
     if wrong is not None:
         line = lines[min(wrong[1], len(lines) - 1)] if lines else 1
         names = ", ".join(columns.names)
-        raise InputError(wrong[0], where=f"{where}, line {line}", hint=f"a row of {names} for each angle, in order")
+        raise InputError(wrong[0], where=f"{where}, line {line}", hint=f"a row of {names} for each {of}, in order")
     return _curve(dict(zip(columns.names, rows.tolist(), strict=True)))
 
 
@@ -182,7 +187,10 @@ def bends_of(study: Any) -> dict[str, CurveTable]:
 
 def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None:
     """Which angle that a study asks for lies outside of a curve; travels are counted from where pretension is set."""
-    asked = [("motion.elbow_angle", end) for end in study.motion.elbow_angle.extremes]
+    if isinstance(study.motion.trajectory, str):  # not read yet
+        return None
+    key = "motion.elbow_angle" if study.trajectory is None else "motion.trajectory"
+    asked = [(key, end) for end in (study.angles.min(), study.angles.max())]
     asked += [("setting.angle", end) for end in study.setting.angle.extremes if is_travel]
     low, high = table.angles[0], table.angles[-1]
     for key, angle in asked:

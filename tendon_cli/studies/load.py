@@ -16,7 +16,7 @@ from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageE
 from tendon_cli.files import path_of
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.axes import impossibilities
-from tendon_cli.studies.checks import contradictions
+from tendon_cli.studies.checks import contradictions, curve_faults
 from tendon_cli.studies.reading import STDIN, Document, read_document, read_value
 from tendon_cli.studies.schema import faults_of
 from tendon_cli.studies.study import Study, keys
@@ -96,7 +96,7 @@ def study_from(
         except InputError:
             if not found:
                 raise
-        found += files.faults or ([] if found else impossibilities(study))
+        found += files.faults or ([] if found else [*curve_faults(study), *impossibilities(study)])
     if study is None or found:
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in found]
         raise StudyError(sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line))

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
 from tendon_cli.quantities import OF_STATES
-from tendon_cli.studies.curves import EXCURSION, TORQUE, BendNumber, CurveTable
+from tendon_cli.studies.curves import EXCURSION, TORQUE, TRAJECTORY, BendNumber, CurveTable
 from tendon_cli.studies.fields import Single, fault, nearest, one_or_many
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.values import RIGID, Values
@@ -225,6 +225,12 @@ class Motion(Part):
         {"from": "0 deg", "to": "90 deg", "num": 91}
     )
     speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
+    trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = Field(
+        default=None, description="a CSV of time, angle: a motion in time, instead of angles, directions and a speed"
+    )
+    cutoff: Annotated[Values | None, Single("cutoff", 1e-3, 1e4)] = None
+    reversal: Annotated[Values | None, Single("reversal", 0.0, 3.2)] = None
+    inertia: Annotated[Values | None, Single("inertia", 0.0, 1e3)] = None
 
 
 class Model(Part):

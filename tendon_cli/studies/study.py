@@ -7,9 +7,12 @@ import json
 from functools import cached_property
 from typing import Annotated, Any
 
+import numpy as np
+import numpy.typing as npt
 from pydantic import Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
+from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
@@ -79,10 +82,14 @@ class Study(Displayed, Part):
         """Name, axes, limits and warnings, in a few lines."""
         from tendon_cli import say  # only who prints a study pays for its import
 
-        angle = _values_text("elbow_angle", self.motion.elbow_angle)
+        motion = f"{' and '.join(self.motion.direction)}, elbow angle "
+        motion += _values_text("elbow_angle", self.motion.elbow_angle)
+        if self.trajectory is not None:
+            low, high = np.degrees([self.angles.min(), self.angles.max()])
+            motion = f"a trajectory of {self.trajectory.time[-1]:.4g} s from {low:.4g} to {high:.4g} deg"
         lines = [
             *(("axis", f"{key}: {self._axis_text(key)}") for key in self.axes),
-            ("motion", f"{' and '.join(self.motion.direction)}, elbow angle {angle}"),
+            ("motion", motion),
             *([("conditions", ", ".join(self.conditions))] if self.conditions else []),
             *(("limit", f"{name} {say.quantity(name, value)}") for name, value in self.limits.items()),
             *([("uncertain", ", ".join(self.uncertain))] if self.uncertain else []),
@@ -112,7 +119,7 @@ class Study(Displayed, Part):
     def replaced(self, parts: dict[str, Any]) -> Study:
         """The same study with some of its tables replaced, and nothing remembered of the old ones."""
         study = self.model_copy(update=parts)
-        for remembered in ("numbers", "hash"):
+        for remembered in ("numbers", "hash", "trajectory"):
             study.__dict__.pop(remembered, None)
         return study
 
@@ -126,6 +133,27 @@ class Study(Displayed, Part):
     def numbers(self) -> dict[str, Values]:
         """Every number of the study by its dotted key, those of one side (`tendon.flexor.length`) only where given."""
         return {key: values for part in DESIGN_PARTS for key, _, values in marked(getattr(self, part), part)}
+
+    @cached_property
+    def trajectory(self) -> Trajectory | None:
+        """The motion in time, smoothed, if the study has one."""
+        if self.motion.trajectory is None:
+            return None
+        from tendon_cli.studies.trajectory import trajectory_of  # only such studies pay for its import
+
+        return trajectory_of(self.motion)
+
+    @property
+    def angles(self) -> npt.NDArray[np.float64]:
+        """All elbow angles that states are taken at, rad, in the order of the rows."""
+        return self.motion.elbow_angle.array if self.trajectory is None else self.trajectory.angle
+
+    @property
+    def flexion(self) -> npt.NDArray[np.bool_]:
+        """Whether friction is that of flexion: of each direction (D, 1), or of each sample of a trajectory (1, K)."""
+        if self.trajectory is not None:
+            return self.trajectory.flexion[np.newaxis]
+        return np.array([direction == "flexion" for direction in self.motion.direction]).reshape(-1, 1)
 
     @property
     def of_the_body(self) -> tuple[str, ...]:
@@ -214,6 +242,8 @@ class Study(Displayed, Part):
         said = document(self)
         for key in self.of_the_body:
             del said["arm"][key.removeprefix("arm.")]
+        if self.motion.trajectory is not None:  # which says what angles, directions and a speed would
+            del said["motion"]["elbow_angle"], said["motion"]["direction"]
         if self.joint.excursion is not None:  # which says what the anchors would
             said["arm"] = {name: value for name, value in said["arm"].items() if name not in ANCHORS}
         return said
