@@ -92,3 +92,4 @@ $(MUJOCO): pyproject.toml constraints.txt verification/requirements.txt
 
 verify: $(MUJOCO)  ## compare with MuJoCo, an engine nobody here wrote
 	@test ! -e $(MUJOCO) || $(VERIFY)/bin/python -m verification.against_mujoco
+	@test ! -e $(MUJOCO) || $(VERIFY)/bin/python -m verification.excursions

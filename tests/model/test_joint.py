@@ -11,7 +11,7 @@ from tendon_cli.model import actuator, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Excursion, Spline
+from tendon_cli.model.kinematics import Excursion, Spline, Travels
 from tendon_cli.model.motor import motor_rates
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
 
@@ -26,6 +26,33 @@ def curve(function, low, high, rows=400, beyond=0.1):
     angles = np.linspace(low - beyond, high + beyond, rows)
     found = CubicSpline(angles, function(angles))
     return Spline(found.x, found.c)
+
+
+class Exact(Spline):
+    """A function with its derivatives, in the place of a curve."""
+
+    def __init__(self, *functions):
+        self.functions = functions
+
+    def __call__(self, angle, derivative=0):
+        return self.functions[derivative](np.asarray(angle)) + 0.0 * np.asarray(angle)
+
+
+@dataclass(frozen=True)
+class ExactJoint:
+    """Travels by functions with two derivatives; `errors` are added to the second ones."""
+
+    flexor: Exact
+    extensor: Exact
+    start: float
+    errors: tuple[float, float] = (0.0, 0.0)
+    strap_radius: float = np.nan
+
+    def motion(self, angle):
+        travels = [each(angle) - each(self.start) for each in (self.flexor, self.extensor)]
+        arms = [each(angle, 1) for each in (self.flexor, self.extensor)]
+        slopes = [each(angle, 2) + error for each, error in zip((self.flexor, self.extensor), self.errors, strict=True)]
+        return Travels(*travels, *arms, *slopes, pulling_arm=arms[0])
 
 
 @dataclass(frozen=True)
@@ -58,6 +85,29 @@ def of_the_checks(joint, torque, bend, low, high, pretension=0.0, **how):
     return Design(limb, flexor, extensor, 0.025, 0.55, 0.0, setting=Posture(joint.start))
 
 
+PASSIVE = Exact(
+    passive, lambda t: 9.0 * np.cos(t) - 1.5 + 1.2 * np.exp(2.0 * (t - 1.6)),
+)  # fmt: skip
+FIRST_EXACT = ExactJoint(
+    Exact(FIRST.shortens, lambda t: 0.035 + 0.04 * np.sin(0.9 * t), lambda t: 0.036 * np.cos(0.9 * t)),
+    Exact(FIRST.lengthens, lambda t: 0.028 + 0.008 * np.cos(1.3 * t - 0.4), lambda t: -0.0104 * np.sin(1.3 * t - 0.4)),
+    0.3,
+)
+
+
+def exactly(errors=(0.0, 0.0)):
+    """The first check of section 15 without any table."""
+    bend = Exact(lambda t: 2.4 + 0.7 * t, lambda t: 0.7 + 0.0 * t)
+    made = of_the_checks(FIRST, passive, bend, 0.0, 1.9)
+    joint = replace(FIRST_EXACT, errors=errors)
+    return replace(made, arm=replace(made.arm, joint=joint, torque=PASSIVE))
+
+
+def window_of(made):
+    found = window.window(made, np.linspace(0.0, 1.9, 20)[np.newaxis], BOTH, Bounds())
+    return float(found.low), float(found.high)
+
+
 def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():
     bend = curve(lambda t: 2.4 + 0.7 * t, 0.0, 1.9)
     made = of_the_checks(FIRST, passive, bend, 0.0, 1.9, pretension=140.0)
@@ -65,9 +115,18 @@ def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():
     assert float(state.balance.flexor) == pytest.approx(181.516858512, rel=1e-6)
     assert float(state.balance.extensor) == pytest.approx(130.811298850, rel=1e-6)
     assert float(state.elbow_stiffness) == pytest.approx(32.426351369, rel=1e-6)
-    found = window.window(made, np.linspace(0.0, 1.9, 20)[np.newaxis], BOTH, Bounds())
-    # Of 400 rows J' is off by a share of h²: with ten times as many the end is right to 1e-8.
-    assert (float(found.low), float(found.high)) == pytest.approx((84.654056308, 777.431276238), rel=2e-6)
+    assert window_of(made) == pytest.approx((84.654056308, 777.431276238), rel=2e-6)
+    assert window_of(exactly()) == pytest.approx((84.654056308, 777.431276238), rel=1e-11)
+
+
+def test_what_a_table_of_400_rows_is_off_by_is_the_curvature_of_a_cubic():
+    # At a row J' of a cubic spline is off by -h²/12 times the third derivative of J, and the angle that binds is a row.
+    h = 2.1 / 399
+    thirds = -0.036 * 0.9**2, 0.0104 * 1.3**2 * np.sin(-0.4)
+    predicted = window_of(exactly(tuple(-h * h / 12.0 * each for each in thirds)))[1]
+    tabled = of_the_checks(FIRST, passive, curve(lambda t: 2.4 + 0.7 * t, 0.0, 1.9), 0.0, 1.9)
+    assert window_of(tabled)[1] == pytest.approx(predicted, rel=3e-8)
+    assert predicted / 777.431276238 - 1.0 == pytest.approx(-1.64e-6, rel=0.02)
 
 
 def test_a_table_that_just_covers_the_motion_is_nearly_as_good():
@@ -167,6 +226,93 @@ def suit(seed, *, at_motor):
     limb = Limb(joint.excursion(0.0, 1.6), 0.0, 0.0, 0.0, 0.0, torque=curve(torque, 0.0, 1.6))
     made = Design(limb, *sides, 0.03, float(rng.uniform(0.5, 1.1)), 0.0, unilateral=False, setting=Posture(joint.start))
     return Suit(joint, torque, bend, made, at_motor)
+
+
+# --- Windows of random joints ----------------------------------------------------------------------------------------
+
+
+STEP = 5e-3
+"""rad, of differences of sixth order."""
+
+
+@dataclass
+class Bench:
+    """A suit in one direction at an angle, its spool turned until the joint balances, and then held."""
+
+    suit: Suit
+    angle: float
+    flexion: bool
+
+    def __post_init__(self):
+        steps = STEP * np.arange(-3, 4)
+        self.bends = {name: self._along(name, self.angle + steps) for name in rig.SIDES}
+        self.resting = {name: self._along(name, np.array([self.suit.joint.start]))[0] for name in rig.SIDES}
+
+    def _along(self, name, angles):
+        side = getattr(self.suit.made, name)
+        toward_elbow = self.flexion if name == "extensor" else not self.flexion
+        gain, mean = rig.walk_along_sheath(side.friction, self.suit.bend(angles), np.full(len(angles), toward_elbow))
+        spring, anchor = self.suit.spring_and_anchor(side)
+        rope = mean * side.length / (np.pi * (side.diameter / 2) ** 2 * side.youngs_modulus)
+        return rope + spring * (gain if self.suit.spring_at_motor else 1.0) + anchor
+
+    def tensions(self, step, turn, pretension):
+        """Of both tendons some steps of angle away, at a turn of the spool."""
+        made, joint, at = self.suit.made, self.suit.joint, self.angle + STEP * step
+        h_f, h_e = (each(at) - each(joint.start) for each in (joint.shortens, joint.lengthens))
+        stretch_f = self.resting["flexor"] * pretension + made.flexor_radius * turn - h_f
+        stretch_e = self.resting["extensor"] * pretension + h_e - made.ratio * made.flexor_radius * turn
+        return stretch_f / self.bends["flexor"][3 + step], stretch_e / self.bends["extensor"][3 + step]
+
+    def left_over(self, step, turn, pretension):
+        """What the joint asks for beyond the moments of both tendons."""
+        x, y = self.tensions(step, turn, pretension)
+        at, joint = self.angle + STEP * step, self.suit.joint
+        arms = [rig.derivative(each, at, STEP) for each in (joint.shortens, joint.lengthens)]
+        return self.suit.torque(at) - arms[0] * x + arms[1] * y
+
+    def read(self, pretension):
+        """Both tensions and the stiffness with the spool held."""
+        turn = brentq(lambda turn: self.left_over(0, turn, pretension), -1e3, 1e3, xtol=1e-300, rtol=1e-15, maxiter=500)
+        weights = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
+        moved = {step: self.left_over(step, turn, pretension) for step in (-3, -2, -1, 1, 2, 3)}
+        return *self.tensions(0, turn, pretension), sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_windows_of_random_joints_are_those_of_the_rig(seed):
+    drawn, angles = suit(seed, at_motor=seed % 2 == 1), np.array([0.2, 0.9, 1.5])
+    exact = [Exact(*(lambda t, f=f, n=n: derivatives_of(f, t, n) for n in range(3)))
+             for f in (drawn.joint.shortens, drawn.joint.lengthens)]  # fmt: skip
+    sides = {name: replace(getattr(drawn.made, name), bend_angle=straight(drawn.bend)) for name in rig.SIDES}
+    limb = replace(drawn.made.arm, joint=ExactJoint(*exact, drawn.joint.start), torque=smooth(drawn.torque))
+    made = replace(drawn.made, arm=limb, **sides)
+    found = window.window(made, angles[np.newaxis], BOTH, Bounds(min_elbow_stiffness=1.0))
+    low, high = 0.0, np.inf
+    for bench in (Bench(drawn, float(angle), flexion) for angle in angles for flexion in (True, False)):
+        near, far = (np.array(bench.read(pretension)) for pretension in (100.0, 1100.0))
+        least = np.array([0.0, 0.0, 1.0])
+        ends, rises = 100.0 + 1000.0 * (least - near) / (far - near), far > near
+        low, high = max(low, *ends[rises]), min([high, *ends[~rises]])
+    assert float(found.low) == pytest.approx(low, rel=1e-8, abs=1e-6)
+    assert float(found.high) == pytest.approx(high, rel=1e-8)
+
+
+def derivatives_of(function, at, order):
+    """The first by a complex step, the second by differences of that."""
+    if order == 0:
+        return function(at)
+    if order == 1:
+        return function(at + 1e-30j).imag / 1e-30
+    return rig.derivative(lambda t: derivatives_of(function, t, 1), at, STEP)
+
+
+def straight(bend):
+    return Exact(bend, lambda _: bend(1.0) - bend(0.0))
+
+
+def smooth(torque):
+    return Exact(torque, lambda t: derivatives_of(torque, t, 1))
 
 
 def held_at(made, pretension):
