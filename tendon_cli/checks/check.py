@@ -146,7 +146,7 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
         if limit is not None:
             badness: Array = limit.beyond(limit.value(state, np.nan if speed is None else speed.single), 0.0)
         elif breach["limit"] == SLACK:
-            badness = state.situation.response.required
+            badness = state.inputs.response.required
         else:
             badness = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
         values = np.broadcast_to(badness, block.shape).reshape(len(directions), -1)

@@ -161,8 +161,8 @@ class Cube:
                 read[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
         for name, values in read.items():
             quantity = self.columns[name]
-            is_spring = quantity is not None and quantity.name == "spring_stiffness"  # a rigid one is no fault
-            numbers = values[values != np.inf] if is_spring else values
+            may_be_rigid = quantity is not None and quantity.dimension == "stiffness"
+            numbers = values[values != np.inf] if may_be_rigid else values
             if values.dtype == np.float64 and (np.abs(numbers) > _LARGEST).any():
                 raise foreign(self.files)
         return {name: values.reshape(rows.shape) for name, values in read.items()}

@@ -80,7 +80,7 @@ class Shown:
 
     def text(self, value: float) -> str:
         """One SI value with its unit: "5 kg"."""
-        if np.isposinf(value) and self.quantity.name == "spring_stiffness":
+        if np.isposinf(value) and self.quantity.dimension == "stiffness":
             return "rigid"
         unit = "" if self.unit == "1" else f" {plain(self.unit)}"
         return f"{number(value / self.factor)}{unit}"

@@ -168,8 +168,8 @@ def rows_in(
 
 
 def _is_rigid(table: Source, name: str, quantity: Quantity | None) -> bool:
-    """Whether a column of springs has a rigid one anywhere."""
-    if quantity is None or quantity.name != "spring_stiffness":
+    """Whether a column of springs or anchors has a rigid one anywhere."""
+    if quantity is None or quantity.dimension != "stiffness":
         return False
     return any(bool(np.isposinf(as_numpy(stretch[name])).any()) for stretch in table.stretches([name], 1 << 16))
 

@@ -143,19 +143,19 @@ class State:
     lengths are not determined, and NaN; slack lengths are NaN in the bilateral model, which has none.
     """
 
-    situation: Situation
+    inputs: Situation
     flexor_pretension: Real
     extensor_pretension: Real
 
     @classmethod
-    def of(cls, situation: Situation) -> State:
-        """Every state of the broadcast product of a situation, at its design's pretensions."""
-        return cls(situation, situation.design.flexor.pretension, situation.design.extensor.pretension)
+    def of(cls, inputs: Situation) -> State:
+        """Every state of a broadcast product, at its designs' pretensions."""
+        return cls(inputs, inputs.design.flexor.pretension, inputs.design.extensor.pretension)
 
     @cached_property
     def balance(self) -> Balance:
         """Distal tensions, and which side is slack."""
-        at, pretensions = self.situation, (self.flexor_pretension, self.extensor_pretension)
+        at, pretensions = self.inputs, (self.flexor_pretension, self.extensor_pretension)
         return statics.solve(at.coupling, *pretensions, unilateral=at.design.unilateral, response=at.response)
 
     @property
@@ -184,7 +184,7 @@ class State:
         return self._slack_length(self.balance.is_slack)
 
     def _slack_length(self, slack: Flags) -> Array:
-        per_path, taut = self.situation.slack_lengths
+        per_path, taut = self.inputs.slack_lengths
         return np.where(slack, self.balance.path * per_path, taut) if slack.any() else taut
 
     @property
@@ -195,7 +195,7 @@ class State:
     @property
     def motor_torque(self) -> Array:
         """τ_m (Eq. 17), N m."""
-        flexor_arm, extensor_arm = self.situation.motor_arms
+        flexor_arm, extensor_arm = self.inputs.motor_arms
         torque = self.balance.flexor * flexor_arm
         torque -= self.balance.extensor * extensor_arm
         return np.asarray(torque)
@@ -203,12 +203,12 @@ class State:
     @property
     def elbow_stiffness(self) -> Array:
         """k, with the motor held, N m/rad."""
-        return statics.elbow_stiffness(self.situation.held_stiffness, self.balance, self.situation.arm_slopes)
+        return statics.elbow_stiffness(self.inputs.held_stiffness, self.balance, self.inputs.arm_slopes)
 
     @property
     def spool_angle(self) -> Array:
         """α from the pretensioned state, read from a side under tension; any angle does where neither is, rad."""
-        design, motion, status = self.situation.design, self.motion, self.status
+        design, motion, status = self.inputs.design, self.motion, self.status
         flexor, extensor = (self._stretches(side)["compliance"] for side in SIDES)
         by_flexor = np.asarray((motion.flexor_travel + flexor) / design.flexor_radius)
         by_extensor = (motion.extensor_travel - extensor) / (design.ratio * np.asarray(design.flexor_radius))
@@ -217,7 +217,7 @@ class State:
 
     def _stretches(self, side: str) -> dict[str, Array]:
         """By how much all, the tendon and the spring of a side are longer than in the pretensioned state, m."""
-        at, number = self.situation, SIDES.index(side)
+        at, number = self.inputs, SIDES.index(side)
         now, before = getattr(at, side), at.resting[number] if at.resting else getattr(at, side)
         start = getattr(self, f"{side}_pretension")
         change = getattr(self.balance, side) - start
@@ -234,22 +234,22 @@ class State:
     @property
     def motion(self) -> Travels:
         """Path, travels and moment arms."""
-        return self.situation.motion
+        return self.inputs.motion
 
     @property
     def flexor(self) -> Sheathed:
         """What the flexor's sheath and spring do."""
-        return self.situation.flexor
+        return self.inputs.flexor
 
     @property
     def extensor(self) -> Sheathed:
         """And the extensor's."""
-        return self.situation.extensor
+        return self.inputs.extensor
 
     @property
     def coupling(self) -> Coupling:
         """What ties the two tensions together."""
-        return self.situation.coupling
+        return self.inputs.coupling
 
     def columns(self) -> dict[str, Array]:
         """The result columns of a table of states, by name, but for the status."""

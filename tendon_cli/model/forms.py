@@ -115,7 +115,7 @@ class DesignLimit:
         if self.forms is None:
             raise TypeError(f"{self.name} is no limit on single states")
         at = state.balance.flexor, state.balance.extensor, state.elbow_stiffness
-        values = [form.of(*at) + form.constant for form in self.forms(state.situation, speed)]
+        values = [form.of(*at) + form.constant for form in self.forms(state.inputs, speed)]
         worst = values[0]
         for other in values[1:]:
             worst = np.where(self.beyond(other, 0.0) > self.beyond(worst, 0.0), other, worst)

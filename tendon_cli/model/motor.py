@@ -55,7 +55,7 @@ class MotorRates:
 
 def motor_rates(design: Design, state: State) -> MotorRates:
     """Rates of states by their elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack sides out."""
-    tied, status, at = state.coupling, state.balance.status, state.situation
+    tied, status, at = state.coupling, state.balance.status, state.inputs
     turning, asked = (1.0, 0.0) if at.speed is None or at.torque_rate is None else (at.speed, at.torque_rate)
     limp = np.asarray(design.unilateral)
     flexor_pulls = ~(((status == FLEXOR_SLACK) | (status == BOTH_SLACK)) & limp)

@@ -88,7 +88,7 @@ def noise_of(route: Array) -> float:
     few corners; of several orders, by number and by chord length, the least counts: none is below the noise.
     """
     chords = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(route, axis=0), axis=1)))
-    found = []
+    estimates = []
     for along, components in ((np.arange(len(route), dtype=np.float64), 3), (chords, 2)):
         for order in _ORDERS:
             if len(route) < 2 * order + 5:
@@ -100,8 +100,8 @@ def noise_of(route: Array) -> float:
             weights = 1.0 / np.prod(gaps, axis=2)
             weights /= np.linalg.norm(weights, axis=1)[:, np.newaxis]
             left = np.einsum("ij,ijk->ik", weights, route[windows])
-            found.append(math.sqrt(float(np.median(np.sum(left**2, axis=1))) / _MEDIANS[components]))
-    return _LEAST_OF_SEVERAL * min(found, default=0.0)
+            estimates.append(math.sqrt(float(np.median(np.sum(left**2, axis=1))) / _MEDIANS[components]))
+    return _LEAST_OF_SEVERAL * min(estimates, default=0.0)
 
 
 @dataclass(frozen=True)
@@ -149,11 +149,11 @@ def _correction(scales: dict[int, _Scale], length: int) -> tuple[float, float]:
 def _at_scale(route: Array, length: int, noise: float) -> _Scale:
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(route, axis=0), axis=1)))
     offsets = np.unique(np.linspace(0, length - 1, min(length, _MOST_OFFSETS)).astype(int))
-    found = [_from(route, along, length, int(offset), noise) for offset in offsets]
+    scales = [_from(route, along, length, int(offset), noise) for offset in offsets]
     total, scatter, taken_off, variance = np.mean(
-        [[s.total, s.scatter, s.taken_off, s.variance] for s in found], axis=0
+        [[s.total, s.scatter, s.taken_off, s.variance] for s in scales], axis=0
     )
-    largest = max(scale.largest for scale in found)
+    largest = max(scale.largest for scale in scales)
     return _Scale(float(total), float(scatter), float(taken_off), float(variance), largest)
 
 

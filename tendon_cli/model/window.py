@@ -78,9 +78,9 @@ def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> 
     low, high, low_by, high_by, blocked = ends_of_states(at, bounds)
     ceiling, fixed = _ceiling(design, bounds), _broken_by_design(design, bounds)
     shape = np.broadcast_shapes(*(each.shape for each in (low, high, low_by, high_by, blocked, fixed, ceiling)), (1, 1))
-    found = begin(shape[:-2])
-    fold(found, at, bounds, np.arange(shape[-2] * shape[-1]).reshape(shape[-2:]))
-    ends = finished(found, design, bounds)
+    folded = begin(shape[:-2])
+    fold(folded, at, bounds, np.arange(shape[-2] * shape[-1]).reshape(shape[-2:]))
+    ends = finished(folded, design, bounds)
     return Window(
         **vars(ends),
         low_by=_by(ends.low_state, low_by, ends, blocked, fixed, upper=False),
@@ -89,15 +89,15 @@ def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> 
 
 
 def begin(shape: tuple[int, ...]) -> Found:
-    """Nothing found yet, for designs of a shape; other angles of the same designs may be folded in turn."""
+    """No state yet, for designs of a shape; other angles of the same designs may be folded in turn."""
     starts = {"low": -np.inf, "high": np.inf, "low_state": -1.0, "high_state": -1.0, "blocked": np.inf}
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
-def fold(found: Found, at: Situation, bounds: Bounds, states: Positions) -> None:
+def fold(folded: Found, at: Situation, bounds: Bounds, states: Positions) -> None:
     """Take in states, which lie along the last two axes and whose places among the design's are `states`."""
     low, high, _, _, blocked = ends_of_states(at, bounds)
-    whole = (*found["low"].shape, *states.shape)
+    whole = (*folded["low"].shape, *states.shape)
     numbers = states.ravel().astype(np.float64)
 
     def flat(values: npt.NDArray[Kind]) -> npt.NDArray[Kind]:
@@ -107,24 +107,24 @@ def fold(found: Found, at: Situation, bounds: Bounds, states: Positions) -> None
     for name, values, sign in ends:
         spread = flat(values)
         place = np.argmax(sign * spread, axis=-1)
-        end, state, before = _at(spread, place), numbers[place], found[f"{name}_state"]
-        tighter = (sign * end > sign * found[name]) | ((end == found[name]) & np.isfinite(end) & (state < before))
-        np.copyto(found[name], end, where=tighter)
+        end, state, before = _at(spread, place), numbers[place], folded[f"{name}_state"]
+        tighter = (sign * end > sign * folded[name]) | ((end == folded[name]) & np.isfinite(end) & (state < before))
+        np.copyto(folded[name], end, where=tighter)
         np.copyto(before, state, where=tighter)
     first = np.min(np.where(flat(blocked) != NOTHING, numbers, np.inf), axis=-1)
-    np.minimum(found["blocked"], first, out=found["blocked"])
+    np.minimum(folded["blocked"], first, out=folded["blocked"])
 
 
-def finished(found: Found, design: Design, bounds: Bounds) -> Ends:
+def finished(folded: Found, design: Design, bounds: Bounds) -> Ends:
     """The ends, from the tightest over all states and from what holds for the whole design."""
     fixed = _over_design(_broken_by_design(design, bounds)) != NOTHING
     ceiling = _over_design(_ceiling(design, bounds))
-    low, high, stuck = found["low"], found["high"], np.isfinite(found["blocked"])
+    low, high, stuck = folded["low"], folded["high"], np.isfinite(folded["blocked"])
     empty = stuck | fixed
-    state = np.where(fixed, -1.0, found["blocked"])
+    state = np.where(fixed, -1.0, folded["blocked"])
     by_floor, by_ceiling = ~(low > 0.0), (ceiling < high) | np.isinf(high)
-    low_state = np.where(empty, state, np.where(by_floor, -1.0, found["low_state"]))
-    high_state = np.where(empty, state, np.where(by_ceiling, -1.0, found["high_state"]))
+    low_state = np.where(empty, state, np.where(by_floor, -1.0, folded["low_state"]))
+    high_state = np.where(empty, state, np.where(by_ceiling, -1.0, folded["high_state"]))
     return Ends(
         low=np.where(empty, np.nan, np.maximum(low, 0.0)),
         high=np.where(empty, np.nan, np.minimum(high, ceiling)),

@@ -71,7 +71,7 @@ def null_if_nan(value: float) -> float | None:
 
 def sections_of(state: State, angle: float) -> list[PageSection]:
     """A state from its geometry on, at an elbow angle in degrees; up to its load where it has no equilibrium."""
-    design = state.situation.design
+    design = state.inputs.design
     sections = [_geometry(state, design, angle), _sheath(state, design, angle), _load(state, design, angle)]
     if int(state.status.flat[0]) != NO_EQUILIBRIUM:
         sections += [_balance(state, design), _results(state, design), _setting(design)]
@@ -125,7 +125,7 @@ def _sheath(state: State, design: Design, angle: float) -> PageSection:
 def _load(state: State, design: Design, angle: float) -> PageSection:
     arm = design.arm
     mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
-    other = one(state.situation.other_torque)
+    other = one(state.inputs.other_torque)
     others = [("τ_o", "asked for by joint, task and inertia", other, "N m")] if other else []
     asked = f"M g sin(θ + ψ){' + τ_o' if other else ''}, g = 9.81"
     return section(

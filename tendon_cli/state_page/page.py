@@ -90,7 +90,7 @@ def state_page(
     block = _only_state(plan, case)
     state = State.of(plan.inputs(block))
     angle = float(np.degrees(plan.elbow_angles[0]))
-    load = one(state.situation.design.load_mass)
+    load = one(state.inputs.design.load_mass)
     sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle)]
     status = STATUS_NAMES[int(state.status.flat[0])]
     has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
@@ -142,7 +142,7 @@ def _no_equilibrium(elbow_torque: float) -> str:
 
 def _of_the_motor(plan: Plan, state: State, *, reversal: bool, plot: Path | None) -> list[PageSection]:
     """The motor's sections: what a speed adds, and what a turn does; both drawn into `plot`."""
-    flexion, design, sections, loss = plan.directions[0] == "flexion", state.situation.design, [], None
+    flexion, design, sections, loss = plan.directions[0] == "flexion", state.inputs.design, [], None
     speed = plan.study.motion.speed
     if speed is not None:
         results = cycle_results(design, plan, speed.single)

@@ -72,7 +72,7 @@ class Attachments:
             beyond = curves.not_covered(study, curve, is_travel=is_travel)
             if beyond is not None:
                 raise InputError(beyond, where=where, hint="extend the table, or ask for fewer angles")
-            warnings = curves.warnings_of(curve, where) if is_travel else []
+            warnings = curves.warnings_of(study, curve, where) if is_travel else []
             self._note(key, file, content, rows=len(curve.angles), warnings=warnings)
             update[table] = part.model_copy(update={name: curve})
         return update

@@ -20,6 +20,8 @@ from tendon_cli.units import described
 
 MAX_BYTES = 4_000_000
 MOST_ROWS = 20_000
+FEWEST_BEYOND = 3
+"""Rows of measured travels beyond the motion that keep the end of a spline away from it."""
 
 
 @dataclass(frozen=True)
@@ -200,9 +202,16 @@ def not_covered(study: Any, table: CurveTable, *, is_travel: bool) -> str | None
     return None
 
 
-def warnings_of(table: CurveTable, where: str) -> list[str]:
-    """Where measured travels do not rise, so that states have no equilibrium; raises InputError if one never does."""
-    found = []
+def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
+    """Where measured travels do not rise, so that states have no equilibrium, or end too soon beyond the motion.
+
+    Raises InputError if one never rises.
+    """
+    found, low, high = [], study.angles.min(), study.angles.max()
+    for end, beyond in ((low, table.angles < low - 1e-9), (high, table.angles > high + 1e-9)):
+        if beyond.sum() < FEWEST_BEYOND:
+            near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less sure"
+            found.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
     for side in ("flexor", "extensor"):
         slopes = table.spline(side)(table.angles, 1)
         if (slopes < 0.0).all():

@@ -57,7 +57,7 @@ class Filter:
         return wanted
 
     def _number(self, text: str, quantity: Quantity) -> float:
-        if quantity.name == "spring_stiffness" and _unquoted(text) == "rigid":
+        if quantity.dimension == "stiffness" and _unquoted(text) == "rigid":
             return math.inf
         try:
             return parse_measure(text, quantity.dimension).si

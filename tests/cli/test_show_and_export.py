@@ -70,16 +70,17 @@ def test_an_export_has_the_numbers_of_a_language_and_the_units_of_studies(tendon
         assert second[other].to_numpy() * factor == pytest.approx(first[name].to_numpy(), rel=1e-12)
 
 
-def test_a_rigid_spring_is_called_one_everywhere(tendon, workplace):
-    (workplace / "s.toml").write_text('[spring]\nstiffness = ["3 kN/m", "rigid"]\n', encoding="utf-8")
+@pytest.mark.parametrize("part", ["spring", "anchor"])
+def test_what_is_rigid_is_called_so_everywhere(tendon, workplace, part):
+    (workplace / "s.toml").write_text(f'[{part}]\nstiffness = ["3 kN/m", "rigid"]\n', encoding="utf-8")
     assert tendon("sweep", "s.toml", "--out", "run").exit == 0
-    only = ("--where", "spring_stiffness = rigid", "--columns", "spring_stiffness")
+    only = ("--where", f"{part}_stiffness = rigid", "--columns", f"{part}_stiffness")
     assert "rigid" in tendon("show", "run", *only).out
-    assert tendon("show", "run", *only, "--json").json["data"] == [{"spring_stiffness": "rigid"}]
-    assert len(tendon("show", "run", "--where", "spring.stiffness != 3 kN/m", "--json").json["data"]) == 1
-    assert tendon("export", "run", "run.csv", "--columns", "spring_stiffness").exit == 0
+    assert tendon("show", "run", *only, "--json").json["data"] == [{f"{part}_stiffness": "rigid"}]
+    assert len(tendon("show", "run", "--where", f"{part}.stiffness != 3 kN/m", "--json").json["data"]) == 1
+    assert tendon("export", "run", "run.csv", "--columns", f"{part}_stiffness").exit == 0
     assert [row[0] for row in read_csv(Path("run.csv").read_text("utf-8"))[1]] == ["3000", "rigid"]
-    assert tendon("plot", "run", "-y", "max_tension", "--x", "spring.stiffness").exit == 0
+    assert tendon("plot", "run", "-y", "max_tension", "--x", f"{part}.stiffness").exit == 0
     assert tendon("report", "run").exit == 0
 
 

@@ -498,7 +498,7 @@ def test_a_slack_tendon_adds_no_stiffness():
     assert slack.sum() > 100
     np.testing.assert_array_equal(state.elbow_stiffness[slack], stiffer.elbow_stiffness[slack])
     both = state.status == BOTH_SLACK
-    slope = state.situation.torque_slope[both]
+    slope = state.inputs.torque_slope[both]
     np.testing.assert_allclose(state.elbow_stiffness[both], slope, rtol=1e-12)
 
 

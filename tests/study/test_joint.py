@@ -149,6 +149,13 @@ def test_each_fault_of_a_file_is_refused_with_its_line(write, content, problem, 
     assert not line or f"line {line}" in str(caught.value.where)
 
 
+@pytest.mark.parametrize(("last", "warned"), [(1.93, True), (1.97, False)], ids=["two rows beyond", "five"])
+def test_a_motion_that_comes_near_the_tables_end_is_warned_of(write, last, warned):
+    t = np.arange(-0.1, last, 0.0125)
+    study = load_study(write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * t, 0.03 * t)))
+    assert any("reaches 108.9 deg, within 3 rows of the table" in warning for warning in study.warnings) == warned
+
+
 def test_where_a_travel_does_not_rise_a_warning_names_the_angles(write):
     t = np.linspace(0.0, 2.0, 60)
     study = load_study(write(exc=rows("angle (rad),flexor (m),extensor (m)", t, 0.03 * np.sin(1.2 * t), 0.03 * t)))
