@@ -128,13 +128,19 @@ def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> C
     state = evaluate(design, angles[np.newaxis], flexion)
     at = motor_rates(design, state)
     power = np.where(flexion, speed, -speed) * at.power
-    work, loss = _works(design, angles, flexion)
+    return _cycle_of(state, at, speed * at.spool_speed, power, _works(design, angles, flexion), flexion)
+
+
+def _cycle_of(
+    state: State, at: MotorRates, turning: Array, power: Array, works: tuple[Array, Array], flexion: Flags
+) -> Cycle:
+    """What states come to whose spool turns by `turning` (rad/s) with a power (W), and their works in and lost."""
     return Cycle(
-        peak_motor_speed=_over(np.fmax, np.abs(speed * at.spool_speed)),
+        peak_motor_speed=_over(np.fmax, np.abs(turning)),
         peak_motor_power=np.maximum(_over(np.fmax, power), 0.0),
         peak_braking_power=np.maximum(_over(np.fmax, -power), 0.0),
-        motor_work_in=work,
-        friction_loss=loss,
+        motor_work_in=works[0],
+        friction_loss=works[1],
         spool_travel=_over(np.fmax, at.spool_angle) - _over(np.fmin, at.spool_angle),
         max_backlash=_largest_gap(at.spool_angle, flexion),
         max_torque_band=_largest_gap(state.motor_torque, flexion),
@@ -146,29 +152,18 @@ def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
 
     Sums over time are those of its samples. There is no other direction at the same angle to compare with.
     """
-    flexion, angles = trajectory.flexion[np.newaxis], trajectory.angle[np.newaxis]
-    state = evaluate(design, angles, flexion)
-    at = motor_rates(design, state)
-    power, weights = at.power, trajectory.weights
-    torque = np.broadcast_to(state.motor_torque, power.shape)
+    state = evaluate(design, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis])
+    at, weights = motor_rates(design, state), trajectory.weights
 
     def total(values: Array) -> Array:
-        return np.asarray(np.broadcast_to(values, power.shape)[..., 0, :] @ weights)
+        return np.asarray(np.broadcast_to(values, at.power.shape)[..., 0, :] @ weights)
 
-    of_cycle = Cycle(
-        peak_motor_speed=_over(np.fmax, np.abs(at.spool_speed)),
-        peak_motor_power=np.maximum(_over(np.fmax, power), 0.0),
-        peak_braking_power=np.maximum(_over(np.fmax, -power), 0.0),
-        motor_work_in=total(np.maximum(power, 0.0)),
-        friction_loss=total(at.friction),
-        spool_travel=_over(np.fmax, at.spool_angle) - _over(np.fmin, at.spool_angle),
-        max_backlash=np.full(power.shape[:-2], np.nan),
-        max_torque_band=np.full(power.shape[:-2], np.nan),
-    )
+    works = total(np.maximum(at.power, 0.0)), total(at.friction)
+    of_cycle = _cycle_of(state, at, at.spool_speed, at.power, works, np.array([[True]]))
     return vars(of_cycle) | {
         "efficiency": of_cycle.efficiency,
-        "rms_motor_torque": np.sqrt(total(np.square(torque)) / weights.sum()),
-        "braking_work": total(np.maximum(-power, 0.0)),
+        "rms_motor_torque": np.sqrt(total(np.square(state.motor_torque)) / weights.sum()),
+        "braking_work": total(np.maximum(-at.power, 0.0)),
     }
 
 
