@@ -115,7 +115,7 @@ def drawn(tmp_path, load):
     plan = Plan(tendon_library.load_study(tmp_path / "study.toml"))
     first = (slice(0, 1),) * len(plan.axes)
     state = State.of(plan.inputs(Block(0, first, slice(0, 1), slice(0, 1))))
-    design = state.situation.design
+    design = state.inputs.design
     return plan, design, state, {way: stroke_of(design, plan, way, SPEED) for way in plan.directions}
 
 
