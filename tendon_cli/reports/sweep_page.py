@@ -38,6 +38,8 @@ WORTH = (
 )  # fmt: skip
 """Columns of designs in the order in which they earn their room on the page; all others follow."""
 
+_SLOWLY = "One design is shown over the angle, moved slowly; `tendon plot` draws its motion in time, with inertia."
+
 
 def sweep_page(folder: Path, run: Run) -> str:
     """The page of a finished sweep's folder."""
@@ -59,7 +61,10 @@ def sweep_page(folder: Path, run: Run) -> str:
         table={**listed, "cells": None},
     )  # fmt: skip
     title = run.record["title"] or run.record["name"]
-    sections = _sections(title, run, dict(cube.study), thinning_text(axes, left_out), has_map=bool(axes))
+    remarks = thinning_text(axes, left_out)
+    if cube.study["motion"].get("trajectory"):
+        remarks.append(_SLOWLY)
+    sections = _sections(title, run, dict(cube.study), remarks, has_map=bool(axes))
     return html.html_page(title, sections, data, say.joint_word(cube.study))
 
 
