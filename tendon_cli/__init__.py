@@ -27,9 +27,9 @@ if TYPE_CHECKING:
         UsageError,
         WorkersLostError,
     )
-    from tendon_cli.face.friction import fit_friction
     from tendon_cli.face.pictures import plot
     from tendon_cli.face.runs import design, estimate, open, sweep  # noqa: A004
+    from tendon_cli.friction.fit import fit_friction
     from tendon_cli.reports.report import write_report as report
     from tendon_cli.state_page.page import state_page as state
     from tendon_cli.studies.load import any_study as study
@@ -41,8 +41,8 @@ _PLACES = {
     "sweep": "face.runs.sweep", "design": "face.runs.design", "estimate": "face.runs.estimate",
     "open": "face.runs.open", "open_run": "engine.results.open_run",
     "check": "checks.check.check", "report": "reports.report.write_report",
-    "fit_friction": "face.friction.fit_friction", "record_of": "friction.as_json",
-    "plot": "face.pictures.plot", "picture": "face.pictures.picture", "text_of": "face.friction.text_of",
+    "fit_friction": "friction.fit.fit_friction",
+    "plot": "face.pictures.plot", "picture": "face.pictures.picture", "text_of": "face.texts.text_of",
 }  # fmt: skip
 """By its name, where something of the face stands."""
 __all__ = [

@@ -81,8 +81,8 @@ def fit_friction(
     if out is not None:
         friction.write_fragment(fit, out)
     if strokes is not None:
-        friction.write_strokes(fit.stroke_table, strokes)
-    print_result(friction.as_json(fit) if as_json else friction.summary_lines(fit))
+        friction.write_strokes(fit, strokes)
+    print_result(fit.record if as_json else fit.text)
 
 
 def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | None, strokes: Path | None) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -25,68 +25,8 @@ _LEVEL = 0.02
 _WAYS = ((1, _PULLED, "o", "toward motor"), (-1, _DRAGGED, "s", "toward load"))
 
 
-class DrawnFit(Protocol):
-    """The fit that is drawn, whatever made it; `uncertainty` has `interval_95`, `rows` the readings one by one."""
-
-    @property
-    def fitted(self) -> float:
-        """μ, or μφ without a bend angle."""
-
-    @property
-    def gain_ratio(self) -> float:
-        """Gain of the motor's cell over that of the load's."""
-
-    @property
-    def bend_angle_text(self) -> str:
-        """The bend angle as it was given."""
-
-    @property
-    def is_log(self) -> bool:
-        """Whether the readings are a log with strokes, and not settled readings."""
-
-    @property
-    def source(self) -> str:
-        """Name of the file."""
-
-    @property
-    def uncertainty(self) -> Any:
-        """With `interval_95`."""
-
-    @property
-    def rows(self) -> Any:
-        """Arrays `line`, `log_ratio`, `way`, `bend_angle`, `stroke`, `residual`, `used`, and `time` or None."""
-
-    @property
-    def parts(self) -> Any:
-        """Arrays `way`, `force`, `misfit`, `effects`, and `rate` or None."""
-
-    @property
-    def unit(self) -> str | None:
-        """Of the forces."""
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What may make the number wrong."""
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was inferred and fitted."""
-
-    @property
-    def speed(self) -> Any:
-        """How the coefficient goes with speed, or None."""
-
-    @property
-    def stroke_table(self) -> Any:
-        """Strokes with `direction`, `speed` and `friction`."""
-
-    @property
-    def sha256(self) -> str:
-        """Of the file."""
-
-
-def draw(fit: DrawnFit, path: Path) -> None:
-    """Write the figure as PNG, SVG or PDF, by the file's ending; the same fit gives the same bytes.
+def draw(fit: Any, path: Path) -> None:
+    """Write the figure as PNG, SVG or PDF, by the file's ending; the same fit (a `friction.Fit`) gives the same bytes.
 
     Raises UsageError for another ending, OutputError where the file cannot be written.
     """
@@ -94,7 +34,7 @@ def draw(fit: DrawnFit, path: Path) -> None:
     fit_page(fit).save(path)
 
 
-def fit_page(fit: DrawnFit) -> Page:
+def fit_page(fit: Any) -> Page:
     """Readings and fit, what may be wrong with the rig, and the residuals."""
     low, high = fit.uncertainty.interval_95
     what = "Friction coefficient μ" if fit.bend_angle_text != "not given" else "Friction over the bend μφ"
@@ -110,7 +50,7 @@ def fit_page(fit: DrawnFit) -> Page:
     return replace(page, says=" ".join((*words, page.says)))
 
 
-def _compose(figure: Figure, fit: DrawnFit) -> Axes:
+def _compose(figure: Figure, fit: Any) -> Axes:
     """Draw the panels; gives the uppermost."""
     grid = figure.add_gridspec(4, 2, height_ratios=[2.2, 1.0, 1.2, 1.4])
     upper = figure.add_subplot(grid[0, :])
@@ -137,9 +77,9 @@ def _compose(figure: Figure, fit: DrawnFit) -> Axes:
     return upper
 
 
-def _key(fit: DrawnFit) -> list[Line2D]:
+def _key(fit: Any) -> list[Line2D]:
     """The signs of what is in the figure."""
-    rows = fit.rows
+    rows = fit.rows.to_records(index=False)
     key = []
     for way, colour, marker, name in _WAYS:
         if np.any(rows.used & (rows.way == way)):
@@ -150,25 +90,25 @@ def _key(fit: DrawnFit) -> list[Line2D]:
     if np.any(~rows.used & np.isfinite(rows.log_ratio)):
         sign, label = (".", "set aside (sticking)") if fit.is_log else ("x", "set aside")
         key.append(Line2D([], [], linestyle="none", marker=sign, color=_ASIDE, label=label))
-    if np.any(fit.parts.effects):
+    if np.any(fit.points.effects):
         key.append(Line2D([], [], linestyle="none", marker=".", markersize=2.0, color=_LINE, label="effects fitted"))
     return key
 
 
-def _verdict(fit: DrawnFit) -> tuple[list[str], str]:
+def _verdict(fit: Any) -> tuple[list[str], str]:
     """What is wrong in words, if anything, and its colour."""
     found = [text for text in fit.notes if "found in the readings" in text or "zero error" in text]
     said = [f"Warning: {text}" for text in fit.warnings] or ["Nothing was found that makes this number wrong."]
     return [*said, *found], _DRAGGED if fit.warnings else _LINE
 
 
-def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
+def _draw_checks(by_force: Axes, by_rate: Axes, fit: Any) -> None:
     """What offsets (along 1/F) and a delay (along d ln F/dt) make of the log ratio: nothing where points lie level."""
-    parts = fit.parts
+    points = fit.points.to_records(index=False)
     unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
     for axes, along, label in (
-        (by_force, 1.0 / parts.force, f"1 / force at load{unit}   (a slope: zero offset)"),
-        (by_rate, parts.rate, "d ln F/dt, per unit of time   (a slope: delay)"),
+        (by_force, 1.0 / points.force, f"1 / force at load{unit}   (a slope: zero offset)"),
+        (by_rate, points.rate if "rate" in fit.points else None, "d ln F/dt, per unit of time   (a slope: delay)"),
     ):
         axes.set_xlabel(label)
         axes.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
@@ -177,11 +117,11 @@ def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
             axes.set_xticks([])
             continue
         for way, colour, marker, _ in _WAYS:
-            mine = parts.way == way
-            axes.plot(along[mine], parts.misfit[mine], marker, color=colour, markersize=2.5, alpha=0.6)
-            if np.any(parts.effects):
+            mine = points.way == way
+            axes.plot(along[mine], points.misfit[mine], marker, color=colour, markersize=2.5, alpha=0.6)
+            if np.any(points.effects):
                 order = np.flatnonzero(mine)[np.argsort(along[mine])]
-                axes.plot(along[order], parts.effects[order], ".", color=_LINE, markersize=2.0)
+                axes.plot(along[order], points.effects[order], ".", color=_LINE, markersize=2.0)
         if np.ptp(along) < _LEVEL * float(np.max(np.abs(along), initial=0.0)):
             axes.margins(x=0.5)
         axes.locator_params(axis="x", nbins=5)
@@ -189,10 +129,10 @@ def _draw_checks(by_force: Axes, by_rate: Axes, fit: DrawnFit) -> None:
     by_rate.tick_params(labelleft=False)
 
 
-def _draw_loop(axes: Axes, fit: DrawnFit) -> None:
+def _draw_loop(axes: Axes, fit: Any) -> None:
     """The loop of hysteresis: the motor's force over its position if it is read, else over the load's."""
-    rows, unit = fit.rows, f", {fit.unit}" if fit.unit else ""
-    moved = rows.position is not None and not rows.position_is_speed
+    rows, unit = fit.rows.to_records(index=False), f", {fit.unit}" if fit.unit else ""
+    moved = "position" in fit.rows
     across = rows.position if moved else rows.load
     known = np.flatnonzero(np.isfinite(rows.log_ratio) & np.isfinite(across))
     known = known[:: max(1, len(known) // _MOST_POINTS)]
@@ -208,7 +148,7 @@ def _draw_loop(axes: Axes, fit: DrawnFit) -> None:
     axes.locator_params(axis="x", nbins=5)
 
 
-def _draw_budget(axes: Axes, fit: DrawnFit) -> None:
+def _draw_budget(axes: Axes, fit: Any) -> None:
     """What the standard error is made of, in per cent of the number."""
     parts = sorted(fit.uncertainty.parts, key=lambda part: part.contribution)
     widths = [100.0 * part.contribution / fit.fitted for part in parts]
@@ -221,19 +161,18 @@ def _draw_budget(axes: Axes, fit: DrawnFit) -> None:
     axes.locator_params(axis="x", nbins=5)
 
 
-def _draw_speed(axes: Axes, fit: DrawnFit) -> None:
+def _draw_speed(axes: Axes, fit: Any) -> None:
     """The coefficient of each stroke over the motor's speed."""
     for _, colour, marker, name in _WAYS:
-        mine = [(each.speed, each.friction) for each in fit.stroke_table if each.direction == name and each.friction]
-        if mine:
-            axes.plot(*zip(*mine, strict=True), marker, color=colour, markersize=3.5)
+        strokes = fit.stroke_table[fit.stroke_table["direction"] == name]
+        axes.plot(strokes["speed"], strokes["friction"], marker, color=colour, markersize=3.5)
     axes.set_xlabel("speed of the motor, as in the file")
     axes.set_ylabel("coefficient of a stroke")
 
 
-def _draw_settled(upper: Axes, lower: Axes, fit: DrawnFit) -> None:
+def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
     """Every reading at plus or minus its bend angle: the slope is the coefficient, the height at 0 the gain."""
-    rows = fit.rows
+    rows = fit.rows.to_records(index=False)
     signed = np.degrees(rows.way * rows.bend_angle)
     reach = 1.15 * float(np.max(np.abs(signed)))
     # Residuals of one angle are spread a little, in the order of the file, or they would hide each other.
@@ -263,10 +202,10 @@ def _position_in_group(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float6
     return place
 
 
-def _draw_log(upper: Axes, lower: Axes, fit: DrawnFit) -> None:
+def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
     """The log in its own order: the two limits that the ratio reaches, and the way between them in grey."""
-    rows = fit.rows
-    timed = rows.time is not None
+    rows = fit.rows.to_records(index=False)
+    timed = "time" in fit.rows
     place = rows.time if timed else rows.line.astype(np.float64)
     thin = max(1, len(place) // _MOST_POINTS)
     shown = np.arange(0, len(place), thin)
@@ -285,8 +224,8 @@ def _draw_log(upper: Axes, lower: Axes, fit: DrawnFit) -> None:
             continue
         upper.plot(place[mine], rows.log_ratio[mine], color=colour, **style)
         lower.plot(place[mine], rows.residual[mine], color=colour, alpha=0.35, **style)
-        for stroke in np.unique(rows.stroke[mine]):
-            part = np.flatnonzero(rows.stroke == stroke)
+        for stroke in np.unique(rows.run[mine]):
+            part = np.flatnonzero(rows.used & (rows.run == stroke))
             ends = place[part[[0, -1]]]
             fitted = (rows.log_ratio - rows.residual)[part[[0, -1]]]
             upper.plot(ends, fitted, color=_LINE, linewidth=1.6)

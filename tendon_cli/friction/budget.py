@@ -1,4 +1,4 @@
-"""The uncertainty of μφ part by part, as the Guide to the Expression of Uncertainty in Measurement (GUM) has it."""
+"""The uncertainty of μ part by part, as the Guide to the Expression of Uncertainty in Measurement (GUM) has it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.estimate import Estimated, Log
-from tendon_cli.friction.models import Average
-from tendon_cli.friction.rows import noise_of, resolution_of
+from tendon_cli.friction.estimate import Estimated
+from tendon_cli.friction.plateaus import Log
+from tendon_cli.friction.rows import noise_of
 
 FEW, FEW_SHARE = 4, 0.03
 """Strokes below which their scatter says little: 3 % of μ from stroke to stroke is added, as rigs have it."""
 _KEEPS = 0.002
 """Of μ: no rig's strokes agree more closely."""
+SCATTER, RESOLUTION, EFFECTS, FEW_STROKES, BEND, GAIN = (
+    "scatter of the strokes", "resolution of the cells", "effects that the readings leave open",
+    "few strokes, 3 % assumed", "bend angle", "gain of the cells",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -24,14 +28,14 @@ class BudgetPart:
     name: str
     type: str
     """"A" by statistics of these readings, "B" by other knowledge (GUM 4.2, 4.3)."""
-    value: float
-    """Standard uncertainty of the input."""
+    standard_uncertainty: float
+    """Of the input."""
     unit: str
     sensitivity: float
     """∂μ/∂input."""
     contribution: float
-    """|sensitivity| × value, in μ."""
-    degrees_of_freedom: float
+    """|sensitivity| × standard uncertainty, in μ."""
+    degrees_of_freedom: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -51,90 +55,67 @@ class FrictionUncertainty:
         return sum(part.contribution for part in self.parts if part.name == name)
 
 
-SCATTER, RESOLUTION, EFFECTS, FEW_STROKES, BEND, GAIN = (
-    "scatter of the strokes", "resolution of the cells", "effects that the readings leave open",
-    "few strokes, 3 % assumed", "bend angle", "gain of the cells",
-)  # fmt: skip
-
-
 def uncertainty_of(
-    average: Average, estimate: Estimated, log: Log, unit: str, bend_share: float,
-    cells: tuple[float, float] | None = None,
-) -> FrictionUncertainty:  # fmt: skip
+    result: Estimated, log: Log, unit: str, bend_share: float, cells: tuple[float, float] | None
+) -> FrictionUncertainty:
     """`bend_share` is the bend angle's uncertainty over it, `cells` the stated one of each cell's zero and of its gain.
 
     Scatter and resolution are not added: what rounding does to the strokes is in their scatter, too.
     """
-    points, friction = estimate.points, average.friction
-    strokes = points.strokes
-    scatter = max(average.scatter, _KEEPS * abs(friction) / math.sqrt(strokes))
-    rounding = resolution_floor(estimate, log)
-    free = float(max(average.best.free, 1))
-    parts = [BudgetPart(SCATTER, "A", scatter, "1", 1.0, scatter, free)]
+    average, points, friction = result.average, result.points, abs(result.friction)
+    parts: list[BudgetPart] = []
+
+    def add(name: str, kind: str, value: float, unit: str = "1", slope: float = 1.0, free: float = math.inf) -> None:
+        if value and slope:
+            parts.append(BudgetPart(name, kind, value, unit, slope, abs(slope) * value, free))
+
+    root = math.sqrt(points.strokes)
+    scatter, rounding = max(average.scatter, _KEEPS * friction / root), _resolution(result, log)
     if rounding > scatter:
-        parts = [BudgetPart(RESOLUTION, "B", rounding, "1", 1.0, rounding, math.inf)]
-    if average.doubt > 0.0:
-        parts.append(BudgetPart(EFFECTS, "A", average.doubt, "1", 1.0, average.doubt, math.inf))
-    if strokes < FEW:
-        few = FEW_SHARE * abs(friction) / math.sqrt(strokes)
-        parts.append(BudgetPart(FEW_STROKES, "B", FEW_SHARE, "1", abs(friction) / math.sqrt(strokes), few, math.inf))
-    if bend_share:
-        angle = float(np.mean(points.bend))
-        parts.append(
-            BudgetPart(BEND, "B", bend_share * angle, "rad", -friction / angle, bend_share * abs(friction), math.inf)
-        )
-    if cells is not None:
-        parts += _cell_parts(average, points.bend, cells, unit, points.both_ways)
-    total = math.sqrt(sum(part.contribution**2 for part in parts))
-    return _together(tuple(parts), friction, total)
+        add(RESOLUTION, "B", rounding)
+    else:
+        add(SCATTER, "A", scatter, free=float(max(average.best.free, 1)))
+    add(EFFECTS, "A", average.spread)
+    if points.strokes < FEW:
+        add(FEW_STROKES, "B", FEW_SHARE, slope=friction / root)
+    angle = float(np.mean(points.bend))
+    add(BEND, "B", bend_share * angle, "rad", -result.friction / angle)
+    if cells is not None:  # a zero that is fitted has no part left, gains cancel between the directions
+        for place, name in enumerate(("zero of the motor's cell", "zero of the load's cell")):
+            slope = math.sqrt(float(average.weights @ [model.zero[place] ** 2 for model in average.models]))
+            add(name, "B", cells[0], unit, math.copysign(slope, average.best.zero[place]))
+        add(GAIN, "B", 0.0 if points.both_ways else cells[1], slope=math.sqrt(2.0) / angle)
+    return _together(tuple(parts), result.friction)
 
 
-def _cell_parts(
-    average: Average, bend: np.ndarray, cells: tuple[float, float], unit: str, both: bool
-) -> list[BudgetPart]:
-    """Of the cells' stated uncertainty: a zero that is fitted has none left, gains cancel between directions."""
-    zero, gain = cells
-    parts = []
-    for place, name in enumerate(("zero of the motor's cell", "zero of the load's cell")):
-        slope = math.sqrt(float(average.weights @ [model.zero[place] ** 2 for model in average.models]))
-        sign = math.copysign(1.0, average.best.zero[place])
-        if zero:
-            parts.append(BudgetPart(name, "B", zero, unit, sign * slope, slope * zero, math.inf))
-    if gain and not both:
-        slope = math.sqrt(2.0) / float(np.mean(bend))
-        parts.append(BudgetPart(GAIN, "B", gain, "1", slope, slope * gain, math.inf))
-    return parts
-
-
-def _together(parts: tuple[BudgetPart, ...], friction: float, total: float) -> FrictionUncertainty:
+def _together(parts: tuple[BudgetPart, ...], friction: float) -> FrictionUncertainty:
     """The standard error, its degrees of freedom and the interval."""
     from scipy.special import stdtrit
 
+    total = math.sqrt(sum(part.contribution**2 for part in parts))
     share = sum((part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts)
     degrees = 1.0 / share if share > 1e-9 else math.inf
     factor = float(stdtrit(min(degrees, 1e9), 0.975))
     return FrictionUncertainty(parts, total, degrees, factor, (friction - factor * total, friction + factor * total))
 
 
-def resolution_floor(estimate: Estimated, log: Log) -> float:
+def _resolution(result: Estimated, log: Log) -> float:
     """Standard error of μ from the rounding of the readings alone.
 
     Rounding moves all readings of a way alike if they are alike; noise of half a step or more averages it out (dither):
     the mean is then off by no more than exp(-2π²·variance/step²) of it. A force that moves over many steps does, too.
     """
-    variance = 0.0
-    turn = 2.0 if estimate.points.both_ways else 1.0
-    for cell in (log.motor, log.load):
-        step = resolution_of(cell)
+    variance, turn = 0.0, 2.0 if result.points.both_ways else 1.0
+    for cell, step in zip((log.motor, log.load), log.steps, strict=True):
         if step == 0.0:
             continue
         noise = 0.0 if log.settled else min(noise_of(cell), step)
         left = math.exp(-2.0 * math.pi**2 * (noise / step) ** 2)
         for way in (1, -1):
-            mine = cell[estimate.used & (log.way == way)]
-            if not len(mine):
+            rows = result.used & (log.way == way)
+            if not rows.any():
                 continue
-            reach = max(len(np.unique(np.round(mine / step))), 1)  # different codes are rounded independently
-            angle = float(np.mean(log.bend[estimate.used & (log.way == way)]))
-            variance += (step * left / (math.sqrt(12.0 * reach) * float(np.mean(mine)) * turn * angle)) ** 2
+            force, angle = float(np.mean(cell[rows])), float(np.mean(log.bend[rows]))
+            reach = len(np.unique(np.round(cell[rows] / step)))  # different codes are rounded independently
+            variance += (step * left / (math.sqrt(12.0 * reach) * force * turn * angle)) ** 2
     return math.sqrt(variance)

@@ -6,15 +6,11 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.limits import levels_of
-from tendon_cli.friction.reading.readings import Floats, Integers, Readings
+from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
 from tendon_cli.friction.rows import noise_of
 from tendon_cli.units import shorten
-
-Mask = npt.NDArray[np.bool_]
 
 _PULLED = {
     "up", "upward", "upwards", "raising", "raise", "rising", "lifting", "lift", "pull", "pulling", "pulled",
@@ -29,39 +25,46 @@ _RELEASED = {
 _RESTING = {"rest", "at rest", "stop", "stopped", "hold", "holding", "idle", "pause", "paused", "still", "none"}
 _MANY = 40
 """Rows from which one name for all of them says nothing: it is the name of the log."""
-_STILL = 0.3
-"""A motor's cell that changes less than this share of the other's between the directions is not the motor's."""
+_TRIGGER = 0.3
+"""Of the half distance: how far past the middle the ratio turns a stroke. Noise below a tenth of it never does."""
+_STILL, _STEADIER = 0.3, 2.0
+"""Change of the motor's cell between the directions over the other's: under 0.3 it is not the motor's; the force that
+changes over twice as much is the motor's."""
 _SLOW = 0.05
 """Of the usual speed: what is slower rests. Creep after a stop is slower, a crank passes its turn within few rows."""
 
 
 @dataclass(frozen=True, eq=False)
-class Named:
-    """What the file itself says of each row's direction."""
+class StatedMotion:
+    """What the file itself says of the motor in each row."""
 
-    way: Integers | None
-    """+1 for rows named like the upper ratio cell 1 / cell 2, -1 like the lower, 0 at rest; None if nothing is
-    named."""
-    meaning: Integers
-    """+1 pulled, -1 released, by the name's own meaning; 0 for a name without one."""
+    way: Integers
+    """+1 and -1 by a position or by the names of directions; 0 at rest, or for a name without a meaning."""
     rest: Mask
     """Rows in which the motor stands."""
 
 
-def meanings(readings: Readings) -> tuple[Integers, Mask, Mask]:
-    """Per row: what its label means (+1, -1, 0 for nothing), whether it says rest, whether it is a bare name."""
-    rows, labels = len(readings.lines), readings.directions
-    if labels is None:
-        return np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool), np.zeros(rows, dtype=bool)
-    names = [_tidy(name) for name in labels.names]
+def stated_motion(readings: Readings) -> StatedMotion:
+    """By a column of position or speed, else by a column of names."""
+    if "position" in readings.rows:
+        way = _moving(readings)
+        return StatedMotion(way, way == 0)
+    if "direction" not in readings.rows:
+        return StatedMotion(np.zeros(len(readings.rows), dtype=np.int64), np.zeros(len(readings.rows), dtype=bool))
+    labels, code = readings.codes("direction")
+    names = [_tidy(str(label)) for label in labels]
     if "" in names:
-        row = int(np.argmax(labels.code == names.index("")))
+        row = int(np.argmax(code == names.index("")))
         raise InputError("the direction is missing", where=readings.place(row))
-    # 0 beside 1 and -1 is a motor at rest; 0 and 1 alone are two names.
+    # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names.
     rest = _RESTING | ({"0"} if len(set(names) - {"0"}) >= 2 else set())
     known = np.array([1 if name in _PULLED else -1 if name in _RELEASED else 0 for name in names], dtype=np.int64)
     resting = np.array([name in rest for name in names])
-    return known[labels.code], resting[labels.code], ((known == 0) & ~resting)[labels.code]
+    if known.any() and np.any((known == 0) & ~resting):
+        shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
+        hint = 'use "pull", "release" and "rest", or two other names'
+        raise InputError(f"directions are named in two ways: {shown}", where=readings.source, hint=hint)
+    return StatedMotion(known[code], resting[code])
 
 
 def _tidy(label: str) -> str:
@@ -71,40 +74,9 @@ def _tidy(label: str) -> str:
     return re.sub(r"[\s_-]+", " ", text).strip()
 
 
-def resting(readings: Readings) -> Mask:
-    """Rows in which the motor stands, by a column of position, speed or direction."""
-    if readings.position is not None:
-        return np.asarray(moving(readings) == 0)
-    return meanings(readings)[1]
-
-
-def named_ways(readings: Readings, log_ratio: Floats, good: Mask) -> Named:
-    """Directions by a column of position or speed, else by a column of names; `log_ratio` is of the good rows."""
-    meaning, rest, bare = meanings(readings)
-    if readings.position is not None:
-        motion = moving(readings)
-        return Named(_like_the_ratio(readings, motion, log_ratio, good), np.zeros_like(motion), motion == 0)
-    if readings.directions is None:
-        return Named(None, meaning, rest)
-    code = readings.directions.code
-    names = np.unique(code[good])
-    if len(names) == 0 or (len(names) == 1 and len(code) >= _MANY):
-        return Named(None, meaning, rest)
-    if bare.any() and np.any(meaning != 0):
-        shown = ", ".join(shorten(name, 20) for name in readings.directions.names[:6])
-        hint = 'use "pull", "release" and "rest", or two names of your own'
-        raise InputError(f"directions are named in two ways: {shown}", where=readings.source, hint=hint)
-    means = {int(name): float(np.mean(log_ratio[code[good] == name])) for name in names}
-    middle = (max(means.values()) + min(means.values())) / 2.0 if len(names) == 2 else 0.0
-    side = np.zeros(len(readings.directions.names), dtype=np.int64)
-    for name, mean in means.items():
-        side[name] = 1 if mean > middle else -1
-    return Named(np.where(rest, 0, side[code]), meaning, rest)
-
-
-def moving(readings: Readings) -> Integers:
+def _moving(readings: Readings) -> Integers:
     """+1, -1 or 0 (at rest) by a column of position or speed."""
-    position = np.zeros(0) if readings.position is None else readings.position
+    position = readings.rows["position"].to_numpy()
     known = np.isfinite(position)
     if not known.any() or np.ptp(position[known]) == 0.0:
         problem = f'"{shorten(readings.position_name, 30)}" never moves'
@@ -122,15 +94,74 @@ def moving(readings: Readings) -> Integers:
     return np.where(np.abs(speed) > least, np.sign(speed), 0.0).astype(np.int64)
 
 
-def _like_the_ratio(readings: Readings, motion: Integers, log_ratio: Floats, good: Mask) -> Integers:
+def stated_sides(readings: Readings, motion: StatedMotion, log_ratio: Floats, good: Mask) -> Integers | None:
+    """Per good row: +1 if the file says that cell 1 / cell 2 is at its upper limit, -1 at its lower, 0 at rest.
+
+    `log_ratio` is of the good rows. None if the file says nothing.
+    """
+    if "position" in readings.rows:
+        return _like_the_ratio(readings, motion.way[good], log_ratio)
+    if "direction" not in readings.rows:
+        return None
+    labels, code = readings.codes("direction")
+    names = np.unique(code[good])
+    if len(names) == 0 or (len(names) == 1 and len(code) >= _MANY):
+        return None
+    means = np.zeros(len(labels))
+    means[names] = [float(np.mean(log_ratio[code[good] == name])) for name in names]
+    middle = (means[names].max() + means[names].min()) / 2.0 if len(names) == 2 else 0.0
+    return np.where(motion.rest[good], 0, np.where(means > middle, 1, -1)[code[good]])
+
+
+def _like_the_ratio(readings: Readings, way: Integers, log_ratio: Floats) -> Integers:
     """The motion with the sign that the ratio has."""
     middle, half = levels_of(log_ratio)
-    counted = (np.abs(log_ratio - middle) > 0.5 * half) & (motion[good] != 0)
-    agree = float(np.mean((motion[good] * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
-    if abs(agree) < 0.2 and len(np.unique(motion[good])) > 1:
+    counted = (np.abs(log_ratio - middle) > 0.5 * half) & (way != 0)
+    agree = float(np.mean((way * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
+    if abs(agree) < 0.2 and len(np.unique(way)) > 1:
         problem = f'"{shorten(readings.position_name, 30)}" turns at other times than the force ratio does'
         raise InputError(problem, where=readings.source, hint="is it the motor's position, and of the same clock?")
-    return motion if agree >= 0.0 else -motion
+    return way if agree >= 0.0 else -way
+
+
+def levels_of(log_ratio: Floats) -> tuple[float, float]:
+    """Middle and half distance, by the outer fifths of the two sides in turn: more than half of a stroke may stick."""
+    sample = log_ratio[:: max(1, len(log_ratio) // 100_000)]
+    middle, half = float(np.mean(np.quantile(sample, (0.02, 0.98)))), 0.0
+    for _ in range(20):
+        above, below = sample[sample > middle], sample[sample <= middle]
+        if not len(above) or not len(below):
+            return middle, 0.0
+        upper, lower = float(np.quantile(above, 0.8)), float(np.quantile(below, 0.2))
+        half, before, middle = (upper - lower) / 2.0, middle, (upper + lower) / 2.0
+        if middle == before:
+            break
+    return middle, half
+
+
+def usual_run(side: Integers) -> int:
+    """How many rows a run has at least that nine of ten rows belong to."""
+    edges = np.flatnonzero(np.diff(side)) + 1
+    rows = np.diff(np.concatenate([[0], edges, [len(side)]]))
+    return int(np.quantile(np.repeat(rows, rows), 0.1, method="lower")) if len(side) else 0
+
+
+def triggered_sides(log_ratio: Floats, middle: float, half: float, noise: float) -> Integers:
+    """+1 and -1 by a trigger about the middle, so that noise does not turn a stroke."""
+    height = (log_ratio - middle) / half
+    sides = _triggered(height)
+    width = int(np.clip((noise / (0.1 * half)) ** 2, 1, min(15, max(usual_run(sides), 1))))
+    if width == 1:
+        return sides
+    padded = np.pad(height, (width // 2, width - 1 - width // 2), mode="edge")
+    return _triggered(np.convolve(padded, np.full(width, 1.0 / width), mode="valid"))
+
+
+def _triggered(height: Floats) -> Integers:
+    """The side on which each row last was beyond the trigger; the first rows are on that of those after them."""
+    beyond = np.where(height > _TRIGGER, 1, np.where(height < -_TRIGGER, -1, 0))
+    last = np.maximum.accumulate(np.where(beyond != 0, np.arange(len(beyond)), -1))
+    return np.asarray(beyond[np.maximum(last, int(np.argmax(beyond != 0)))], dtype=np.int64)
 
 
 def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
@@ -138,31 +169,31 @@ def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
     ordered = np.sort(log_ratio)
     steps = np.diff(ordered)
     if len(steps) > 1 and (ordered[0] > 0.0 or ordered[-1] < 0.0):
-        gap = float(steps.max())
-        if gap > 3.0 * (ordered[-1] - ordered[0] - gap) and gap > 0.1 * float(np.mean(np.abs(ordered))):
-            raise InputError(
-                "the readings form two groups on the same side of ratio 1, so the forces do not show the direction",
-                where=readings.source,
-                hint='add a column "direction" with "pull" and "release"',
+        gap, whole = float(steps.max()), float(ordered[-1] - ordered[0])
+        if gap > 3.0 * (whole - gap) and gap > 0.1 * float(np.mean(np.abs(ordered))):
+            problem = (
+                "the readings form two groups on the same side of ratio 1, so the forces do not show the direction"
             )
+            hint = 'add a column "direction" with "pull" and "release"'
+            raise InputError(problem, where=readings.source, hint=hint)
     return np.sign(log_ratio).astype(np.int64)
 
 
-@dataclass(frozen=True, eq=False)
-class MotorCell:
-    """Which cell is the motor's."""
+def motor_cell(
+    readings: Readings,
+    motion: StatedMotion,
+    sides: Integers,
+    cells: tuple[Floats, Floats],
+    good: Mask,
+    stated: str | None,
+) -> tuple[str, list[str], list[str]]:
+    """Which cell is the motor's, "1" or "2", with notes and warnings; `sides` and `cells` are of the good rows.
 
-    cell: str
-    """"1" or "2"."""
-    notes: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-
-
-def find_motor(readings: Readings, sides: Integers, meaning: Integers, used: Mask, motor: str | None) -> MotorCell:
-    """As given, by the headers, by named directions, or by the steadier force; `sides` is 0 in rows not used."""
-    agree = int(np.sum((meaning * sides)[used]))
+    It is as stated, by the headers, by named directions, or by the steadier force.
+    """
+    agree = 0 if "position" in readings.rows else int(np.sum(motion.way[good] * sides))
     by_name = "1" if agree > 0 else "2" if agree < 0 else None
-    given = motor or readings.motor
+    given = stated or readings.motor
     if given and by_name and given != by_name:
         raise InputError(
             f"friction would help the motion: with cell {given} at the motor, its force is the smaller one where the"
@@ -170,28 +201,18 @@ def find_motor(readings: Readings, sides: Integers, meaning: Integers, used: Mas
             where=readings.source,
             hint=f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions",
         )
-    if motor or (by_name and not given):
-        return MotorCell(motor or by_name or "1")
-    changes = _changes(readings, sides, used)
+    if stated or (by_name and not given):
+        return stated or by_name or "1", [], []
+    changes = [0.0, 0.0]
+    if np.any(sides > 0) and np.any(sides < 0):
+        logs = [np.log(cell) for cell in cells]
+        changes = [abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0]))) for log in logs]
     if given:
-        header = f'"{shorten(readings.names[0 if given == "1" else 1], 30)}"'
+        header = f'"{shorten(readings.names[int(given) - 1], 30)}"'
         swapped = changes[int(given) - 1] < _STILL * max(changes)
         warning = f"{header} hardly changes between the directions, the other does: are the headers swapped?"
-        return MotorCell(given, (), (warning,) if swapped else ())
-    for number, mine, other in (("1", *changes), ("2", *changes[::-1])):
-        if mine > 2.0 * other:  # the load's force changes less between the directions than the motor's
-            note = f"cell {number} is taken as the motor's: it changes more between the directions"
-            return MotorCell(number, (note,))
-    return MotorCell("1", ("cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise",))
-
-
-def _changes(readings: Readings, sides: Integers, used: Mask) -> tuple[float, float]:
-    """How much each cell changes between the directions, in the log; 0 if there is one direction only."""
-    upper, lower = used & (sides > 0), used & (sides < 0)
-    if not upper.any() or not lower.any():
-        return 0.0, 0.0
-    one, two = (
-        abs(float(np.mean(np.log(cell[upper])) - np.mean(np.log(cell[lower]))))
-        for cell in (readings.cell_1, readings.cell_2)
-    )
-    return one, two
+        return given, [], [warning] if swapped else []
+    for at, number in enumerate(("1", "2")):
+        if changes[at] > _STEADIER * changes[1 - at]:
+            return number, [f"cell {number} is taken as the motor's: it changes more between the directions"], []
+    return "1", ["cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"], []

@@ -2,39 +2,45 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.directions import MotorCell, find_motor, named_ways, resting, sides_by_sign
-from tendon_cli.friction.effects import bend_groups
-from tendon_cli.friction.estimate import Log
-from tendon_cli.friction.limits import is_settled, levels_of, ways_of
-from tendon_cli.friction.reading.readings import Floats, Integers, Readings
+from tendon_cli.friction.directions import (
+    levels_of,
+    motor_cell,
+    sides_by_sign,
+    stated_motion,
+    stated_sides,
+    triggered_sides,
+    usual_run,
+)  # fmt: skip
+from tendon_cli.friction.plateaus import Log, bend_groups
+from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
 from tendon_cli.friction.rows import USED, noise_of, resolution_of, unusable
 from tendon_cli.units import shorten
-
-Mask = npt.NDArray[np.bool_]
 
 _MANY = 40
 """Rows in which a cell that works reads two values at least."""
 _WEAKEST, _STRONGEST = 1e-9, 1e12
 _LARGEST_RATIO = 20.0
 """Of one cell over the other: what a decimal comma leaves of "1,236" is a thousand."""
-_TYPED = 60
+_TYPED, _SETTLED = 60, 3
 """Rows of a file without time up to which a person typed it: the sign of the log ratio is the direction, and with named
-directions every row is a settled reading."""
+directions every row is a settled reading, as are strokes of up to three rows, in which no climb shows."""
 _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two limits."""
+_SHOWN = 3.0
+"""Half distance of the limits over the noise of a row, under which rows do not show the strokes."""
 _FINE, _NOISY, _NOISELESS = 0.002, 1e-4, 200
 """Step and noise of the motor's cell over its force: if it is finer and noisier, so is that of a hanging weight, unless
 it is dead. Fewer than 200 rows may be noiseless by chance."""
-_FOLLOWS, _FAR_GAIN = 0.1, 0.2
+_FOLLOWS, _FAR_GAIN, _AGAINST = 0.1, 0.2, 0.5
 """A load's cell that moves by less than a tenth of what the motor's does over all rows, while their levels differ by
-over 20 %,
-weighs nothing of what the motor pulls; a hanging weight moves as little, but both cells read it."""
+over 20 %, weighs nothing of what the motor pulls; a hanging weight moves as little, but both cells read it. One that
+goes against it, correlated by half, is another tendon's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,211 +52,175 @@ class Prepared:
     """Row of the readings that each row of the log is."""
     codes: npt.NDArray[np.int8]
     """Per reading: why it is set aside, `USED` for what is in the log."""
-    motor: MotorCell
     cells: tuple[Floats, Floats]
     """The motor's and the load's, zeros taken off, of all readings."""
-    noise_hides: bool
-    """Whether two limits do not show."""
+    motor: str
+    """"1" or "2", the cell at the motor."""
+    notes: list[str]
+    warnings: list[str]
 
 
 def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[float, float]) -> Prepared:
     """`zeros` are what the motor's and the load's cell read without load, in the unit of the file."""
     _check_forces(readings)
-    readings = _zeroed(readings, motor, zeros)
-    cells = readings.cell_1, readings.cell_2
-    codes = unusable(cells, resting(readings))
+    swapped = (motor or readings.motor) == "2"
+    cells = _zeroed(readings.cells, zeros[::-1] if swapped else zeros, swapped)
+    steps = resolution_of(cells[0]), resolution_of(cells[1])
+    motion = stated_motion(readings)
+    codes = unusable(cells, steps, motion.rest)
     good = codes == USED
     if not good.any():
         raise InputError("no row has two forces above zero", where=readings.source, hint="check the sign of the cells")
-    log_ratio = np.log(cells[0][good] / cells[1][good])
+    forces = cells[0][good], cells[1][good]
+    log_ratio = np.log(forces[0] / forces[1])
     if not np.isfinite(log_ratio).all():
-        hint = "is the right column read, the cell alive?"
-        raise InputError("the two forces of a reading are too far apart for a ratio", where=readings.source, hint=hint)
-    named = named_ways(readings, log_ratio, good)
-    known = None if named.way is None else named.way[good]
-    group = bend_groups(bend[good])
-    step = sum(0.5 * resolution_of(cell[good]) / float(np.median(cell[good])) for cell in cells)
-    side, levels, settled = _sides(readings, log_ratio, known, group, step, good)
-    whole = np.zeros(len(good), dtype=np.int64)
-    whole[good] = side
-    found = find_motor(readings, whole, named.meaning, good, motor)
-    if any(zeros) and not (motor or readings.motor or zeros[0] == zeros[1]) and found.cell == "2":
-        return prepare(readings=replace(readings, motor="2"), bend=bend, motor=motor, zeros=zeros)
-    sign = 1 if found.cell == "1" else -1
-    ordered = cells if found.cell == "1" else cells[::-1]
-    border = _borders(readings, bend)[good]
-    stroke = _strokes(readings, side, border, good)
-    order = np.argsort(stroke, kind="stable")
-    order = order[side[order] != 0]
-    rows = np.flatnonzero(good)[order]
-    middle, half, noise = (column[order] for column in levels)
-    _, number = np.unique(stroke[order], return_inverse=True)
-    timed = not settled and (readings.time is not None)
-    if timed:
-        _check_order(readings)
+        problem = "the two forces of a reading are too far apart for a ratio"
+        raise InputError(problem, where=readings.source, hint="is the right column read, the cell alive?")
+    known, group = stated_sides(readings, motion, log_ratio, good), bend_groups(bend[good])
+    rounding = sum(0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True))
+    middle, half, noise = levels = _levels(log_ratio, known, group, rounding)
+    side, settled = _sides(readings, log_ratio, known, group, levels, good)
+    cell, notes, warnings = motor_cell(readings, motion, side, forces, good, motor)
+    if cell == "2" and not swapped and zeros[0] != zeros[1]:
+        return prepare(readings, bend, "2", zeros)
+    sign, order = (1, (0, 1)) if cell == "1" else (-1, (1, 0))
+    stroke = _strokes(readings, side, bend, good, settled)
+    at = np.argsort(stroke, kind="stable")
+    at = at[side[at] != 0]
+    rows = np.flatnonzero(good)[at]
     log = Log(
-        ordered[0][rows], ordered[1][rows], sign * side[order], bend[rows], np.asarray(number, dtype=np.int64),
-        np.linspace(-0.5, 0.5, len(good))[rows], sign * middle, half, noise,
-        readings.time[rows] if timed and readings.time is not None else None if settled else rows.astype(np.float64),
-        settled,
+        forces[order[0]][at], forces[order[1]][at], sign * side[at], bend[rows],
+        np.unique(stroke[at], return_inverse=True)[1], np.linspace(-0.5, 0.5, len(good))[rows], sign * middle[at],
+        half[at], noise[at], (steps[order[0]], steps[order[1]]), None if settled else _times(readings)[rows], settled,
     )  # fmt: skip
-    _check_follows(readings, log, found)
-    return Prepared(log, rows, codes, found, ordered, bool(np.any(half <= 3.0 * noise)))
+    _check_follows(log, (readings.names[order[0]], readings.names[order[1]]), readings.source)
+    return Prepared(log, rows, codes, (cells[order[0]], cells[order[1]]), cell, notes, warnings)
 
 
-def _zeroed(readings: Readings, motor: str | None, zeros: tuple[float, float]) -> Readings:
-    """The readings less what the cells read without load."""
-    if not any(zeros):
-        return readings
-    ordered = (motor or readings.motor or "1") == "1"
-    cells = [readings.cell_1, readings.cell_2] if ordered else [readings.cell_2, readings.cell_1]
-    left = [cell - zero for cell, zero in zip(cells, zeros, strict=True)]
-    for name, zero, cell in zip(("motor", "load"), zeros, left, strict=True):
-        if zero and np.nanquantile(cell, 0.9) <= 0.0:
-            raise InputError(
-                f"the stated zero of the {name}'s cell, {zero:g}, is larger than its forces",
-                where=f"--zero-{name}",
-                hint="it is what the cell reads without load",
-            )
-    return replace(readings, cell_1=left[0 if ordered else 1], cell_2=left[1 if ordered else 0])
+def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float], swapped: bool) -> tuple[Floats, Floats]:
+    """The readings less what the cells read without load; the second cell is the motor's if they are swapped."""
+    for end, zero, cell in zip(("load", "motor") if swapped else ("motor", "load"), zeros, cells, strict=True):
+        if zero and np.nanquantile(cell, 0.9) <= zero:
+            problem = f"the stated zero of the {end}'s cell, {zero:g}, is larger than its forces"
+            raise InputError(problem, where=f"--zero-{end}", hint="it is what the cell reads without load")
+    return cells[0] - zeros[0], cells[1] - zeros[1]
+
+
+def _levels(
+    log_ratio: Floats, known: Integers | None, group: Integers, rounding: float
+) -> tuple[Floats, Floats, Floats]:
+    """Middle and half distance of the two limits at each row's bend, and the noise of its log ratio."""
+    levels = np.zeros((3, len(log_ratio)))
+    for each in np.unique(group):
+        mine = group == each
+        y, sides = log_ratio[mine], None if known is None else known[mine]
+        middle, half = levels_of(y)
+        if sides is None:
+            sides = np.sign(y - middle).astype(np.int64)
+        elif len(np.unique(sides[sides != 0])) < 2:
+            middle, half = 0.0, float(np.quantile(np.abs(y), 0.8))
+        levels[:, mine] = [[middle], [max(half, 1e-12)], [max(noise_of(y, sides), min(rounding, 0.1 * half))]]
+    return levels[0], levels[1], levels[2]
 
 
 def _sides(
-    readings: Readings, log_ratio: Floats, known: Integers | None, group: Integers, step: float, good: Mask
-) -> tuple[Integers, tuple[Floats, Floats, Floats], bool]:
-    """Which limit each row belongs to; middle, half distance and noise of each; whether rows are settled readings."""
-    side = np.zeros(len(log_ratio), dtype=np.int64)
-    middle, half, noise = (np.zeros(len(log_ratio)) for _ in range(3))
-    typed = readings.time is None and len(log_ratio) <= _TYPED
-    short = known is None and typed
+    readings: Readings, log_ratio: Floats, known: Integers | None, group: Integers,
+    levels: tuple[Floats, Floats, Floats], good: Mask,
+) -> tuple[Integers, bool]:  # fmt: skip
+    """Which limit each row belongs to, 0 at rest; and whether rows are settled readings."""
+    typed = "time" not in readings.rows and len(log_ratio) <= _TYPED
+    other = 3 * np.cumsum(np.diff(group, prepend=group[:1]) != 0)
+    if known is not None:
+        return known, typed or usual_run(known + other) <= _SETTLED
+    if typed:
+        side = sides_by_sign(readings, log_ratio)
+        if usual_run(side + other) <= _SETTLED:
+            return side, True
+    side, moved = np.zeros(len(log_ratio), dtype=np.int64), True
     for each in np.unique(group):
         mine = group == each
-        y = log_ratio[mine]
-        middle[mine], half[mine] = levels_of(y)
-        if known is not None and len(np.unique(known[mine & (known != 0)])) < 2:
-            middle[mine], half[mine] = 0.0, float(np.quantile(np.abs(y), 0.8))
-        noise[mine] = max(
-            noise_of(y, np.sign(y - middle[mine]) if known is None else known[mine]), min(step, 0.1 * half[mine][0])
+        middle, half, noise = (float(level[mine][0]) for level in levels)
+        shown = half > _SHOWN * noise
+        side[mine] = triggered_sides(log_ratio[mine], middle, half, noise) if shown else np.sign(middle) or 1
+        turns = np.count_nonzero(np.diff(side[mine]))
+        moved = bool(moved and turns > 0 and (turns > 1 or abs(middle) <= 0.5 * half))
+    settled = usual_run(side + other) <= _SETTLED
+    away = np.abs(log_ratio - levels[0])
+    if not (moved or settled) or (settled and float(np.mean(away)) < _TWO_LIMITS * float(np.std(away))):
+        lines = readings.rows["line"].to_numpy()[good]
+        raise InputError(
+            "the log does not go back and forth between two limits, so the forces do not show the directions",
+            where=f"{readings.source}, lines {lines[0]} to {lines[-1]}",
+            hint='log at least two strokes each way, or add a column "direction" with "pull" and "release"',
         )
-    half = np.maximum(half, 1e-12)
-    raw = ways_of(log_ratio, middle, half) if known is None else known
-    if short:
-        raw = sides_by_sign(readings, log_ratio)
-    other = np.cumsum(np.concatenate([[0], np.diff(group) != 0]))
-    settled = (typed and known is not None) or is_settled(raw + 3 * other)
-    if settled and known is None and not short:
-        away = np.abs(log_ratio - middle)
-        if float(np.mean(away)) < _TWO_LIMITS * float(np.std(away)):
-            raise _no_limits(readings, np.flatnonzero(good))
-    if known is not None or settled:
-        return raw, (middle, half, noise), settled
-    for each in np.unique(group):
-        mine = group == each
-        y, m, h = log_ratio[mine], float(middle[mine][0]), float(half[mine][0])
-        side[mine] = ways_of(y, m, h, float(noise[mine][0])) if h > 3.0 * noise[mine][0] else np.sign(m) or 1
-        turns = int(np.count_nonzero(np.diff(side[mine])))
-        if turns == 0 or (turns < 2 and abs(m) > 0.5 * h):
-            raise _no_limits(readings, np.flatnonzero(good)[mine])
-    return side, (middle, half, noise), settled
+    return side, settled
 
 
-def _no_limits(readings: Readings, rows: Integers) -> InputError:
-    return InputError(
-        "the log does not go back and forth between two limits, so the forces do not show the directions",
-        where=f"{readings.source}, lines {readings.lines[rows[0]]} to {readings.lines[rows[-1]]}",
-        hint='log at least two strokes each way, or add a column "direction" with "pull" and "release"',
-    )
-
-
-def _borders(readings: Readings, bend: Floats) -> Integers:
-    """A number that changes from row to row where another stroke begins: another bend, or another name of a stroke."""
-    border = np.zeros(len(bend), dtype=np.int64)
-    columns = [bend_groups(bend)] + ([readings.strokes.code] if readings.strokes is not None else [])
-    columns += [readings.file] if readings.file is not None else []
-    for column in columns:
-        border[1:] += np.cumsum(column[1:] != column[:-1])
-    return border
-
-
-def _strokes(readings: Readings, side: Integers, border: Integers, good: Mask) -> Integers:
-    """Number of the stroke of each good row, in order: a run on one side, or what a column of strokes says."""
-    moving = side != 0
-    last = np.maximum.accumulate(np.where(moving, np.arange(len(side)), 0))
+def _strokes(readings: Readings, side: Integers, bend: Floats, good: Mask, settled: bool) -> Integers:
+    """Number of the stroke of each good row, in order: a run on one side at one bend, or what a column says."""
+    border = [np.diff(bend_groups(bend), prepend=0) != 0]
+    for name in {"stroke", "file"} & set(readings.rows):
+        codes = readings.codes(name)[1] if name == "stroke" else readings.rows[name].to_numpy()
+        border.append(np.diff(codes, prepend=codes[:1]) != 0)
+    part = np.cumsum(np.logical_or.reduce(border))[good]
+    last = np.maximum.accumulate(np.where(side != 0, np.arange(len(side)), 0))
     held = side[last]  # a rest does not end a stroke
-    number = np.concatenate([[0], np.cumsum((np.diff(held) != 0) | (np.diff(border) != 0))]) if len(side) else side
-    if readings.strokes is None:
-        return np.asarray(number)
-    key = (readings.strokes.code[good] * 3 + held + 1) * (int(border.max()) + 1) + border
-    if len(readings.lines) < 10**5:  # the same name again, as in a table in any order, is the same stroke
-        key = readings.strokes.code[good] * 3 + held + 1
-    _, first, place = np.unique(key, return_index=True, return_inverse=True)
-    return np.asarray(np.argsort(np.argsort(first))[place])
+    if settled and "stroke" in readings.rows:  # the same name again, as in a table in any order, is the same stroke
+        key = readings.codes("stroke")[1][good] * 3 + held
+        first, place = np.unique(key, return_index=True, return_inverse=True)[1:]
+        return np.asarray(np.argsort(np.argsort(first))[place])
+    return np.cumsum((np.diff(held, prepend=held[:1]) != 0) | (np.diff(part, prepend=part[:1]) != 0))
 
 
 def _check_forces(readings: Readings) -> None:
     """Refuse forces that no two working cells give."""
-    cells = (readings.cell_1, readings.cell_2)
+    cells, source = readings.cells, readings.source
     for cell in cells:
         pulled, largest = np.nanmax(cell, initial=0.0), np.nanmax(np.abs(cell), initial=0.0)
         if 0.0 < pulled <= _WEAKEST or largest >= _STRONGEST:
             reached = largest if largest >= _STRONGEST else pulled
             problem = f"forces reach {reached:.3g}, which no load cell reads"
-            raise InputError(problem, where=readings.source, hint="is the unit right?")
-    fixed = [cell for cell in cells if np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf)]
-    many = len(readings.lines) >= _MANY or (readings.directions is not None and len(readings.directions.names) > 1)
-    if len(fixed) == 2 and many:
+            raise InputError(problem, where=source, hint="is the unit right?")
+    fixed = all(np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells)
+    named = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
+    if fixed and (len(readings.rows) >= _MANY or named > 1):
         hint = "are the right columns read, the cells alive?"
-        raise InputError("both cells read the same in every row", where=readings.source, hint=hint)
+        raise InputError("both cells read the same in every row", where=source, hint=hint)
     known = (cells[0] > 0.0) & (cells[1] > 0.0)
     one, two = cells[0][known], cells[1][known]
-    if not known.any() or np.any(one != np.round(one)) or np.any(two != np.round(two)):
-        return
-    ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
-    if ratio > _LARGEST_RATIO:
-        raise InputError(
-            f"one cell reads {ratio:.0f} times the other, in whole numbers",
-            where=readings.source,
-            hint="a decimal comma read as a separator? separate the columns by semicolons",
-        )
+    if known.any() and not (np.any(one != np.round(one)) or np.any(two != np.round(two))):
+        ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
+        if ratio > _LARGEST_RATIO:
+            hint = "a decimal comma read as a separator? separate the columns by semicolons"
+            raise InputError(f"one cell reads {ratio:.0f} times the other, in whole numbers", where=source, hint=hint)
 
 
-def _check_order(readings: Readings) -> None:
-    """Refuse a log whose rows are not in order of time."""
-    back = np.flatnonzero(np.diff(readings.time if readings.time is not None else np.zeros(1)) < 0.0)
+def _times(readings: Readings) -> Floats:
+    """The time of each row, or its number; refused if it goes back."""
+    time = readings.column("time")
+    if time is None:
+        return np.arange(len(readings.rows), dtype=np.float64)
+    back = np.flatnonzero(np.diff(time) < 0.0)
     if len(back):
-        raise InputError(
-            "time goes back in this row, so strokes cannot be told",
-            where=readings.place(int(back[0]) + 1),
-            hint="give one log per file, its rows in order of time",
-        )
+        problem = "time goes back in this row, so strokes are not known"
+        hint = "give one log per file, its rows in order of time"
+        raise InputError(problem, where=readings.place(int(back[0]) + 1), hint=hint)
+    return time
 
 
-def _check_follows(readings: Readings, log: Log, motor: MotorCell) -> None:
+def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
     """Refuse a load's cell that does not weigh what the motor's pulls."""
     if log.settled or len(log.way) < _MANY:
         return
-    pulled, weighed = np.log(log.motor), np.log(log.load)
-    usual = float(np.median(log.motor))
-    fine = (
-        len(pulled) >= _NOISELESS
-        and resolution_of(log.motor) < _FINE * usual
-        and noise_of(log.motor, log.way) > _NOISY * usual
-    )
-    for end, cell, dead in (("motor", pulled, True), ("load", weighed, fine)):
-        if not np.ptp(cell) and dead:
-            name = shorten(readings.names[int(motor.cell) - 1 if end == "motor" else 2 - int(motor.cell)], 30)
-            problem = f'the {end}\'s cell ("{name}") reads the same in every row'
-            raise InputError(problem, where=readings.source, hint="is the right column read, the cell alive?")
-    pulled, weighed = pulled - pulled.mean(), weighed - weighed.mean()
-    slope = float(pulled @ weighed) / max(float(pulled @ pulled), 1e-300)
-    gain = abs(float(np.median(log.middle)))
-    against = slope < -_FOLLOWS and float(pulled @ weighed) ** 2 > 0.25 * float(pulled @ pulled) * float(
-        weighed @ weighed
-    )
-    if against or (abs(slope) < _FOLLOWS and gain > _FAR_GAIN):
-        name = shorten(readings.names[1 if motor.cell == "1" else 0], 30)
-        raise InputError(
-            f"the load's cell (\"{name}\") does not follow the motor's",
-            where=readings.source,
-            hint="is the right column read, is the cell connected, are both of the same tendon?",
-        )
+    usual, hint = float(np.median(log.motor)), "is the right column read, is the cell connected?"
+    fine = len(log.way) >= _NOISELESS and log.steps[0] < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
+    for end, cell, name, dead in (("motor", log.motor, names[0], True), ("load", log.load, names[1], fine)):
+        if dead and not np.ptp(cell):
+            problem = f'the {end}\'s cell ("{shorten(name, 30)}") reads the same in every row'
+            raise InputError(problem, where=source, hint=hint)
+    pulled, weighed = (np.log(cell) - np.mean(np.log(cell)) for cell in (log.motor, log.load))
+    both, square = float(pulled @ weighed), max(float(pulled @ pulled), 1e-300)
+    against = both < -_FOLLOWS * square and -both > _AGAINST * np.sqrt(square * float(weighed @ weighed))
+    if against or (abs(both) < _FOLLOWS * square and abs(float(np.median(log.middle))) > _FAR_GAIN):
+        problem = f"the load's cell (\"{shorten(names[1], 30)}\") does not follow the motor's"
+        raise InputError(problem, where=source, hint=f"{hint[:-1]}, are both of the same tendon?")

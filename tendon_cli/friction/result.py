@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from tendon_cli.display import Displayed, face
+import numpy as np
+import pandas as pd
+
+from tendon_cli.display import Displayed
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
-from tendon_cli.friction.reading.readings import Floats, Integers
-from tendon_cli.friction.rows import FittedRows
-from tendon_cli.friction.strokes import Presliding, Speed, StrokeRow
+from tendon_cli.friction.strokes import Presliding, Speed
+
+_MOST_RESIDUALS = 20
 
 
 @dataclass(frozen=True)
@@ -20,10 +23,10 @@ class DirectionFit:
     friction: float
     standard_error: float | None
     """None if the direction has one stroke only."""
-    used: int
-    """Readings used."""
     plain: float
     """The plain answer: the median of |ln ratio| over the bend angle, by rows beyond the middle."""
+    used: int
+    """Readings used."""
 
 
 @dataclass(frozen=True)
@@ -42,40 +45,25 @@ class Check:
 
     name: str
     value: float | None
-    """None if the readings cannot tell it."""
+    """None if the readings cannot show it."""
     standard_error: float | None
     unit: str
     found: bool | None
-    """Whether the readings show it; None if they cannot tell."""
-    effect: float | None
+    """Whether the readings show it; None if they cannot."""
+    effect_on_friction: float | None
     """What it does to μ if it is left out of the fit, as a share of μ."""
 
 
 @dataclass(frozen=True)
 class Plain:
-    """The plain answer beside the fit."""
+    """The plain answer, to compare the fit with."""
 
     friction: float
     """Mean of both directions' medians, which gains cancel in."""
-    set_aside: float
+    moved_by_rows: float
     """Share of μ by which leaving rows out moves it."""
-    fitted: float
+    moved_by_fit: float
     """Share of μ by which effects and the weights of strokes move it further."""
-
-
-@dataclass(frozen=True, eq=False)
-class Parts:
-    """Means over parts of strokes, by which the rig is checked."""
-
-    way: Integers
-    force: Floats
-    """At the load, in the unit of the file."""
-    rate: Floats | None
-    """d ln F/dt, in the file's unit of time; None if it has none."""
-    misfit: Floats
-    """Log ratio less ±μφ and the gain, but before offsets, delay and the like."""
-    effects: Floats
-    """What the effects that were fitted make of it."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,19 +90,25 @@ class Fit(Displayed):
     motor: str
     """"1" or "2", the cell at the motor."""
     is_log: bool
-    """Whether slip was told from stick in a raw log; False for settled readings."""
+    """Whether the readings are a raw log, and not settled readings."""
     strokes: int
     """Strokes used."""
-    rows: FittedRows
-    stroke_table: tuple[StrokeRow, ...]
-    """Every stroke, used or not."""
+    rows: pd.DataFrame
+    """A row per reading: `line` and number of its `file`, forces `motor` and `load` (stated zeros taken off, in the
+    unit of the file), `log_ratio` (NaN without one), `way` (+1 toward the motor, -1 toward the load, 0 if it is set
+    aside before), `bend_angle` (rad), `run` (number of its stroke, -1 if none), `used`, `code` (why it is not),
+    `residual` (NaN if not used), and, if the file has them, `time`, and the motor's `position` or `speed`."""
+    stroke_table: pd.DataFrame
+    """A row per stroke, used or not: what `--strokes` writes."""
     speed: Speed | None
     """How μ goes with speed, if the strokes have different speeds."""
     presliding: Presliding | None
     """Stiffness and backlash of the motor's end, if a position is read."""
     files: tuple[dict[str, Any], ...]
     """μ of each file, if there are several."""
-    parts: Parts
+    points: pd.DataFrame
+    """Means over parts of strokes, by which the rig is checked: `way`, `force` at the load, `rate` d ln F/dt if there
+    is a time, `misfit` of the log ratio before effects, and what the `effects` that were fitted make of it."""
     set_aside: tuple[SetAside, ...]
     checks: tuple[Check, ...]
     notes: tuple[str, ...]
@@ -129,19 +123,34 @@ class Fit(Displayed):
 
     @property
     def record(self) -> dict[str, Any]:
-        """The fit as data, as `--json` prints it."""
-        recorded: dict[str, Any] = face().record_of(self)
-        return recorded
-
-    @property
-    def _scale(self) -> float:
-        """What makes μφ of the number that was fitted."""
-        return self.bend_angle or 1.0
+        """The fit as plain JSON values, as `--json` prints it; angles in rad."""
+        used = self.rows[self.rows["used"]]
+        left = used["residual"].to_numpy()
+        largest = np.argsort(-np.abs(left), kind="stable")[:_MOST_RESIDUALS]
+        lines, angles = used["line"].to_numpy(), self.bend_angles
+        names = (
+            "friction", "standard_error", "interval_95", "friction_bend", "friction_bend_standard_error",
+            "friction_bend_interval_95", "gain_ratio", "by_direction", "plain", "strokes", "speed", "presliding",
+            "files", "set_aside", "warnings", "notes", "checks", "unit", "source", "sha256",
+        )  # fmt: skip
+        record: dict[str, Any] = _data({name: getattr(self, name) for name in names})
+        return record | {
+            "bend_angle": _data(angles if len(angles) > 1 else angles[0] if angles else None),
+            "budget": _data(self.uncertainty.parts),
+            "coverage_factor": self.uncertainty.coverage,
+            "degrees_of_freedom": _data(self.uncertainty.degrees_of_freedom),
+            "used": len(used),
+            "residuals": {
+                "rms": float(np.sqrt(np.mean(left**2))),
+                "max": float(np.max(np.abs(left))),
+                "rows": [{"line": int(lines[at]), "residual": float(left[at])} for at in largest],
+            },
+        }
 
     @property
     def fitted(self) -> float:
         """μ, or μφ without a bend angle."""
-        return self.friction_bend / self._scale
+        return self.friction_bend / (self.bend_angle or 1.0)
 
     @property
     def friction(self) -> float | None:
@@ -160,11 +169,23 @@ class Fit(Displayed):
 
     @property
     def friction_bend_standard_error(self) -> float:
-        """Of μφ, in which the bend angle's own uncertainty has no part."""
-        return math.sqrt(max(self.uncertainty.standard_error**2 - self.uncertainty.of(BEND) ** 2, 0.0)) * self._scale
+        """Of μφ, in which the uncertainty of the bend angle has no part."""
+        variance = self.uncertainty.standard_error**2 - self.uncertainty.of(BEND) ** 2
+        return math.sqrt(max(variance, 0.0)) * (self.bend_angle or 1.0)
 
     @property
     def friction_bend_interval_95(self) -> tuple[float, float]:
         """In which μφ lies with 95 %."""
         half = self.uncertainty.coverage * self.friction_bend_standard_error
         return self.friction_bend - half, self.friction_bend + half
+
+
+def _data(value: Any) -> Any:
+    """Plain JSON values; what is infinite is null."""
+    if is_dataclass(value):
+        return {each.name: _data(getattr(value, each.name)) for each in fields(value)}
+    if isinstance(value, dict):
+        return {name: _data(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_data(part) for part in value]
+    return None if isinstance(value, float) and math.isinf(value) else value

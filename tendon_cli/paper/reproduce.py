@@ -12,7 +12,7 @@ from typing import Any
 from tendon_cli.figures.draw import draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.files import output_errors, write_whole
-from tendon_cli.friction import fit_file
+from tendon_cli.friction import fit_friction
 from tendon_cli.paper.claims import CLAIMS
 from tendon_cli.paper.figures import draw_slips, finisher
 from tendon_cli.paper.findings import FINDINGS, failing_by_place
@@ -97,7 +97,7 @@ def evaluate(
     for name, run in swept((*STUDIES, *VARIANTS), area, jobs=jobs, stop=stop or threading.Event(), lock=lock):
         runs[name] = run
         step()
-    paper = Paper(runs, *(fit_file(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE)))
+    paper = Paper(runs, *(fit_friction(READINGS, bend_angle=angle) for angle in (WRAP_ANGLE, PRINTED_ANGLE)))
     kinds = {"finding": FINDINGS, "claim": CLAIMS, "slip": SLIPS}
     findings, claims, slips = (judged(kind, checks, paper) for kind, checks in kinds.items())
     return paper, Verdicts(findings, claims, slips, Places(failing_by_place(paper)))

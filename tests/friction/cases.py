@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from tendon_cli.friction.reading.readings import Labels, Readings
+from tendon_cli.friction.reading.readings import Readings
 
 from .rig import Floats, Logs, Rig, simulate
 
@@ -43,32 +44,33 @@ class Case:
 
 
 def readings(motor: Floats, load: Floats, **columns: Any) -> Readings:
-    """Readings as they would be read from a file."""
+    """Readings as they would be read from a file, with time unless it is given as None."""
     count = len(motor)
-    given: dict[str, Any] = {"time": ROW * np.arange(count), "unit": "N", **columns}
-    return Readings("rig.csv", "0" * 64, np.arange(2, count + 2), motor, load, ("motor", "load"), motor="1", **given)
+    rows = {"line": np.arange(2, count + 2), "cell_1": motor, "cell_2": load, "time": ROW * np.arange(count), **columns}
+    frame = pd.DataFrame({name: values for name, values in rows.items() if values is not None})
+    return Readings(frame, "rig.csv", "0" * 64, ("motor", "load"), unit="N", motor="1", files=("rig.csv",))
 
 
-def log_of(rig: Rig, logs: Logs, seed: int) -> Readings:
+def log_of(rig: Rig, logs: Logs, seed: int, **columns: Any) -> Readings:
     """The log of one seed, with time."""
-    return readings(logs.motor_cell[:, seed], logs.load_cell[:, seed])
+    return readings(logs.motor_cell[:, seed], logs.load_cell[:, seed], **columns)
 
 
 def with_directions(rig: Rig, logs: Logs, seed: int) -> Readings:
     """With a column of directions, which follows the motor and not the slip."""
     names = {1.0: "up", -1.0: "down", 0.0: "rest"}
-    return replace(log_of(rig, logs, seed), directions=Labels.of([names[way] for way in logs.toward]))
+    return log_of(rig, logs, seed, direction=pd.Categorical([names[way] for way in logs.toward]))
 
 
 def with_strokes(rig: Rig, logs: Logs, seed: int) -> Readings:
     """With a column that counts the strokes."""
     turns = np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0)
-    return replace(log_of(rig, logs, seed), strokes=Labels.of([str(turn) for turn in turns]))
+    return log_of(rig, logs, seed, stroke=pd.Categorical(turns.astype(str)))
 
 
 def untimed(rig: Rig, logs: Logs, seed: int) -> Readings:
     """Two columns of forces and nothing else."""
-    return replace(log_of(rig, logs, seed), time=None)
+    return log_of(rig, logs, seed, time=None)
 
 
 def part(first: int, last: int | None) -> Callable[[Rig, Logs, int], Readings]:
@@ -87,9 +89,9 @@ def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], Re
         first = rig.rows_at_rest
         every = np.arange(first, len(logs.toward)).reshape(rig.strokes, -1)
         taken = every[:, -rows:].ravel()
-        names = Labels.of(["up" if way > 0 else "down" for way in logs.toward[taken]]) if directions else None
+        names = pd.Categorical(np.where(logs.toward[taken] > 0, "up", "down")) if directions else None
         cells = logs.motor_cell[taken, seed], logs.load_cell[taken, seed]
-        return readings(*cells, time=None, directions=names)
+        return readings(*cells, time=None, direction=names)
 
     return make
 

@@ -371,11 +371,7 @@ def verdict(kind: Kind, columns: dict[str, Array], truth: float, folder: Path) -
         fit = tendon.fit_friction(path, bend_angle=bend, **dict(kind.options))
     except TendonError as refusal:
         return ("rightly refused" if not kind.tells else "wrongly refused"), {"why": str(refusal)[:100]}  # type: ignore[dict-item]
-    record: Any = getattr(fit, "record", None)
-    if not isinstance(record, dict):
-        from tendon_cli.friction import as_json
-
-        record = as_json(fit)
+    record = fit.record
     low, high = record["interval_95"]
     error, half = record["friction"] / truth - 1.0, 0.5 * (high - low) / truth
     sizes = {"error": error, "half": half, "held": float(low <= truth <= high), "warnings": record["warnings"]}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.fit import fit_readings
 
 from .cases import CASES, log_of, readings

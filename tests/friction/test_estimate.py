@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind
 
-from tendon_cli.friction import fit_file
-from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction import fit_friction
+from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.budget import BEND, SCATTER
 from tendon_cli.friction.fit import fit_readings
 
-from .fits import fit_seed, readings_of
+from .cases import log_of, readings
 from .rig import Rig, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "configs" / "friction"
@@ -33,31 +33,31 @@ def settled(friction: float, angles, *, gain: float = 1.0, offsets=(0.0, 0.0), l
 
 def test_table_a1() -> None:
     name = "table_a1.csv"
-    fit = fit_file(EXAMPLES / name, bend_angle="144 deg")
+    fit = fit_friction(EXAMPLES / name, bend_angle="144 deg")
     assert f"{fit.by_direction['toward_motor'].friction:.4f}" == "0.0734"
     assert f"{fit.by_direction['toward_load'].friction:.4f}" == "0.0752"
     assert f"{fit.friction:.4f}" == "0.0743"
     assert fit.gain_ratio == pytest.approx(0.998, abs=5e-4)
     assert fit.motor == "1"
-    straight = fit_file(EXAMPLES / name, bend_angle="180 deg").by_direction
+    straight = fit_friction(EXAMPLES / name, bend_angle="180 deg").by_direction
     assert [f"{part.friction:.4f}" for part in straight.values()] == ["0.0588", "0.0601"]
 
 
 def test_bend_angle_uncertainty_is_carried_through() -> None:
-    exact = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg").uncertainty
-    vague = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg +/- 2 deg")
+    exact = fit_friction(EXAMPLES / "table_a1.csv", bend_angle="144 deg").uncertainty
+    vague = fit_friction(EXAMPLES / "table_a1.csv", bend_angle="144 deg +/- 2 deg")
     expected = math.hypot(exact.standard_error, vague.friction * 2.0 / 144.0)
     assert vague.uncertainty.standard_error == pytest.approx(expected, rel=1e-12)
     assert vague.uncertainty.degrees_of_freedom > 1000
     assert vague.friction_bend_standard_error / vague.bend_angle == pytest.approx(exact.standard_error, rel=1e-12)
-    one_degree = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg ± 1 deg")
+    one_degree = fit_friction(EXAMPLES / "table_a1.csv", bend_angle="144 deg ± 1 deg")
     assert one_degree.uncertainty.of(BEND) / one_degree.friction == pytest.approx(0.007, abs=1e-4)
 
 
 @pytest.mark.parametrize("friction", [0.001, 0.02, 0.4, 1.5])
 @pytest.mark.parametrize("gain", [0.93, 1.0, 1.04])
 def test_exact_lines_at_several_angles(friction: float, gain: float, csv_file) -> None:
-    fit = fit_file(csv_file(settled(friction, (0.5, 1.0, 3.0), gain=gain)), bend_angle=None)
+    fit = fit_friction(csv_file(settled(friction, (0.5, 1.0, 3.0), gain=gain)), bend_angle=None)
     assert fit.friction == pytest.approx(friction, rel=1e-9)
     assert fit.gain_ratio == pytest.approx(gain, rel=1e-9)
     assert np.allclose(fit.rows.residual, 0.0, atol=1e-12)
@@ -65,8 +65,8 @@ def test_exact_lines_at_several_angles(friction: float, gain: float, csv_file) -
 
 def test_the_same_whichever_cell_is_called_first_and_whatever_the_unit() -> None:
     text = (EXAMPLES / "table_a1.csv").read_text()
-    fit = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg", motor="1")
-    other = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg", motor="2")
+    fit = fit_friction(EXAMPLES / "table_a1.csv", bend_angle="144 deg", motor="1")
+    other = fit_friction(EXAMPLES / "table_a1.csv", bend_angle="144 deg", motor="2")
     assert other.friction == pytest.approx(fit.friction, rel=1e-12)
     assert other.gain_ratio == pytest.approx(1.0 / fit.gain_ratio, rel=1e-12)
     assert "load_cell_1" in text
@@ -75,7 +75,7 @@ def test_the_same_whichever_cell_is_called_first_and_whatever_the_unit() -> None
 def test_repeating_a_reading_does_not_beat_the_resolution(csv_file) -> None:
     few = "case,cell 1,cell 2\n" + "1,1.236,1.028\n2,0.858,1.036\n" * 3
     many = "case,cell 1,cell 2\n" + "1,1.236,1.028\n2,0.858,1.036\n" * 25
-    errors = [fit_file(csv_file(text), bend_angle="144 deg").uncertainty.standard_error for text in (few, many)]
+    errors = [fit_friction(csv_file(text), bend_angle="144 deg").uncertainty.standard_error for text in (few, many)]
     floor = math.sqrt(sum((0.001 / force) ** 2 for force in (1.236, 1.028, 0.858, 1.036)) / 12.0)
     assert errors == pytest.approx([floor / 2.0 / math.radians(144.0)] * 2, rel=1e-6)
 
@@ -84,8 +84,8 @@ def test_readings_of_one_stroke_count_once(csv_file) -> None:
     rows = ["stroke,case,cell 1,cell 2"]
     for stroke, (case, force) in enumerate([(1, 1.23), (2, 0.87), (1, 1.25), (2, 0.86), (1, 1.24), (2, 0.87)]):
         rows += [f"{stroke},{case},{force},1.03"] * 10
-    fit = fit_file(csv_file("\n".join(rows)), bend_angle="144 deg")
-    once = fit_file(csv_file("\n".join(rows[:1] + rows[1::10])), bend_angle="144 deg")
+    fit = fit_friction(csv_file("\n".join(rows)), bend_angle="144 deg")
+    once = fit_friction(csv_file("\n".join(rows[:1] + rows[1::10])), bend_angle="144 deg")
     assert fit.strokes == once.strokes == 6
     assert fit.friction == pytest.approx(once.friction, rel=1e-12)
     assert fit.uncertainty.of(SCATTER) == pytest.approx(once.uncertainty.of(SCATTER), rel=0.02)
@@ -96,7 +96,7 @@ def test_the_interval_of_settled_strokes_is_that_of_the_t_test_of_two_directions
     way = np.tile([1.0, -1.0], strokes)
     ratio = np.exp(0.2 * way + 0.01 * np.random.default_rng(1).standard_normal(way.size))
     lines = [f"{1 if sign > 0 else 2},{value:.15g},1.000001" for sign, value in zip(way, ratio, strict=True)]
-    fit = fit_file(csv_file("case,cell 1,cell 2\n" + "\n".join(lines) + "\n"), bend_angle="144 deg")
+    fit = fit_friction(csv_file("case,cell 1,cell 2\n" + "\n".join(lines) + "\n"), bend_angle="144 deg")
     test = ttest_ind(np.log(ratio[way > 0]), np.log(ratio[way < 0]))
     low, high = (float(end) / (2.0 * math.radians(144.0)) for end in test.confidence_interval(0.95))
     assert fit.uncertainty.degrees_of_freedom == pytest.approx(2 * strokes - 2, rel=1e-6)
@@ -120,7 +120,7 @@ def test_settled_readings_are_all_used_whatever_they_scatter(csv_file, noise, ro
             ),
         )
         text = "\n".join(line if named else line.partition(",")[2] for line in (head, *lines))
-        fit = fit_file(csv_file(text + "\n"), bend_angle="144 deg")
+        fit = fit_friction(csv_file(text + "\n"), bend_angle="144 deg")
         assert np.count_nonzero(fit.rows.used) == way.size
         low, high = fit.uncertainty.interval_95
         held += low <= 0.2 / math.radians(144.0) <= high
@@ -139,7 +139,7 @@ def test_angles_and_directions_in_random_order(csv_file, named) -> None:
                 rows.append(f"{angle}{',' + name if named else ''},{motor:.5f},{load:.5f}")
         rng.shuffle(rows)
         head = f"bend_angle_deg,{'direction,' if named else ''}motor,load"
-        fit = fit_file(csv_file("\n".join([head, *rows])), bend_angle=None)
+        fit = fit_friction(csv_file("\n".join([head, *rows])), bend_angle=None)
         assert np.count_nonzero(fit.rows.used) >= len(rows) - 2
         low, high = fit.uncertainty.interval_95
         held += low <= 0.08 <= high
@@ -147,7 +147,7 @@ def test_angles_and_directions_in_random_order(csv_file, named) -> None:
 
 
 def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
-    fit = fit_file(csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg")
+    fit = fit_friction(csv_file("cell 1,cell 2\n1.236,1.028\n1.236,1.027\n1.236,1.028\n"), bend_angle="144 deg")
     assert f"{fit.friction:.4f}" == "0.0734"
     assert fit.gain_ratio == 1.0
     assert any("one direction only" in text for text in fit.notes)
@@ -155,7 +155,7 @@ def test_one_direction_takes_the_gain_as_one_and_says_so(csv_file) -> None:
 
 def test_offsets_are_found_where_the_forces_span_enough(csv_file) -> None:
     text = settled(0.1, (2.5,), gain=1.02, offsets=(0.05, -0.03), loads=(0.5, 1.0, 2.0, 3.0))
-    fit = fit_file(csv_file(text), bend_angle=None)
+    fit = fit_friction(csv_file(text), bend_angle=None)
     assert fit.friction == pytest.approx(0.1, rel=1e-5)
     assert [check.value for check in fit.checks[:2]] == pytest.approx([0.05, -0.03], abs=1e-4)
     assert all(check.found for check in fit.checks[:2])
@@ -167,7 +167,7 @@ def test_offsets_in_a_log_with_a_spring_at_the_load() -> None:
     rig = Rig(0.1, load_spring=10.0, offsets=(0.06, -0.04))
     logs = simulate(rig, 3)
     for seed in range(3):
-        fit = fit_seed(rig, logs, seed)
+        fit = fit_readings(log_of(rig, logs, seed), bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
         low, high = fit.interval_95
         assert low < 0.1 < high
         assert fit.friction == pytest.approx(0.1, rel=0.03)
@@ -179,7 +179,7 @@ def test_a_bad_reading_among_many_is_left_out(csv_file) -> None:
     rows = [f"{case},{f if case == 1 else 1.0 / f},1.0" for case in (1, 2) for f in forces]
     rows[3] = "1,1.35,1.0"
     lines = [f"{time},{row}" for time, row in enumerate(rows)]
-    fit = fit_file(csv_file("time,case,cell 1,cell 2\n" + "\n".join(lines)), bend_angle="2.5 rad")
+    fit = fit_friction(csv_file("time,case,cell 1,cell 2\n" + "\n".join(lines)), bend_angle="2.5 rad")
     assert fit.friction == pytest.approx(math.log(1.2) / 2.5, rel=2e-3)
     assert not fit.rows.used[3]
 
@@ -193,16 +193,16 @@ def test_a_short_history_without_noise_is_exact(friction: float) -> None:
     for seed in range(2):
         slipping = np.flatnonzero(logs.slipping[:, seed])[:1]
         rows = slice(int(slipping[0]), None)
-        readings = readings_of(logs, seed, rows)
-        fit = fit_readings(readings, bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
+        log = readings(logs.motor_cell[rows, seed], logs.load_cell[rows, seed])
+        fit = fit_readings(log, bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
         assert fit.friction == pytest.approx(friction, rel=1e-3)
         assert fit.plain.friction == pytest.approx(friction, rel=1e-3)
         assert fit.gain_ratio == pytest.approx(1.0, abs=1e-3)
 
 
 def test_without_a_bend_angle_the_answer_is_their_product(csv_file) -> None:
-    fit = fit_file(EXAMPLES / "table_a1.csv", bend_angle="144 deg")
-    bare = fit_file(EXAMPLES / "table_a1.csv", bend_angle=None)
+    fit = fit_friction(EXAMPLES / "table_a1.csv", bend_angle="144 deg")
+    bare = fit_friction(EXAMPLES / "table_a1.csv", bend_angle=None)
     assert (bare.friction, bare.standard_error, bare.interval_95) == (None, None, None)
     assert bare.friction_bend == pytest.approx(fit.friction_bend, rel=1e-12)
     assert bare.friction_bend_interval_95 == pytest.approx(fit.friction_bend_interval_95, rel=1e-9)

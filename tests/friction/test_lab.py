@@ -13,7 +13,6 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction import as_json
 
 from .rig import Rig, simulate
 
@@ -87,7 +86,7 @@ def test_stated_zeros_are_taken_off_and_their_uncertainty_is_in_the_budget() -> 
     fit = tendon.fit_friction(table, ANGLE, zero_motor="2 N", zero_load=-1.0)
     assert fit.friction == pytest.approx(tendon.fit_friction(frame(), ANGLE).friction, rel=1e-9)
     given = tendon.fit_friction(frame(), ANGLE, cell_uncertainty="0.2 N, 0.5 %")
-    parts = {part["name"]: part for part in as_json(given)["budget"]}
+    parts = {part["name"]: part for part in given.record["budget"]}
     assert parts["zero of the motor's cell"]["standard_uncertainty"] == 0.2
     with pytest.raises(InputError, match="larger than its forces"):
         tendon.fit_friction(table, ANGLE, zero_motor="100 N")
@@ -138,7 +137,7 @@ def test_strokes_are_written_one_a_row(tmp_path: Path) -> None:
     from tendon_cli.friction import write_strokes
 
     fit = tendon.fit_friction(frame(), ANGLE, position="position_mm")
-    write_strokes(fit.stroke_table, tmp_path / "strokes.csv")
+    write_strokes(fit, tmp_path / "strokes.csv")
     lines = (tmp_path / "strokes.csv").read_text().splitlines()
     rows = list(csv.DictReader(lines[1:]))
     assert len(rows) == RIG.strokes

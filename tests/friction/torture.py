@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.bend import BendAngle
+from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.fit import fit_readings
 from tendon_cli.friction.result import Fit
 

@@ -1,172 +1,177 @@
-"""A readings file as columns of text, and columns of text as numbers: the separator, the decimal sign, comments."""
+"""A readings file as columns of text, and columns of text as numbers."""
 
 from __future__ import annotations
 
 import csv
+import errno
+import hashlib
+import os
 import re
-from collections import Counter
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.friction.reading.header import Heading, find_cells, named_column, read_column
-from tendon_cli.friction.reading.text import LogFile, lines_of
+from tendon_cli.files import read_file
+from tendon_cli.friction.reading.header import Heading, find_cells, read_header
+from tendon_cli.friction.reading.text import SEPARATORS, is_comment, lines_of, separator_of
 from tendon_cli.units import shorten
 
-_COMMENT = ("#", "%", "//", "*")
+MOST_BYTES, MOST_ROWS = 64_000_000, 1_000_000
+_HEADER_WITHIN = 200
 _PLAIN_START = frozenset("0123456789+-.abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
-_SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
-"""In this order: a comma is believed last, since in a file separated by semicolons or tabs it is the decimal sign."""
 _NUMBER = r"[+-]?(?:[0-9]{1,40}(?:[.,][0-9]{0,40})?|[.,][0-9]{1,40})(?:[eE][+-]?[0-9]{1,3})?"
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--", "?", "1.#qnan")
 _DECIMAL_COMMA = "a decimal comma read as a separator? separate the columns by semicolons"
-_SNIFFED, _HEADER_WITHIN = 100, 200
-MOST_ROWS = 1_000_000
 
 
 @dataclass
 class Table:
-    """The rows below the header, column by column."""
+    """Columns of a file or of a frame, row by row."""
 
-    source: LogFile
-    header: int
-    """Line of the header."""
+    source: str
+    """The file's name without its folder, as errors and provenance give it."""
+    sha256: str
+    """Hash of what is fitted."""
     columns: list[Heading]
     cells: tuple[Heading, Heading]
-    separator: str
     lines: np.ndarray
     """Line of each row."""
-    texts: list[Any]
-    """A pyarrow array of strings per column."""
-    decimal: str | None = field(default=None)
+    data: list[Any]
+    """A pyarrow array of strings per column of a file, an array of values per column of a frame."""
+    header: int | None = None
+    """Line of the header; None in a frame."""
+    separator: str = ""
+    decimal: str = field(default="")
     """The decimal sign, known from the first number that has one."""
 
-    def place(self, column: Heading) -> str:
-        """Where a column's header stands."""
-        return self.source.place(self.header, column.index)
+    def place(self, column: Heading, row: int | None = None) -> str:
+        """Where a header, or a row of its column, stands."""
+        if self.header is None:
+            return f"column {column.shown}"
+        return f"{self.source}, line {self.header if row is None else self.lines[row]}, column {column.index + 1}"
 
     def find(self, role: str) -> Heading | None:
         """The one column of a role; refused if there are two."""
-        found = [column for column in self.columns if column.role == role]
-        if len(found) > 1:
-            raise InputError(f"two columns give the {role}", where=self.source.place(self.header))
-        return found[0] if found else None
+        alike = [column for column in self.columns if column.role == role]
+        if len(alike) > 1:
+            where = self.source if self.header is None else f"{self.source}, line {self.header}"
+            raise InputError(f"two columns give the {role}", where=where)
+        return alike[0] if alike else None
 
-    def names(self, column: Heading) -> tuple[tuple[str, ...], np.ndarray]:
-        """The different texts of a column, and which one each row has."""
+    def names(self, column: Heading) -> Any:
+        """A column of names, as a pandas Categorical."""
+        data = self.data[column.index]
+        if isinstance(data, np.ndarray):
+            return pd.Categorical([str(value) for value in data.tolist()])
         import pyarrow.compute as pc
 
-        coded = pc.dictionary_encode(self.texts[column.index])
-        return tuple(coded.dictionary.to_pylist()), coded.indices.to_numpy().astype(np.int64)
+        coded = pc.utf8_trim_whitespace(data).dictionary_encode()
+        return pd.Categorical.from_codes(coded.indices.to_numpy(), categories=coded.dictionary.to_pylist())
 
     def numbers(self, column: Heading) -> np.ndarray:
         """A column's numbers; NaN for an empty cell or one that says that there is no reading."""
+        data = self.data[column.index]
+        try:
+            values = data.astype(np.float64) if isinstance(data, np.ndarray) else self._parsed(column)
+        except (TypeError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError("is not a column of numbers", where=self.place(column)) from None
+        if np.isinf(values).any():
+            row = int(np.argmax(np.isinf(values)))
+            shown = shorten(str(data[row]))
+            raise InputError(f'"{shown}" is too large for a number', where=self.place(column, row))
+        return np.asarray(values, dtype=np.float64)
+
+    def _parsed(self, column: Heading) -> np.ndarray:
+        """The numbers of a column of texts."""
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        text = pc.replace_substring(self.texts[column.index], "\u2212", "-")
+        text = pc.replace_substring(pc.utf8_trim_whitespace(self.data[column.index]), "\u2212", "-")
         missing = pc.is_in(pc.utf8_lower(text), value_set=pa.array(_MISSING))
         good = pc.or_(missing, pc.match_substring_regex(text, f"^{_NUMBER}$"))
         if not pc.all(good).as_py():
             row = int(np.argmin(good.to_numpy(zero_copy_only=False)))
-            raise self._no_number(text[row].as_py(), self.source.place(int(self.lines[row]), column.index))
+            raise _no_number(text[row].as_py(), self.place(column, row))
         self._check_signs(text, column)
         plain = pc.utf8_ltrim(pc.replace_substring(text, ",", "."), "+")
-        values = pc.cast(pc.if_else(missing, "nan", plain), pa.float64()).to_numpy(zero_copy_only=False)
-        if np.isinf(values).any():
-            row = int(np.argmax(np.isinf(values)))
-            problem = f'"{shorten(text[row].as_py())}" is too large for a number'
-            raise InputError(problem, where=self.source.place(int(self.lines[row]), column.index))
-        return np.asarray(values, dtype=np.float64)
+        values = pc.cast(pc.if_else(missing, "nan", plain), pa.float64())
+        return np.asarray(values.to_numpy(zero_copy_only=False))
 
     def _check_signs(self, text: Any, column: Heading) -> None:
-        """One decimal sign in the whole file, and none that may separate thousands."""
+        """Refuse a second decimal sign in the file, and one that may separate thousands."""
         import pyarrow.compute as pc
 
         def first(mask: Any) -> int | None:
-            found = pc.index(mask, True).as_py()
-            return None if found < 0 else int(found)
+            row = pc.index(mask, True).as_py()
+            return None if row < 0 else int(row)
 
-        def refuse(row: int, problem: str, hint: str | None = None) -> InputError:
-            where = self.source.place(int(self.lines[row]), column.index)
-            return InputError(problem, where=where, hint=hint)
+        def check(row: int | None, problem: str, hint: str | None = None) -> None:
+            if row is not None:
+                raise InputError(problem.format(text[row].as_py()), where=self.place(column, row), hint=hint)
 
-        zero = first(pc.match_substring_regex(text, r"^[+-]?0[0-9]+$")) if self.separator == "," else None
-        if zero is not None:
-            raise refuse(zero, f'"{text[zero].as_py()}" begins with a zero', _DECIMAL_COMMA)
-        signs = {sign: first(pc.match_substring(text, sign)) for sign in ",."}
-        if signs[","] is not None and self.separator == ",":
-            problem = f'"{text[signs[","]].as_py()}" has a comma, which may be a decimal sign or separate thousands'
-            raise refuse(signs[","], problem, "in a file separated by commas the decimal sign is a point")
-        known = {sign: row for sign, row in signs.items() if row is not None}
-        if known and self.decimal is None:
-            self.decimal = min(known, key=known.__getitem__)
-        for sign, row in known.items():
-            if sign != self.decimal:
-                problem = f'"{text[row].as_py()}" has the decimal sign "{sign}", numbers above have "{self.decimal}"'
-                raise refuse(row, problem)
+        signs = {sign: row for sign in ",." if (row := first(pc.match_substring(text, sign))) is not None}
+        if self.separator == ",":
+            check(first(pc.match_substring_regex(text, r"^[+-]?0[0-9]+$")), '"{}" begins with a zero', _DECIMAL_COMMA)
+            problem = '"{}" has a comma, which may be a decimal sign or separate thousands'
+            check(signs.get(","), problem, "in a file separated by commas the decimal sign is a point")
+        if not signs:
+            return
+        self.decimal = self.decimal or min(signs, key=signs.__getitem__)
+        other = "," if self.decimal == "." else "."
+        check(signs.get(other), f'"{{}}" has the decimal sign "{other}", numbers above have "{self.decimal}"')
         whole = first(pc.match_substring_regex(text, r"^[+-]?[0-9]{3,}$"))
         fraction, three = (pc.match_substring_regex(text, sign) for sign in ("[.,]", "[.,][0-9]{3}$"))
-        if known and whole is not None and not pc.any(pc.and_(fraction, pc.invert(three))).as_py():
-            raise refuse(
-                min(known.values()),
+        if whole is not None and not pc.any(pc.and_(fraction, pc.invert(three))).as_py():
+            problem = (
                 f'"{self.decimal}" may be a decimal sign or separate thousands: every number that has it has three'
-                f" digits after it, and line {self.lines[whole]} has a whole number of 100 or more",
-                "write all numbers of the column with the same number of decimals",
+                f" digits after it, and line {self.lines[whole]} has a whole number of 100 or more"
             )
-
-    def _no_number(self, text: str, place: str) -> InputError:
-        if re.fullmatch(r"[+-]?(?:inf|infinity|1\.#inf|∞)", text, re.IGNORECASE):
-            return InputError(f'"{shorten(text)}" is not a finite number', where=place)
-        hint = None
-        if re.match(r"[+-]?[\d.,]+\s*[^\d\s.,]", text) or (self.lines.size and text[:1] in "([{"):
-            hint = "units belong in the header"
-        elif re.fullmatch(r"[+-]?\d+[.,][\d.,]+", text):
-            hint = "write numbers without a separator of thousands"
-        return InputError(f'"{shorten(text)}" is not a number', where=place, hint=hint)
+            check(min(signs.values()), problem, "write all numbers of the column with the same number of decimals")
 
 
-def read_table(source: LogFile, names: tuple[str, str] | None) -> Table:
+def _no_number(text: str, place: str) -> InputError:
+    if re.fullmatch(r"[+-]?(?:inf|infinity|1\.#inf|∞)", text, re.IGNORECASE):
+        return InputError(f'"{shorten(text)}" is not a finite number', where=place)
+    hint = None
+    if re.match(r"[+-]?[\d.,]+\s*[^\d\s.,]", text) or text[:1] in "([{":
+        hint = "units belong in the header"
+    elif re.fullmatch(r"[+-]?\d+[.,][\d.,]+", text):
+        hint = "write numbers without a separator of thousands"
+    return InputError(f'"{shorten(text)}" is not a number', where=place, hint=hint)
+
+
+def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     """The columns of a file; raises InputError with line and column."""
-    lines = lines_of(source)
-    kept = [at for at, line in enumerate(lines) if (line[:1] in _PLAIN_START and line) or not _is_comment(line)]
+    # A name that is no UTF-8 is shown with a sign for what cannot be.
+    source = os.fsencode(path.name or str(path)).decode("utf-8", "replace") if "\0" not in str(path) else "the file"
+    try:
+        content = read_file(path, MOST_BYTES)
+    except (OSError, ValueError) as error:
+        hint = "cut the log to the strokes of one rig" if getattr(error, "errno", 0) == errno.EFBIG else None
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}", where=source, hint=hint) from None
+    lines = lines_of(content, source)
+    kept = [at for at, line in enumerate(lines) if (line[:1] in _PLAIN_START and line) or not is_comment(line)]
     if not kept:
-        raise InputError("the file has comments only", where=source.name)
-    separator = _separator([lines[at] for at in kept[:_SNIFFED]], source)
+        raise InputError("the file has comments only", where=source)
+    separator = separator_of([lines[at] for at in kept[:100]], source)
     at, columns, cells = _find_header(lines, kept[:_HEADER_WITHIN], separator, source, names)
     kept = kept[kept.index(at) + 1 :]
-    if len(kept) > MOST_ROWS:
-        where = source.place(kept[MOST_ROWS] + 1)
-        raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint="thin the log")
-    texts, kept = _texts(lines, kept, columns, separator, source)
     if not kept:
-        raise InputError("there are no readings below the header", where=source.place(at + 1))
-    return Table(source, at + 1, columns, cells, separator, np.array(kept, dtype=np.int64) + 1, texts)
-
-
-def _is_comment(line: str) -> bool:
-    """Whether a line is empty or begins with a comment sign (a footnote's asterisk included)."""
-    text = line.lstrip(' \t"\ufeff')
-    return not text.strip(' \t",;') or text.startswith(_COMMENT)
-
-
-def _separator(lines: list[str], source: LogFile) -> str:
-    """The separator that divides most of the lines into equally many columns."""
-    best, best_share = "", 0.0
-    for separator in _SEPARATORS:
-        counts = Counter(line.count(separator) for line in lines)
-        counts.pop(0, None)
-        share = max(counts.values(), default=0) / len(lines)
-        if share >= 0.5:
-            return separator
-        if share > best_share:
-            best, best_share = separator, share
-    if not best:
-        hint = "columns are separated by comma, semicolon or tab"
-        raise InputError("no line has more than one column", where=source.name, hint=hint)
-    return best
+        raise InputError("there are no readings below the header", where=f"{source}, line {at + 1}")
+    if len(kept) > MOST_ROWS:
+        where = f"{source}, line {kept[MOST_ROWS] + 1}"
+        raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint="thin the log")
+    data = _texts(lines, kept, columns, separator, source)
+    numbered = np.array(kept, dtype=np.int64) + 1
+    digest = hashlib.sha256(content).hexdigest()
+    return Table(source, digest, columns, cells, numbered, data, at + 1, separator)
 
 
 def _split(line: str, separator: str, place: str) -> list[str]:
@@ -179,40 +184,29 @@ def _split(line: str, separator: str, place: str) -> list[str]:
 
 
 def _find_header(
-    lines: list[str], kept: list[int], separator: str, source: LogFile, names: tuple[str, str] | None
+    lines: list[str], kept: list[int], separator: str, source: str, names: tuple[str, str] | None
 ) -> tuple[int, list[Heading], tuple[Heading, Heading]]:
     """The first of the lines that names both cells, by the options' names or by the obvious ones."""
     widest: tuple[int, list[str]] = (0, [])
     for at in kept:
-        texts = _split(lines[at], separator, source.place(at + 1))
-        columns = [read_column(index, text) for index, text in enumerate(texts)]
-        if names:
-            found = named_column(columns, names[0]), named_column(columns, names[1])
-            pair = (found[0], found[1]) if found[0] and found[1] else None
-        else:
-            pair = find_cells(columns, source.place(at + 1))
-        if pair:
-            return at, columns, pair
-        if sum(map(bool, texts)) > sum(map(bool, widest[1])):
-            widest = at, texts
+        texts = _split(lines[at], separator, f"{source}, line {at + 1}")
+        columns = read_header(texts)
+        if cells := find_cells(columns, names, f"{source}, line {at + 1}"):
+            return at, columns, cells
+        widest = max(widest, (at, texts), key=lambda each: sum(map(bool, each[1])))
     shown = ", ".join(f'"{shorten(text, 30)}"' for text in widest[1][:12])
     if names:
-        raise UsageError(
-            f'no line of {source.name} has one column "{shorten(names[0])}" and one "{shorten(names[1])}"',
-            where="--cell-1, --cell-2",
-            hint=f"line {widest[0] + 1} has {shown}",
-        )
+        problem = f'no line of {source} has one column "{shorten(names[0])}" and one "{shorten(names[1])}"'
+        raise UsageError(problem, where="--cell-1, --cell-2", hint=f"line {widest[0] + 1} has {shown}")
     raise InputError(
         f"no header names the two load cells; this line has {shown}",
-        where=source.place(widest[0] + 1),
+        where=f"{source}, line {widest[0] + 1}",
         hint='call them "load cell 1" and "load cell 2", or name them with --cell-1 and --cell-2',
     )
 
 
-def _texts(
-    lines: list[str], kept: list[int], columns: list[Heading], separator: str, source: LogFile
-) -> tuple[list[Any], list[int]]:
-    """The texts of each column, and the lines of the rows."""
+def _texts(lines: list[str], kept: list[int], columns: list[Heading], separator: str, source: str) -> list[Any]:
+    """The texts of each column."""
     import pyarrow as pa
     import pyarrow.compute as pc
     from pyarrow import csv as table
@@ -221,22 +215,18 @@ def _texts(
     body = [lines[at] for at in kept]
     odd = [row for row, line in enumerate(body) if '"' in line or line.count(separator) != width - 1]
     for row in odd:  # the others need no look
-        place = source.place(kept[row] + 1)
+        place = f"{source}, line {kept[row] + 1}"
         cells = _fitted(_split(body[row], separator, place), columns, separator, place)
         body[row] = separator.join(cell.replace(separator, "\x1f") for cell in cells)
-    if not body:
-        return [], []
+    names = [str(index) for index in range(width)]
     read = table.read_csv(
         pa.py_buffer("\n".join(body).encode()),
-        read_options=table.ReadOptions(column_names=[str(index) for index in range(width)], block_size=1 << 26),
+        read_options=table.ReadOptions(column_names=names, block_size=1 << 26),
         parse_options=table.ParseOptions(delimiter=separator, quote_char=False, ignore_empty_lines=False),
-        convert_options=table.ConvertOptions(
-            column_types={str(index): pa.string() for index in range(width)}, strings_can_be_null=False
-        ),
-    ).combine_chunks()
-    texts = [pc.utf8_trim_whitespace(column.combine_chunks() if hasattr(column, "combine_chunks") else column)
-             for column in read.columns]  # fmt: skip
-    return [pc.replace_substring(text, "\x1f", separator) for text in texts] if odd else texts, kept
+        convert_options=table.ConvertOptions(column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False),
+    )
+    texts = [column.combine_chunks() for column in read.columns]
+    return [pc.replace_substring(text, "\x1f", separator) for text in texts] if odd else texts
 
 
 def _fitted(cells: list[str], columns: list[Heading], separator: str, place: str) -> list[str]:
@@ -248,6 +238,6 @@ def _fitted(cells: list[str], columns: list[Heading], separator: str, place: str
     if len(cells) != len(columns):
         hint = _DECIMAL_COMMA if separator == "," and len(cells) > len(columns) else None
         count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
-        problem = f"{count} where the header has {len(columns)} (separator: {_SEPARATORS[separator]})"
+        problem = f"{count} where the header has {len(columns)} (separator: {SEPARATORS[separator]})"
         raise InputError(problem, where=place, hint=hint)
     return cells

@@ -22,8 +22,8 @@ def try_friction(file):
     """Fit, and say it in both ways."""
     from tendon_cli import friction
 
-    fit = friction.fit_file(file, bend_angle=angle_of(file))
-    json.dumps(friction.as_json(fit))
+    fit = friction.fit_friction(file, bend_angle=angle_of(file))
+    json.dumps(fit.record)
     friction.summary_lines(fit)
 
 
@@ -39,7 +39,7 @@ def try_every_fit(file):
 
     try_friction(file)
     with contextlib.suppress(TendonError):
-        json.dumps(friction.as_json(friction.fit_file(file, motor="2")))
+        json.dumps(friction.fit_friction(file, motor="2").record)
 
 
 def try_parquet(file):
