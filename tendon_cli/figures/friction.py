@@ -85,10 +85,10 @@ def _key(fit: Any) -> list[Line2D]:
         if np.any(rows.used & (rows.way == way)):
             sign, label = (".", f"slipping {name}") if fit.is_log else (marker, name)
             key.append(Line2D([], [], linestyle="none", marker=sign, color=colour, label=label))
-    line = "fitted limit, stroke's mean" if fit.is_log else "fit: slope μ, height at 0 = ln gain ratio"
+    line = "fit; below, mean of a stroke" if fit.is_log else "fit: slope μ, height at 0 = ln gain ratio"
     key.append(Line2D([], [], color=_LINE, linewidth=1.6, label=line))
     if np.any(~rows.used & np.isfinite(rows.log_ratio)):
-        sign, label = (".", "set aside (sticking)") if fit.is_log else ("x", "set aside")
+        sign, label = (".", "set aside") if fit.is_log else ("x", "set aside")
         key.append(Line2D([], [], linestyle="none", marker=sign, color=_ASIDE, label=label))
     if np.any(fit.points.effects):
         key.append(Line2D([], [], linestyle="none", marker=".", markersize=2.0, color=_LINE, label="effects fitted"))
@@ -97,9 +97,9 @@ def _key(fit: Any) -> list[Line2D]:
 
 def _verdict(fit: Any) -> tuple[list[str], str]:
     """What is wrong in words, if anything, and its colour."""
-    found = [text for text in fit.notes if "found in the readings" in text or "zero error" in text]
-    said = [f"Warning: {text}" for text in fit.warnings] or ["Nothing was found that makes this number wrong."]
-    return [*said, *found], _DRAGGED if fit.warnings else _LINE
+    notes = [f"Note: {text}" for text in fit.notes if "zero error" in text]
+    warnings = [f"Warning: {text}" for text in fit.warnings] or ["Nothing in the readings makes this number wrong."]
+    return [*warnings, *notes], _DRAGGED if fit.warnings else _LINE
 
 
 def _draw_checks(by_force: Axes, by_rate: Axes, fit: Any) -> None:
@@ -107,13 +107,13 @@ def _draw_checks(by_force: Axes, by_rate: Axes, fit: Any) -> None:
     points = fit.points.to_records(index=False)
     unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
     for axes, along, label in (
-        (by_force, 1.0 / points.force, f"1 / force at load{unit}   (a slope: zero offset)"),
-        (by_rate, points.rate if "rate" in fit.points else None, "d ln F/dt, per unit of time   (a slope: delay)"),
+        (by_force, 1.0 / points.force, f"1 / force at load{unit}"),
+        (by_rate, points.rate if "rate" in fit.points else None, "d ln F/dt, per unit of time"),
     ):
         axes.set_xlabel(label)
         axes.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
         if along is None:
-            axes.text(0.5, 0.8, "no time in the file: no delay can be told", transform=axes.transAxes, ha="center")
+            axes.text(0.5, 0.8, "no time in the file", transform=axes.transAxes, ha="center")
             axes.set_xticks([])
             continue
         for way, colour, marker, _ in _WAYS:
@@ -125,8 +125,15 @@ def _draw_checks(by_force: Axes, by_rate: Axes, fit: Any) -> None:
         if np.ptp(along) < _LEVEL * float(np.max(np.abs(along), initial=0.0)):
             axes.margins(x=0.5)
         axes.locator_params(axis="x", nbins=5)
+    _name(by_force, "Zero error of a cell? A slope would show it")
+    _name(by_rate, "A late cell? A slope would show it")
     by_force.set_ylabel("residual before\noffsets and delay")
     by_rate.tick_params(labelleft=False)
+
+
+def _name(axes: Axes, text: str) -> None:
+    """What a panel shows."""
+    axes.set_title(text, loc="left", fontsize=7.5)
 
 
 def _draw_loop(axes: Axes, fit: Any) -> None:
@@ -141,6 +148,7 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
         *((known[(rows.used & (rows.way == way))[known]], colour) for way, colour, _, _ in _WAYS),
     ):
         axes.plot(across[mine], rows.motor[mine], ".", color=colour, markersize=2.5, rasterized=True)
+    _name(axes, "Loop of hysteresis")
     axes.set_xlabel("position of the motor, as in the file" if moved else f"force at load{unit}")
     axes.set_ylabel(f"force at motor{unit}")
     if np.ptp(across[known]) < _LEVEL * float(np.max(np.abs(across[known]), initial=0.0)):
@@ -157,6 +165,7 @@ def _draw_budget(axes: Axes, fit: Any) -> None:
         axes.text(0.0, row + 0.42, f" {part.name} (type {part.type}), {width:.2g} %", fontsize=6.5, va="center")
     axes.set_ylim(-0.6, len(parts) - 0.1)
     axes.set_yticks([])
+    _name(axes, "What the standard error is made of")
     axes.set_xlabel("part of the standard error, % of the number")
     axes.locator_params(axis="x", nbins=5)
 
@@ -166,6 +175,7 @@ def _draw_speed(axes: Axes, fit: Any) -> None:
     for _, colour, marker, name in _WAYS:
         strokes = fit.stroke_table[fit.stroke_table["direction"] == name]
         axes.plot(strokes["speed"], strokes["friction"], marker, color=colour, markersize=3.5)
+    _name(axes, f"Against speed: to the power {fit.speed.power:.3f} ± {fit.speed.standard_error:.2g}")
     axes.set_xlabel("speed of the motor, as in the file")
     axes.set_ylabel("coefficient of a stroke")
 
@@ -207,8 +217,8 @@ def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
     rows = fit.rows.to_records(index=False)
     timed = "time" in fit.rows
     place = rows.time if timed else rows.line.astype(np.float64)
-    thin = max(1, len(place) // _MOST_POINTS)
-    shown = np.arange(0, len(place), thin)
+    shown = np.arange(0, len(place), max(1, len(place) // _MOST_POINTS))
+    residual = fit.rows[fit.rows["used"]].groupby("run")["residual"].mean()
     aside = shown[~rows.used[shown]]
     style: dict[str, Any] = {
         "linestyle": "none",
@@ -226,8 +236,7 @@ def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
         lower.plot(place[mine], rows.residual[mine], color=colour, alpha=0.35, **style)
         for stroke in np.unique(rows.run[mine]):
             part = np.flatnonzero(rows.used & (rows.run == stroke))
-            ends = place[part[[0, -1]]]
-            fitted = (rows.log_ratio - rows.residual)[part[[0, -1]]]
-            upper.plot(ends, fitted, color=_LINE, linewidth=1.6)
-            lower.plot(ends, [float(np.mean(rows.residual[part]))] * 2, color=_LINE, linewidth=1.6)
+            part = part[np.unique(np.linspace(0, len(part) - 1, 60).astype(int))]
+            upper.plot(place[part], (rows.log_ratio - rows.residual)[part], color=_LINE, linewidth=1.2)
+            lower.plot(place[part[[0, -1]]], [residual[stroke]] * 2, color=_LINE, linewidth=1.6)
     lower.set_xlabel("time, as in the file" if timed else "line of the file")

@@ -19,9 +19,11 @@ from tendon_cli.friction.directions import (
 )  # fmt: skip
 from tendon_cli.friction.plateaus import Log, bend_groups
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
-from tendon_cli.friction.rows import USED, noise_of, resolution_of, unusable
+from tendon_cli.friction.rows import SATURATED, USED, noise_of, resolution_of, unusable
 from tendon_cli.units import shorten
 
+_MOSTLY = 0.5
+"""Share of saturated rows from which the rest is not the log, but what the range left of it."""
 _MANY = 40
 """Rows in which a cell that works reads two values at least."""
 _WEAKEST, _STRONGEST = 1e-9, 1e12
@@ -68,7 +70,10 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     steps = resolution_of(cells[0]), resolution_of(cells[1])
     motion = stated_motion(readings)
     codes = unusable(cells, steps, motion.rest)
-    good = codes == USED
+    saturated, good = float(np.mean(codes == SATURATED)), codes == USED
+    if saturated > _MOSTLY:
+        problem = f"{100.0 * saturated:.0f} % of the rows are saturated, and what slips there is not known"
+        raise InputError(problem, where=readings.source, hint="use cells of a larger range")
     if not good.any():
         raise InputError("no row has two forces above zero", where=readings.source, hint="check the sign of the cells")
     forces = cells[0][good], cells[1][good]

@@ -163,6 +163,24 @@ def test_offsets_are_found_where_the_forces_span_enough(csv_file) -> None:
     assert abs(fit.plain.friction - 0.1) > 1e-3
 
 
+@pytest.mark.parametrize("outside", [0.0, 0.06])
+def test_friction_outside_of_the_bend_shows_at_several_bends(csv_file, outside: float) -> None:
+    """What rubs at the ends of the sheath is the same at every bend: the ratio's height where the bend is none."""
+    rng, lines = np.random.default_rng(4), ["bend_angle_rad,direction,motor,load"]
+    for angle in (0.8, 1.6, 2.4, 3.2) * 3:
+        for way, name in ((1, "up"), (-1, "down")):
+            motor = 20.0 * math.exp(way * (0.1 * angle + outside) + 0.002 * rng.standard_normal())
+            lines.append(f"{angle},{name},{motor:.5f},20.0")
+    fit = fit_friction(csv_file("\n".join(lines)), bend_angle=None)
+    low, high = fit.interval_95
+    assert low < 0.1 < high
+    assert fit.friction == pytest.approx(0.1, rel=0.02)
+    check = next(check for check in fit.checks if check.name == "entry")
+    assert check.found == (outside > 0.0) == any("outside of the bend" in text for text in fit.warnings)
+    if outside:
+        assert abs(check.value - outside) < 3.0 * check.standard_error < 0.01
+
+
 def test_offsets_in_a_log_with_a_spring_at_the_load() -> None:
     rig = Rig(0.1, load_spring=10.0, offsets=(0.06, -0.04))
     logs = simulate(rig, 3)

@@ -65,7 +65,7 @@ def covers(fit: Fit) -> bool:
     return low * 0.9999 <= FRICTION <= high * 1.0001
 
 
-_logs = functools.lru_cache(maxsize=4)(simulate)
+_logs = functools.lru_cache(maxsize=None)(simulate)
 
 
 def run(name: str, seeds: int, first_seed: int = 0) -> Count:
