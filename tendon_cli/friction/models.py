@@ -23,7 +23,8 @@ _LARGE, _GAIN_MOVES, _UNKNOWN = 1.5, 0.06, 0.20
 """A model is refused if its effects exceed 1.5 μφ, if it needs 6 % more gain, or leaves μ known to 20 % only: it
 explains the readings by what cancels."""
 _EXACT = 1e-3
-"""No rig keeps to the formula more closely than 0.1 % of its log ratio; less scatter than that is no evidence."""
+"""No rig keeps to the formula more closely than 0.1 % of its log ratio; less scatter than that is no evidence. What a
+rig departs by is the same in every stroke: it counts as that of one stroke each way, however many there are."""
 _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
@@ -113,7 +114,7 @@ def _best_line(products: Products, unknown: int, least: float, between: int) -> 
 def fit_model(points: Points, effects: tuple[str, ...], priors: dict[str, float], kappa: float) -> EffectModel:
     """One set of effects; `kappa` is the share of the points of a stroke that are independent."""
     at, offsets, zeros = 1 + int(points.both_ways), OFFSETS in effects, np.zeros(2)
-    least = (_EXACT * float(np.median(np.abs(points.log_ratio)))) ** 2
+    least = (_EXACT * float(np.median(np.abs(points.log_ratio)))) ** 2 * max(1.0, points.strokes / 2.0)
     limit = 0.9 * np.array([points.motor.min(), points.load.min()])
     tau = np.array([priors[name] for name in effects for _ in range(2 if name == OFFSETS else 1)])
     for step in range(_STEPS if offsets else 1):

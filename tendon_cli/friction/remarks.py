@@ -38,6 +38,8 @@ REMARKS = {
     "saturated": "{share:.0f} % of the rows are saturated: what slips there is not known; use a larger range",
     "spikes": "{share:.0f} % of the rows are spikes: what is left between them may be wrong, too; check the wiring",
     "not positive": "{share:.0f} % of the rows are at or below zero: the tendon is slack or a zero is off; load it",
+    "few rows": "only {share:.0f} % of the rows lie on a limit, and {mu} may be that of peaks: a cell may be late, or the"
+    " strokes short; log both cells by one clock, make the strokes longer",
     "climbs": "the force ratio still climbs on the limit, by {share:.0f} % of its way in a stroke: {mu} may be too"
     " small; make the strokes longer",
     "coarse": "the steps of the cells leave {mu} open by {share:.0f} %; use a finer converter",
@@ -65,8 +67,9 @@ _DRIFTS, _DRIFT_STROKES, _BY_CHANCE = 0.02, 6, 0.003
 """A drift is 2 % along the file and comes by chance in three of a thousand logs; fewer than six strokes show none."""
 _CLIMBS, _NEVER_RESTS = 0.02, 0.10
 """Of the way from limit to limit, over a whole stroke: what climbs by more has not settled, or has no limit at all."""
-_FEW_ROWS, _SOME_ROWS = 0.10, 0.25
-"""Shares of rows on a limit: under a tenth do not answer for the others; under a quarter may be the turn of a crank."""
+_FEW_ROWS, _SOME_ROWS, _FEW_USED = 0.10, 0.25, 0.30
+"""Shares of rows on a limit: under a tenth do not answer for the others; under a quarter may be the turn of a crank;
+strokes that slip have over 0.3."""
 
 
 @dataclass(eq=False)
@@ -201,7 +204,9 @@ class Remarks:
             share = float(np.mean(self.codes == code))
             if share > most:
                 self._warn(remark, share)
-        climb = climbing(self.log, self.result)
+        share, climb = float(np.mean(self.result.used)), climbing(self.log, self.result)
+        if share < _FEW_USED:
+            self._warn("few rows", share)
         if climb > _CLIMBS:
             self._warn("climbs", climb)
 
