@@ -38,8 +38,8 @@ REMARKS = {
     "saturated": "{share:.0f} % of the rows are saturated: what slips there is not known; use a larger range",
     "spikes": "{share:.0f} % of the rows are spikes: what is left between them may be wrong, too; check the wiring",
     "not positive": "{share:.0f} % of the rows are at or below zero: the tendon is slack or a zero is off; load it",
-    "few rows": "only {share:.0f} % of the rows lie on a limit, and {mu} may be that of peaks: a cell may be late, or the"
-    " strokes short; log both cells by one clock, make the strokes longer",
+    "few rows": "only {share:.0f} % of the rows lie on a limit, and {mu} may be that of peaks: a cell is late or"
+    " the strokes are short; log both cells by one clock, make the strokes longer",
     "climbs": "the force ratio still climbs on the limit, by {share:.0f} % of its way in a stroke: {mu} may be too"
     " small; make the strokes longer",
     "coarse": "the steps of the cells leave {mu} open by {share:.0f} %; use a finer converter",
