@@ -170,7 +170,7 @@ def test_bend_angle_given_twice(csv_file) -> None:
 
 def test_a_file_that_is_none(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "missing.csv", Path("/dev/zero"), tmp_path / ("x" * 5000), Path("a\0b")):
-        with pytest.raises(InputError):
+        with pytest.raises((InputError, UsageError)):
             fit_friction(path, bend_angle="144 deg")
 
 
