@@ -16,6 +16,7 @@ from tendon_cli.figures.population import Bars, Group, draw_for_whom, draw_how_s
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.tables.read import arrays_of, open_table
+from tendon_cli.units import factor_of
 
 FOR_WHOM, HOW_SURE = "for_whom.png", "how_sure.png"
 _USUAL = ("weight", "forearm_circumference")
@@ -51,7 +52,7 @@ def _for_whom(problem: Problem, record: Row, rows: Arrays, path: Path, title: st
     bodies, labels, groups = None, ("", ""), []
     if "weight" in rows:
         names = _most_different(population)
-        first, second = (rows[name] / say.factor_of(QUANTITIES[name]) for name in names)
+        first, second = (rows[name] / factor_of(QUANTITIES[name].shown_in) for name in names)
         bodies = first, second
         labels = _body_label(names[0]), _body_label(names[1])
         reasons = population["not_served"][:4]

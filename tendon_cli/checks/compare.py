@@ -144,9 +144,10 @@ def _row_numbers(
 ) -> Ints:
     rows = np.zeros(len(flat), dtype=np.int64)
     for axis, place in zip(axes, places, strict=True):
-        rows += at[axis.column][place] * axis.stride
+        rows += at[axis.column][place] * cube.strides[axis.column]
     varied = {axis.column for axis in axes}
-    return rows + sum(int(at[axis.column][0]) * axis.stride for axis in cube.axes if axis.column not in varied)
+    fixed = (axis.column for axis in cube.axes if axis.column not in varied)
+    return rows + sum(int(at[column][0]) * cube.strides[column] for column in fixed)
 
 
 def _flips(here: Cube, there: Cube, shared: Shared, most: int) -> tuple[list[Record], int]:

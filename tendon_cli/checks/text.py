@@ -41,7 +41,7 @@ def verdict_text(record: Record, cube: Cube, name: str) -> str:
 
 def _breach(breach: Record, cube: Cube) -> str:
     design, limit = breach["design"], breach["limit"]
-    place = {axis.column: axis.values[design // axis.stride % axis.length] for axis in cube.axes}
+    place = {axis.column: axis.values[design // cube.strides[axis.column] % len(axis)] for axis in cube.axes}
     if limit == NO_EQUILIBRIUM:
         words = "has a state without equilibrium"
     elif limit == SLACK:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.space.axis import CASE_AXIS
+from tendon_cli.space.axis import CASE_AXIS, Axis
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.trajectory import sampled
 
@@ -19,32 +18,7 @@ Ints = npt.NDArray[np.int64]
 LOAD, DIRECTION, ANGLE, TIME = "load_mass", "direction", "elbow_angle", "time"
 
 
-@dataclass(frozen=True)
-class RowAxis:
-    """One axis of a table's rows."""
-
-    key: str
-    column: str
-    values: npt.NDArray[Any] = field(compare=False)
-    """In SI, or names."""
-    stride: int
-    """Rows from one value to the next."""
-    is_log: bool
-
-    @property
-    def length(self) -> int:
-        """Number of values."""
-        return len(self.values)
-
-    @property
-    def is_text(self) -> bool:
-        """Whether its values are names."""
-        return self.values.dtype == object
-
-    @property
-    def words(self) -> str:
-        """Its name in a sentence."""
-        return self.column.replace("_", " ")
+RowAxis = Axis
 
 
 def evenly(count: int, most: int) -> Ints:
@@ -70,26 +44,22 @@ def thinned(lengths: Sequence[int], most: int) -> list[Ints]:
 
 def axes_of(
     record: Mapping[str, Any], kind: str, columns: Mapping[str, object], named: Callable[[str], Sequence[str]]
-) -> tuple[RowAxis, ...]:
+) -> tuple[Axis, ...]:
     """The axes that a recorded study spans, slowest first; `named` gives the names of those that no number gives."""
-    study = record["study"]
+    study, axes = record["study"], list[Axis]()
     moves = (TIME,) if "trajectory" in study["motion"] else (DIRECTION, "motion.elbow_angle")
-    names = [*record["axes"], *(moves if kind == "states" else ())]
-    axes: list[RowAxis] = []
-    stride = 1
-    for key in reversed(names):
+    for key in (*record["axes"], *(moves if kind == "states" else ())):
         if key == TIME:
-            times = sampled(np.array(study["motion"]["trajectory"]["time"]))
-            axes.append(RowAxis(key, TIME, times, stride, is_log=False))
-            stride *= len(times)
+            axes.append(Axis(key, TIME, {key: sampled(np.array(study["motion"]["trajectory"]["time"]))}))
             continue
-        values, is_log = _values(study, key) if key in keys() else (_names(study, key) or named(key), False)
-        array = np.array(list(values), dtype=np.float64 if key in keys() else object)
         known = keys()[key].column if key in keys() else key
         column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)
-        axes.append(RowAxis(key, column, array, stride, is_log))
-        stride *= len(array)
-    return tuple(reversed(axes))
+        if key in keys():
+            values, is_log = _values(study, key)
+            axes.append(Axis(key, column, {key: values}, is_log=is_log))
+        else:
+            axes.append(Axis(key, column, {}, tuple(_names(study, key) or named(key))))
+    return tuple(axes)
 
 
 def _names(study: Mapping[str, Any], key: str) -> list[str]:

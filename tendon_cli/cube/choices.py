@@ -11,9 +11,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, RowAxis
+from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Columns, Values
 from tendon_cli.cube.cube import Cube, foreign
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import TableFiles, as_numpy
 
@@ -25,20 +26,20 @@ def choices_of(table: TableFiles) -> Cube:
         names = list(held.held)[: list(held.held).index("refined")]
         grid = table.read([*names, "refined"])
         grid = grid.filter(pc.invert(grid["refined"]))
-        axes: list[RowAxis] = []
-        for name in reversed(names):
-            values = np.array(list(dict.fromkeys(as_numpy(grid[name]).tolist())))
-            values = values.astype(object) if held.held[name] is None else values
+        axes: list[Axis] = []
+        for name in names:
+            values = list(dict.fromkeys(as_numpy(grid[name]).tolist()))
             key = next((key.path for key in keys().values() if key.column == name), name)
-            axes.append(RowAxis(key, name, values, math.prod(axis.length for axis in axes), is_log=False))
+            is_text = held.held[name] is None
+            axes.append(Axis(key, name, {} if is_text else {key: np.array(values)}, tuple(values) if is_text else ()))
         if math.prod(axis.length for axis in axes) != grid.num_rows:
             raise foreign(table)
-        return Cube("choices", tuple(reversed(axes)), held, record["study"], str(table.facts["study_hash"]), table)
+        return Cube("choices", tuple(axes), held, record["study"], str(table.facts["study_hash"]), table)
     except (LookupError, TypeError, ValueError, AttributeError, pa.ArrowException):
         raise foreign(table) from None
 
 
-def position(axis: RowAxis, value: Any) -> Ints:
+def position(axis: Axis, value: Any) -> Ints:
     """The position of a value on an axis, or of the nearest, as an array of one."""
     same = np.array(axis.values == value)
     apart = ~same if axis.is_text else np.where(same, 0.0, np.abs(axis.values - (0.0 if same.any() else value)))
@@ -46,7 +47,7 @@ def position(axis: RowAxis, value: Any) -> Ints:
     return np.array([int(np.argmin(apart))], dtype=np.int64)
 
 
-def value_text(cube: Cube, axis: RowAxis, value: Any) -> str:
+def value_text(cube: Cube, axis: Axis, value: Any) -> str:
     """One value of an axis, as titles have it."""
     return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
 

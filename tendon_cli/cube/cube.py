@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli.cube.axes import ANGLE, LOAD, TIME, Ints, RowAxis, axes_of
+from tendon_cli.cube.axes import ANGLE, LOAD, TIME, Ints, axes_of
 from tendon_cli.cube.columns import TRUTHS, Columns, Values, with_derived
 from tendon_cli.cube.labels import Shown
 from tendon_cli.engine.states import StatesOf
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
-from tendon_cli.space.axis import SIDES
+from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.axes import named_axes
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
@@ -42,7 +42,7 @@ class Cube:
 
     kind: str
     """designs, states, or choices, of which rows between the points of the grid stand after the product."""
-    axes: tuple[RowAxis, ...]
+    axes: tuple[Axis, ...]
     of: Columns
     study: Mapping[str, Any]
     """The resolved study as a document."""
@@ -90,7 +90,12 @@ class Cube:
         sides = [f"{column}_{side}" for side in SIDES]
         return sides if set(sides) <= set(self.columns) else [column]
 
-    def axis(self, column: str) -> RowAxis | None:
+    @cached_property
+    def strides(self) -> dict[str, int]:
+        """Rows from one value of an axis to the next, by its column."""
+        return {axis.column: math.prod(map(len, self.axes[at + 1 :])) for at, axis in enumerate(self.axes)}
+
+    def axis(self, column: str) -> Axis | None:
         """The axis of a column."""
         return next((axis for axis in self.axes if axis.column == column), None)
 
@@ -122,7 +127,7 @@ class Cube:
             chosen[axis.column] = kept
         return chosen
 
-    def _listed(self, axis: RowAxis, positions: Ints) -> list[str]:
+    def _listed(self, axis: Axis, positions: Ints) -> list[str]:
         """The values of an axis as one writes them in a filter, many of them shortened."""
         ends = positions if len(positions) <= _MOST_LISTED else positions[[0, 1, 2, -1]]
         values = axis.values[ends]
@@ -133,7 +138,7 @@ class Cube:
         """Row numbers over the columns in `order`, of shape (len of each); other axes have one position each."""
         total = np.zeros((1,) * len(order), dtype=np.int64)
         for axis in self.axes:
-            steps = np.asarray(positions[axis.column], dtype=np.int64) * axis.stride
+            steps = np.asarray(positions[axis.column], dtype=np.int64) * self.strides[axis.column]
             if axis.column in order:
                 shape = [1] * len(order)
                 shape[order.index(axis.column)] = len(steps)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
-from typing import Literal
+from functools import cache, cached_property
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -82,7 +82,7 @@ class Axis:
     """How much each value counts in a share; None where all count the same."""
 
     def __len__(self) -> int:
-        return len(self.names) or len(self.values)
+        return len(self.names) or len(self.numbers[self.key])
 
     @classmethod
     def of_points(cls, numbers: Numbers, count: int | None = None) -> Axis:
@@ -90,10 +90,25 @@ class Axis:
         length = max(map(len, numbers.values()), default=1) if count is None else count
         return cls("", "", numbers, ("",) * length)
 
+    @cached_property
+    def values(self) -> npt.NDArray[Any]:
+        """The values of a number in SI, else their names."""
+        return np.array(self.names, dtype=object) if self.names else self.numbers[self.key]
+
     @property
-    def values(self) -> Array:
-        """The values of a number in SI."""
-        return self.numbers[self.key]
+    def length(self) -> int:
+        """Number of values."""
+        return len(self)
+
+    @property
+    def is_text(self) -> bool:
+        """Whether its values are names."""
+        return bool(self.names)
+
+    @property
+    def words(self) -> str:
+        """Its column in a sentence."""
+        return self.column.replace("_", " ")
 
     @property
     def keys(self) -> frozenset[str]:

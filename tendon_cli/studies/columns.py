@@ -1,4 +1,4 @@
-"""Columns of numbers from a CSV beside a study: found by name, with units in the header, whatever separates them."""
+"""Columns of numbers from a CSV beside a study: by name, with units in the header, whatever separates them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array
-from tendon_cli.units import UNITS, known_units, shorten
+from tendon_cli.units import UNITS, factor_of, known_units, shorten
 
 
 def read_columns(
@@ -20,7 +20,7 @@ def read_columns(
     """Columns of SI numbers, shape (columns, rows), and the line of each row; `columns` has the dimension of each.
 
     A header is a name with its unit, such as `angle (deg)` or `torque_Nm`; `unit` is that of one without. Comma,
-    semicolon or tab stands between cells, and beside the latter two a comma may be the decimal sign. Lines that start
+    semicolon or tab stands between cells, and with the latter two a comma may be the decimal sign. Lines that start
     with # are comments, and `of` is what a row is of. Raises InputError with the line at fault.
     """
     try:
@@ -62,7 +62,7 @@ def _place(header: list[str], name: str, dimension: str, unit: str, where: str) 
     if symbol not in UNITS or UNITS[symbol].dimension != dimension:
         hint = f"units of {dimension}: {', '.join(known_units(dimension))}"
         raise InputError(f'the column {name} has the unit "{shorten(written)}"', where=where, hint=hint)
-    return at, name, float(UNITS[symbol].factor)
+    return at, name, factor_of(symbol)
 
 
 def _plain(symbol: str) -> str:

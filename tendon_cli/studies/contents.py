@@ -125,7 +125,7 @@ def _single_valued(part: type[Part]) -> type[Part]:
     for name, field in part.model_fields.items():
         number, nested = mark_of(field), part_of(field)
         if name in _NOT_OF_CASES or any(isinstance(mark, CurveColumns) for mark in field.metadata):
-            continue  # a case has numbers of its own, not another joint
+            continue  # the numbers of a case differ, not the joint
         if number is not None:
             kind: Any = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
         else:

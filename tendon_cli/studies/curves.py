@@ -51,9 +51,9 @@ class CurveTable:
             slope = (values[1] - values[0]) / (angles[1] - angles[0])
             return Spline(angles, np.array([[0.0], [0.0], [slope], [values[0]]]))
         if noise > 0.0 and len(angles) > 3:
-            found = interpolate.PPoly.from_spline(interpolate.splrep(angles, values, k=3, s=len(angles) * noise**2))
-            pieces = np.flatnonzero(np.diff(found.x) > 0.0)
-            return Spline(np.append(found.x[pieces], found.x[-1]), found.c[:, pieces])
+            smooth = interpolate.PPoly.from_spline(interpolate.splrep(angles, values, k=3, s=len(angles) * noise**2))
+            pieces = np.flatnonzero(np.diff(smooth.x) > 0.0)
+            return Spline(np.append(smooth.x[pieces], smooth.x[-1]), smooth.c[:, pieces])
         cubic = interpolate.CubicSpline(angles, values)
         return Spline(cubic.x, cubic.c)
 
@@ -168,16 +168,16 @@ def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
 
 def curves_of(study: Any) -> dict[str, Spline]:
     """The curves of a study by the keys of the model's numbers."""
-    joint, found = study.joint, dict[str, Spline]()
+    joint, curves = study.joint, dict[str, Spline]()
     noise = joint.smoothing.single if joint.smoothing is not None else 0.0
     if isinstance(joint.excursion, CurveTable):
-        found |= {f"joint.{side}_excursion": joint.excursion.spline(side, noise) for side in ("flexor", "extensor")}
+        curves |= {f"joint.{side}_excursion": joint.excursion.spline(side, noise) for side in ("flexor", "extensor")}
     for key, table in (("joint.torque", joint.torque), ("load.torque", study.load.torque)):
         if isinstance(table, CurveTable):
-            found[key] = table.spline("torque")
+            curves[key] = table.spline("torque")
     for key, table in bends_of(study).items():
-        found[key] = table.spline("bend")
-    return found
+        curves[key] = table.spline("bend")
+    return curves
 
 
 def bends_of(study: Any) -> dict[str, CurveTable]:
@@ -207,11 +207,11 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
 
     Raises InputError if one never rises.
     """
-    found, low, high = [], study.angles.min(), study.angles.max()
+    warnings, low, high = list[str](), study.angles.min(), study.angles.max()
     for end, beyond in ((low, table.angles < low - 1e-9), (high, table.angles > high + 1e-9)):
         if beyond.sum() < FEWEST_BEYOND:
             near = f"within {FEWEST_BEYOND} rows of the table's end, where slopes are less sure"
-            found.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
+            warnings.append(f"{where}: the motion reaches {math.degrees(end):.4g} deg, {near}")
     for side in ("flexor", "extensor"):
         slopes = table.spline(side)(table.angles, 1)
         if (slopes < 0.0).all():
@@ -220,5 +220,5 @@ def warnings_of(study: Any, table: CurveTable, where: str) -> list[str]:
         if (slopes <= 0.0).any():
             falling = np.degrees(table.angles[slopes <= 0.0])
             span = f"{falling.min():.4g} to {falling.max():.4g} deg"
-            found.append(f"{where}: the {side}'s travel does not rise at {span}: no equilibrium there")
-    return found
+            warnings.append(f"{where}: the {side}'s travel does not rise at {span}: no equilibrium there")
+    return warnings

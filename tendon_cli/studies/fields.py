@@ -1,4 +1,4 @@
-"""The kinds of field that a study has: one number with a unit, tables that few studies have, and how a fault is told.
+"""The kinds of field that a study has: one number with a unit, tables that few studies have, and the words of a fault.
 
 Each number field has one validator, which turns whatever the file says into `Values` or into one fault. What a number
 that may be an axis can say beyond one value stands in `number`.

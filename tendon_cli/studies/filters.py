@@ -79,10 +79,10 @@ class Condition:
     def holds(self, values: npt.NDArray[Any], *, of_axis: bool = False) -> Truth:
         """Where it holds; never for null. On an axis "=" means the nearest value within the tolerance."""
         if self.relation in ("=", "in", "!="):
-            found = np.zeros(values.shape, dtype=np.bool_)
+            met = np.zeros(values.shape, dtype=np.bool_)
             for wanted in self.wanted:
-                found |= _equals(values, wanted, of_axis=of_axis)
-            return ~found & _is_known(values) if self.relation == "!=" else found
+                met |= _equals(values, wanted, of_axis=of_axis)
+            return ~met & _is_known(values) if self.relation == "!=" else met
         bound = float(self.wanted[0])
         near = _ROUNDING * max(abs(bound) if math.isfinite(bound) else 0.0, _largest(values))
         beyond = _ORDER[self.relation[0]](values, bound)

@@ -54,7 +54,7 @@ def any_study(content: AnyStudy) -> Study:
 def load_study(path: str | PathLike[str], settings: Iterable[str] = ()) -> Study:
     """Read and check a study file (TOML, or YAML by its ending; `-` is standard input), then apply settings KEY=VALUE.
 
-    Raises StudyError with every fault found, InputError for a file that it names and that cannot be trusted.
+    Raises StudyError with every fault, InputError for a file that it names and that cannot be trusted.
 
     >>> import tendon_cli as tendon
     >>> loaded = tendon.load_study("study.toml", ["load.mass=[0.0, 5.0]"])
@@ -85,20 +85,20 @@ def study_from(
     them.
     """
     places = places or KeyPlaces()
-    given, found = _without_nothing(content)
-    study, invalid = _validated(given, places)
-    found += invalid
+    faults: list[Fault] = []
+    study, invalid = _validated(_without_nothing(content, "", faults), places)
+    faults += invalid
     files = Attachments(folder)
     if study is not None:
-        found += contradictions(study, {fault.key for fault in found})
+        faults += contradictions(study, {fault.key for fault in faults})
         try:
             study = files.resolve(study)
         except InputError:
-            if not found:
+            if not faults:
                 raise
-        found += files.faults or ([] if found else [*curve_faults(study), *impossibilities(study)])
-    if study is None or found:
-        placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in found]
+        faults += files.faults or ([] if faults else [*curve_faults(study), *impossibilities(study)])
+    if study is None or faults:
+        placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
         raise StudyError(sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line))
     ranked = dict.fromkeys((*order, *_number_keys(content)))
     return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
@@ -153,83 +153,67 @@ def recorded_study(record: Mapping[str, Any]) -> Study:
     return study_from(record["study"], order=axes).ordered(axes, record["sources"])
 
 
-def _without_nothing(content: dict[str, Any], prefix: str = "") -> tuple[dict[str, Any], list[Fault]]:
-    """The content without keys that have no value, as YAML allows, and a fault for each of them.
-
-    What stands inside a number is left to its field, which knows what a grid needs.
-    """
-    kept: dict[str, Any] = {}
-    found: list[Fault] = []
-    for name, value in content.items():
-        path = f"{prefix}{name}"
-        if value is None:
-            found.append(Fault(shorten(path, 120), "has no value", "leave the key out, or give it a value"))
-        elif isinstance(value, dict) and path not in keys():
-            kept[name], inner = _without_nothing(value, f"{path}.")
-            found += inner
-        elif isinstance(value, list):
-            kept[name] = list(value)
-            for at, entry in enumerate(value):
-                if isinstance(entry, dict):
-                    kept[name][at], inner = _without_nothing(entry, f"{path}.{at}.")
-                    found += inner
-        else:
-            kept[name] = value
-    return kept, found
+def _without_nothing(content: Any, path: str, faults: list[Fault]) -> Any:
+    """The content without keys that have no value, as YAML allows: `faults`. Numbers are left to their fields."""
+    if isinstance(content, list):
+        return [_without_nothing(item, f"{path}.{at}", faults) for at, item in enumerate(content)]
+    if not isinstance(content, dict) or path in keys():
+        return content
+    inner = {f"{path}.{name}".removeprefix("."): (name, value) for name, value in content.items()}
+    problem, hint = "has no value", "leave the key out, or give it a value"
+    faults += [Fault(shorten(key, 120), problem, hint) for key, (_, value) in inner.items() if value is None]
+    return {name: _without_nothing(value, key, faults) for key, (name, value) in inner.items() if value is not None}
 
 
 def _validated(content: dict[str, Any], places: KeyPlaces) -> tuple[Study | None, list[Fault]]:
     """The study, and the faults of its single keys; with faults, the study without the keys at fault if that is one."""
-    found: list[Fault] = []
+    faults: list[Fault] = []
     rest = deepcopy(content)
     while True:
         try:
-            return Study.model_validate(rest), found
+            return Study.model_validate(rest), faults
         except ValidationError as error:
-            found = found or faults_of(error, places)
+            faults = faults or faults_of(error, places)
             at_fault = [_innermost(rest, detail["loc"]) for detail in error.errors(include_url=False)]
             for table, name in filter(None, at_fault):
                 table.pop(name, None)
             if not any(at_fault):
-                return None, found
+                return None, faults
 
 
 def _innermost(content: dict[str, Any], path: tuple[int | str, ...]) -> tuple[dict[str, Any], Any] | None:
     """The table and the name of the key at a path, or of the last key on the way to it.
 
-    An entry of a list is never found by itself: without it, those after it would change their places.
+    An entry of a list is never taken by itself: without it, those after it would change their places.
     """
     table: Any = content
-    found: tuple[dict[str, Any], Any] | None = None
+    place: tuple[dict[str, Any], Any] | None = None
     for part in path:
         if isinstance(table, dict) and part in table:
-            found = table, part
+            place = table, part
         elif not (isinstance(table, list) and isinstance(part, int) and part < len(table)):
             break
         table = table[part]
-    return found
+    return place
 
 
 def _axes_in_order(document: Document) -> list[str]:
     """Keys of the document that hold a list or a grid, in the order of its lines."""
-    found = [
-        path
-        for path, value in _number_keys(document.content).items()
-        if isinstance(value, (list, dict)) and path != "motion.elbow_angle"
-    ]
-    return sorted(found, key=lambda path: document.places.line_of(path) or 0)
+    given = _number_keys(document.content).items()
+    axes = [key for key, value in given if isinstance(value, (list, dict)) and key != "motion.elbow_angle"]
+    return sorted(axes, key=lambda key: document.places.line_of(key) or 0)
 
 
 def _number_keys(content: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """What stands at each number key of a plain dictionary."""
-    found: dict[str, Any] = {}
+    given: dict[str, Any] = {}
     for name, value in content.items():
         path = f"{prefix}{name}"
         if path in keys():
-            found[path] = value
+            given[path] = value
         elif isinstance(value, dict):
-            found |= _number_keys(value, f"{path}.")
-    return found
+            given |= _number_keys(value, f"{path}.")
+    return given
 
 
 def _apply(content: dict[str, Any], setting: str) -> str:

@@ -60,9 +60,9 @@ class Number(Single):
         unknown = [described(key) for key in table if key not in _GRID]
         missing = [key for key in ("from", "to", "num") if key not in table and (key != "num" or "step" not in table)]
         if unknown or missing or {"num", "step"} <= set(table):
-            found = f"unknown {unknown[0]}" if unknown else "both num and step"
-            found = f'"{missing[0]}" is missing' if missing and not unknown else found
-            problem = f"{found} in a grid, expected from, to, num or step, and optionally spacing"
+            wrong = f"unknown {unknown[0]}" if unknown else "both num and step"
+            wrong = f'"{missing[0]}" is missing' if missing and not unknown else wrong
+            problem = f"{wrong} in a grid, expected from, to, num or step, and optionally spacing"
             raise fault(problem, None if "from" in table else f"a single value is {self.wanted}")
         spacing = table.get("spacing", "linear")
         if not isinstance(spacing, str) or spacing not in ("linear", "log"):

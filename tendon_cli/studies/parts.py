@@ -97,7 +97,7 @@ class Arm(Part):
 
 
 class SheathSide(Part):
-    """What differs on one side of the arm; what is not said here is as on the other."""
+    """What differs on one side of the arm; what is left out is as on the other."""
 
     friction: Friction | None = None
     friction_from: FileName | None = Field(default=None, description="a file written by `tendon fit-friction --out`")

@@ -49,38 +49,38 @@ def measure_route(content: bytes, where: str, smoothing: float) -> tuple[Measure
     Raises InputError for a file that is no route, and for one that bends more than a sheath can.
     """
     try:
-        found = measured_route(read_route(content, where), smoothing or None)
+        measured = measured_route(read_route(content, where), smoothing or None)
     except ValueError as error:
         raise InputError(str(error), where=where) from None
-    if found.bend_angle > MAX_BEND:
-        problem = f"bends by {found.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
+    if measured.bend_angle > MAX_BEND:
+        problem = f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
         raise InputError(problem, where=where, hint="one way-point after the other, along the sheath")
-    return found, [f"{where}: {warning}" for warning in _warnings(found, smoothing)]
+    return measured, [f"{where}: {warning}" for warning in _warnings(measured, smoothing)]
 
 
-def route_note(found: MeasuredRoute, where: str) -> str:
+def route_note(measured: MeasuredRoute, where: str) -> str:
     """The bend angle that was taken, as `--bend-angle` of `fit-friction` takes it, and the one as it stands."""
-    bend, error, raw = (math.degrees(a) for a in (found.bend_angle, found.standard_error, found.as_it_stands))
-    noise = "" if found.noise is None else f", its way-points scatter by {1e3 * found.noise:.2g} mm"
+    bend, error, raw = (math.degrees(a) for a in (measured.bend_angle, measured.standard_error, measured.as_it_stands))
+    noise = "" if measured.noise is None else f", its way-points scatter by {1e3 * measured.noise:.2g} mm"
     return f"{where} bends by {bend:.2f} deg +/- {error:.2g} deg; {raw:.2f} deg as it stands{noise}"
 
 
-def _warnings(found: MeasuredRoute, smoothing: float) -> Iterator[str]:
+def _warnings(measured: MeasuredRoute, smoothing: float) -> Iterator[str]:
     """What may be wrong with a measured route; smoothing takes nothing of it away."""
-    bend, noise = math.degrees(found.bend_angle), found.noise
+    bend, noise = math.degrees(measured.bend_angle), measured.noise
     if smoothing and noise is not None and not smoothing / NOISE_APART < noise < smoothing * NOISE_APART:
-        said = f"not by the {1e3 * smoothing:.2g} mm that path_smoothing says"
-        yield f"the way-points scatter by {1e3 * noise:.2g} mm, {said}; the larger of both was used"
-    if not smoothing and found.as_it_stands - found.bend_angle > NOISE_TO_WARN_OF * found.as_it_stands:
+        other = f"not by the {1e3 * smoothing:.2g} mm that path_smoothing says"
+        yield f"the way-points scatter by {1e3 * noise:.2g} mm, {other}; the larger of both was used"
+    if not smoothing and measured.as_it_stands - measured.bend_angle > NOISE_TO_WARN_OF * measured.as_it_stands:
         yield (
             f"noise of about {1e3 * (noise or 0.0):.2g} mm makes the way-points turn by "
-            f"{math.degrees(found.as_it_stands):.0f} deg, of which {bend:.0f} deg were taken for the route's; give the "
-            "digitisation noise as path_smoothing to confirm it"
+            f"{math.degrees(measured.as_it_stands):.0f} deg, of which {bend:.0f} deg were taken for the route's; give "
+            "the digitisation noise as path_smoothing to confirm it"
         )
-    if found.largest_turn > TURN_TO_WARN_OF:
+    if measured.largest_turn > TURN_TO_WARN_OF:
         yield (
-            f"the route turns by {math.degrees(found.largest_turn):.0f} deg at one way-point; more way-points along "
+            f"the route turns by {math.degrees(measured.largest_turn):.0f} deg at one way-point; more way-points along "
             "the bends make its curvature more certain"
         )
-    if 2.0 * found.standard_error > max(ERROR_TO_WARN_OF * found.bend_angle, math.radians(5.0)):
-        yield f"its bend angle, {bend:.4g} deg, has a standard error of {math.degrees(found.standard_error):.2g} deg"
+    if 2.0 * measured.standard_error > max(ERROR_TO_WARN_OF * measured.bend_angle, math.radians(5.0)):
+        yield f"its bend angle, {bend:.4g} deg, has a standard error of {math.degrees(measured.standard_error):.2g} deg"

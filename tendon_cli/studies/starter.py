@@ -55,21 +55,21 @@ def examples() -> dict[str, Path]:
     package = Path(str(files("tendon_cli")))
     folders = (package / _EXAMPLES, package.parent / _EXAMPLES_OF_A_CHECKOUT)
     folder = next((folder for folder in folders if folder.is_dir()), folders[0])
-    found = (file for kind in ("toml", "csv") for file in folder.rglob(f"*.{kind}"))
-    return {file.relative_to(folder).as_posix(): file for file in sorted(found)}
+    paths = (file for kind in ("toml", "csv") for file in folder.rglob(f"*.{kind}"))
+    return {file.relative_to(folder).as_posix(): file for file in sorted(paths)}
 
 
 def write_example(name: str, path: Path | None) -> tuple[Path, str]:
-    """Copy an example to a new file, by default of its own name, and return both; raises UsageError, OutputError."""
+    """Copy an example to a new file, by default of the same name, and return both; raises UsageError, OutputError."""
     known = examples()
     short = {Path(each).stem: each for each in reversed(known)} | {Path(each).name: each for each in reversed(known)}
-    found = name if name in known else short.get(name)
-    if found is None:
+    full = name if name in known else short.get(name)
+    if full is None:
         hint = nearest(name, (*known, *short)) or "`tendon init --list` lists them"
         raise UsageError(f'there is no example "{shorten(name)}"', where="--from", hint=hint)
-    target = path or Path(Path(found).name)
-    _write(target, known[found].read_bytes())
-    return target, found
+    target = path or Path(Path(full).name)
+    _write(target, known[full].read_bytes())
+    return target, full
 
 
 def write_starter(path: Path, template: str = "sweep") -> None:

@@ -175,17 +175,17 @@ class Study(Displayed, Part):
 
     @property
     def draws(self) -> int:
-        """How many draws of the uncertain numbers are an axis; none where each person gets one of its own."""
+        """How many draws of the uncertain numbers are an axis; none where each person gets one."""
         asked = self.uncertainty
         return asked.draws if asked is not None and self.uncertain and (self.people is None or self.crossed) else 0
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for the linked ones."""
-        found = tuple(key for key, values in self.numbers.items() if values.is_axis)
-        ordered = found if self._axes is None else tuple(key for key in self._axes if key in found)
-        linked = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
-        return (*(key for key, is_axis in linked.items() if is_axis), *ordered)
+        """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for several numbers each."""
+        varied = tuple(key for key, values in self.numbers.items() if values.is_axis)
+        ordered = varied if self._axes is None else tuple(key for key in self._axes if key in varied)
+        named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
+        return (*(key for key, is_axis in named.items() if is_axis), *ordered)
 
     @property
     def uncertain(self) -> dict[str, Uncertain]:
@@ -239,14 +239,14 @@ class Study(Displayed, Part):
 
         Numbers that come from the body of a person are left out: once written they would count as stated.
         """
-        said = document(self)
+        written = document(self)
         for key in self.of_the_body:
-            del said["arm"][key.removeprefix("arm.")]
+            del written["arm"][key.removeprefix("arm.")]
         if self.motion.trajectory is not None:  # which says what angles, directions and a speed would
-            del said["motion"]["elbow_angle"], said["motion"]["direction"]
+            del written["motion"]["elbow_angle"], written["motion"]["direction"]
         if self.joint.excursion is not None:  # which says what the anchors would
-            said["arm"] = {name: value for name, value in said["arm"].items() if name not in ANCHORS}
-        return said
+            written["arm"] = {name: value for name, value in written["arm"].items() if name not in ANCHORS}
+        return written
 
     @property
     def record(self) -> dict[str, Any]:

@@ -49,7 +49,7 @@ class Worn:
 
 def worn_by(study: Study, name: str) -> Worn:
     """A study as one person wears it: one of its persons, or one of `NAMED`; raises UsageError for anyone else."""
-    person = _found(study, name)
+    person = _person(study, name)
     body, reference = person.values[0], person.reference
     value = {name: float(body[at]) for at, name in enumerate(DIMENSIONS)}
     stated = {f"arm.{name}" for name in study.arm.model_fields_set}
@@ -86,7 +86,7 @@ def with_numbers(study: Study, numbers: Mapping[str, float]) -> Study:
     return study.replaced(parts)
 
 
-def _found(study: Study, name: str) -> Population:
+def _person(study: Study, name: str) -> Population:
     if name in NAMED:
         return named(study.people.survey if study.people is not None else ansur2(), name)
     people = study.people.nominal if study.people is not None else None

@@ -126,7 +126,8 @@ def read_survey(given: bytes, where: str) -> Survey:
         content = tomllib.loads(text)
         names = content["dimensions"]
         if sorted(names) != sorted(DIMENSIONS):
-            raise InputError(f"its dimensions are {shorten(', '.join(names))}", where=where, hint=_dimensions_wanted())
+            hint = f"expected, in any order: {', '.join(DIMENSIONS)}"
+            raise InputError(f"its dimensions are {shorten(', '.join(names))}", where=where, hint=hint)
         order = [names.index(name) for name in DIMENSIONS]
         return Survey(*(_statistics(content[sex], order, f"{where}, [{sex}]") for sex in SEXES))
     except (StudyError, KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
@@ -135,51 +136,34 @@ def read_survey(given: bytes, where: str) -> Survey:
         raise InputError(problem, where=where, hint=hint) from None
 
 
-def _dimensions_wanted() -> str:
-    return f"expected, in any order: {', '.join(DIMENSIONS)}"
-
-
 def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statistics:
-    size = len(DIMENSIONS)
-    mean, deviation = (np.array(table[key], dtype=np.float64) for key in ("mean", "standard_deviation"))
-    correlation = np.array(table["correlation"], dtype=np.float64)
-    persons = int(table["persons"])
+    size, persons = len(DIMENSIONS), int(table["persons"])
+    mean, deviation, correlation = (
+        np.array(table[key], dtype=np.float64) for key in ("mean", "standard_deviation", "correlation")
+    )
     if mean.shape != (size,) or deviation.shape != (size,) or correlation.shape != (size, size) or persons < 1:
         raise InputError(f"not {size} means, {size} deviations, {size} x {size} correlations of persons", where=where)
     if not (np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))):
         raise InputError("a mean or standard deviation is not above 0", where=where)
-    for name, low_high, value, scatter in zip(
-        DIMENSIONS, PLAUSIBLE.values(), (mean[order] * _SI), deviation[order] * _SI, strict=True
-    ):
-        _check_dimension(name, low_high, value, scatter, where)
     if np.any(np.diag(correlation) != 1.0) or np.any(correlation != correlation.T):
         raise InputError("the correlation is not symmetric with ones on its diagonal", where=where)
     mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
-    scale = deviation * _SI
-    statistics = Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
+    for name, middle, scatter, per in zip(DIMENSIONS, mean, deviation, _SI, strict=True):
+        low, high = (end / per for end in PLAUSIBLE[name])
+        unit = "kg" if per == 1.0 else "mm"
+        if not low <= middle <= high:  # as in another unit
+            problem = f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}"
+            raise InputError(problem, where=where, hint="statistics are in kg and mm")
+        if scatter > _MOST_SCATTER * middle:
+            problem = f"the deviation of {name} is {scatter:g} {unit} at a mean of {middle:g} {unit}"
+            raise InputError(problem, where=where, hint="bodies drawn so would be below 0")
     try:
         cholesky(correlation)
     except ValueError as error:
         hint = "no bodies have such correlations; were they rounded, or taken from different samples?"
         raise InputError(f"the correlation is not positive definite: {error}", where=where, hint=hint) from None
-    return statistics
-
-
-def _check_dimension(name: str, plausible: tuple[float, float], mean: float, deviation: float, where: str) -> None:
-    """Refuse a mean that nobody has, as in another unit, and bodies that would be below 0."""
-    low, high = plausible
-    unit, per = ("kg", 1.0) if name == "weight" else ("mm", 1e-3)
-    if not low <= mean <= high:
-        expected = f"expected {low / per:g} to {high / per:g} {unit}"
-        raise InputError(
-            f"the mean {name} is {mean / per:g} {unit}, {expected}", where=where, hint="statistics are in kg and mm"
-        )
-    if deviation > _MOST_SCATTER * mean:
-        raise InputError(
-            f"the deviation of {name} is {deviation / per:g} {unit} at a mean of {mean / per:g} {unit}",
-            where=where,
-            hint="bodies drawn so would be below 0",
-        )
+    scale = deviation * _SI
+    return Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
 
 
 def scattered(middle: Array, factor: Array, normal: Array) -> Array:
