@@ -85,7 +85,7 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
     people = people_of(problem)
     ends = (("from", "below"), ("to", "above"))
     return (
-        Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names),
+        Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names),
         *((_SEX,) if people is not None and people.sexes else ()),
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*(DIMENSIONS if people is not None else ()), "pretension_from", "pretension_to"),
@@ -156,7 +156,7 @@ def _of_quantities(*names: str) -> tuple[Column, ...]:
 
 def _of_axis(axis: Axis) -> Column:
     if axis.names:
-        return Column(axis.column, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
+        return Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names)
     return Column.of(keys()[axis.key].number.quantity, axis.column, is_axis=True)
 
 

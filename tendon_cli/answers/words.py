@@ -36,7 +36,7 @@ def parameter(key: str, value: float | str) -> str:
 
 def value_words(axis: Axis, value: float | str) -> str:
     """What a choice or a condition has of an axis."""
-    return str(value) if axis.names else parameter(axis.key, value)
+    return axis.named(str(value)) if axis.names else parameter(axis.key, value)
 
 
 def row_words(product: Space, row: Row) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.space.axis import CASE_AXIS, Axis
+from tendon_cli.studies.contents import column_of
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.trajectory import sampled
 
@@ -52,8 +53,7 @@ def axes_of(
         if key == TIME:
             axes.append(Axis(key, TIME, {key: sampled(np.array(study["motion"]["trajectory"]["time"]))}))
             continue
-        known = keys()[key].column if key in keys() else key
-        column = next(name for name in (known, key.rpartition(".")[2]) if name in columns)
+        column = next(name for name in (column_of(key), key.rpartition(".")[2]) if name in columns)
         if key in keys():
             values, is_log = _values(study, key)
             axes.append(Axis(key, column, {key: values}, is_log=is_log))
@@ -66,14 +66,21 @@ def _names(study: Mapping[str, Any], key: str) -> list[str]:
     """The names along an axis, if the study says them."""
     if key == DIRECTION:
         return [str(way) for way in study["motion"]["direction"]]
-    return [str(case["name"]) for case in study["cases"]] if key == CASE_AXIS else []
+    if key == CASE_AXIS:
+        return [str(case["name"]) for case in study["cases"]]
+    return [str(word) for word in _given(study, key)] if "." in key else []
+
+
+def _given(study: Mapping[str, Any], key: str) -> Any:
+    """What a study says at a dotted key."""
+    for name in key.split("."):
+        study = study[name]
+    return study
 
 
 def _values(study: Mapping[str, Any], key: str) -> tuple[npt.NDArray[np.float64], bool]:
     """The values of an axis in SI, and whether they are spaced by factors."""
-    given: Any = study
-    for name in key.split("."):
-        given = given[name]
+    given = _given(study, key)
     values = keys()[key].number.read(given)
     if values is None:
         raise ValueError(key)

@@ -15,7 +15,7 @@ from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
-from tendon_cli.space.axis import DRAW_AXIS, NAMED_AXES, PERSON_AXIS, SIDES, split_side
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, split_side
 from tendon_cli.space.space import Varying
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column
@@ -59,7 +59,7 @@ class Tables:
             columns[model] = lambda block: np.asarray(self.plan.design(block).flexor.pretension)
         for at, axis in enumerate(self.plan.axes):
             if axis.names:
-                names = Column(axis.key, "text", "1", f"name of the {axis.key}", is_axis=True, choices=axis.names)
+                names = Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names)
                 columns[names] = _within(Varying(np.nan, ((at, np.arange(len(axis), dtype=np.float64)),)))
         return columns
 
@@ -98,7 +98,7 @@ class Tables:
 
     def _keys(self) -> dict[str, None]:
         """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
-        axes = [key for key in self.plan.study.axes if key not in NAMED_AXES]
+        axes = [key for key in self.plan.study.axes if key in keys()]
         bodies = [axis for axis in self.plan.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)]
         of_bodies = [key for key in keys() if any(key in axis.keys for axis in bodies)]
         common = [split_side(key)[0] for key in (*axes, *of_bodies)]

@@ -106,6 +106,17 @@ class Axis:
         return bool(self.names)
 
     @property
+    def meaning(self) -> str:
+        """What the column of its names holds."""
+        return f"name of the {self.key}" if self.key in NAMED_AXES else self.words
+
+    def named(self, name: str) -> str:
+        """One of its names in a sentence: of a case the name alone, else "spring at the motor"."""
+        common, side = split_side(self.key)
+        whose = f"the {side}'s " if side else ""
+        return name if self.key in NAMED_AXES else f"{whose}{common.replace('.', ' ')} the {name}"
+
+    @property
     def words(self) -> str:
         """Its column in a sentence."""
         return self.column.replace("_", " ")

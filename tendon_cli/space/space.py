@@ -113,6 +113,11 @@ class Space:
         """The product of what a design must survive, grouped by what a share is of."""
         return Space(tuple(axis for axis in self.axes if axis.role == "condition"), self.single).grouped()
 
+    @property
+    def intervals(self) -> tuple[int, ...]:
+        """The axes of intervals, by their places: a number that depends on one lies between the values along it."""
+        return tuple(at for at, axis in enumerate(self.axes) if axis.is_interval)
+
     def grouped(self) -> Space:
         """The same product with what a share is of slowest: persons, draws, or the pairs of both.
 

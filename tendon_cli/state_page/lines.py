@@ -69,23 +69,26 @@ def null_if_nan(value: float) -> float | None:
     return None if np.isnan(value) else value
 
 
-def sections_of(state: State, angle: float) -> list[PageSection]:
-    """A state from its geometry on, at an elbow angle in degrees; up to its load where it has no equilibrium."""
+def sections_of(state: State, angle: float, table: str) -> list[PageSection]:
+    """A state from its geometry on, at an elbow angle in degrees; up to its load where it has no equilibrium.
+
+    `table` is the file of measured travels, if they are.
+    """
     design = state.inputs.design
-    sections = [_geometry(state, design, angle), _sheath(state, design, angle), _load(state, design, angle)]
+    sections = [_geometry(state, design, angle, table), _sheath(state, design, angle), _load(state, design, angle)]
     if int(state.status.flat[0]) != NO_EQUILIBRIUM:
         sections += [_balance(state, design), _results(state, design), _setting(design)]
     return sections
 
 
-def _geometry(state: State, design: Design, angle: float) -> PageSection:
+def _geometry(state: State, design: Design, angle: float, table: str) -> PageSection:
     motion, joint, at = state.motion, design.arm.joint, float(np.radians(angle))
     theta: Row = ("θ", f"elbow angle, {angle:.6g} deg", at, "rad")
     if not isinstance(joint, Anchors):
         return section(
             "Geometry", theta,
-            ("H_f", "shortening of the flexor's path, table", motion.flexor_travel, "m", "Eq. 2"),
-            ("H_e", "lengthening of the extensor's, table", motion.extensor_travel, "m", "Eq. 2"),
+            ("H_f", "shortening of the flexor's path", motion.flexor_travel, "m", table),
+            ("H_e", "lengthening of the extensor's", motion.extensor_travel, "m", table),
             ("J_f", "dH_f/dθ of the same curve", motion.flexor_moment_arm, "m", "Eq. 5"),
             ("J_e", "dH_e/dθ of the same curve", motion.extensor_moment_arm, "m", "Eq. 5"),
         )  # fmt: skip

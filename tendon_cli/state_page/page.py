@@ -91,7 +91,8 @@ def state_page(
     state = State.of(plan.inputs(block))
     angle = float(np.degrees(plan.elbow_angles[0]))
     load = one(state.inputs.design.load_mass)
-    sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle)]
+    table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
+    sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle, table)]
     status = STATUS_NAMES[int(state.status.flat[0])]
     has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
     if has_equilibrium:
@@ -185,7 +186,10 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
         if axis.names:
-            notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; --case chooses another")
+            option = "--case" if axis.key == CASE_AXIS else f"--set {axis.key}=..."
+            notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; {option} chooses another")
+        elif axis.is_interval:
+            notes.append(f"{axis.key}: the lower end of its interval; --set {axis.key}=... chooses")
         elif len(axis) > 1:
             notes.append(f"{axis.key}: the first of {len(axis)} values; --set {axis.key}=... chooses")
     if plan.study.trajectory is not None:

@@ -30,7 +30,7 @@ from tendon_cli.space.axis import (
     split_side,
 )
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
-from tendon_cli.studies.contents import case_numbers
+from tendon_cli.studies.contents import case_numbers, column_of
 from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid, drawn
@@ -50,20 +50,21 @@ _WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
 def space_of(study: Study) -> Space:
     """The product of a study's axes, slowest first."""
     named = {axis.key: axis for axis in named_axes(study)}
-    axes = [named.get(key) or number_axis(study, key) for key in study.axes]
+    axes = [named.get(key) or _axis_of(study, key) for key in study.axes]
     return Space(tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study))
 
 
 def lengths_of(study: Study) -> tuple[int, ...]:
     """How many values each axis of a study has, without any of them."""
     persons = 0 if study.people is None else study.people.persons
-    named = {CASE_AXIS: len(study.cases), PERSON_AXIS: persons, DRAW_AXIS: study.draws}
-    return tuple(named[key] if key in named else len(study.numbers[key]) for key in study.axes)
+    lengths = {key: len(values) for key, values in (study.numbers | study.words).items()}
+    lengths |= {CASE_AXIS: len(study.cases), PERSON_AXIS: persons, DRAW_AXIS: study.draws}
+    return tuple(lengths[key] for key in study.axes)
 
 
 def single_numbers(study: Study) -> dict[str, Any]:
     """What a study gives once for all of its designs, by dotted key, SI."""
-    words = {key: given == word for key, word in _WORDS.items() if (given := _word(study, key)) is not None}
+    words = {key: given == word for key, word in _WORDS.items() if (given := word_of(study, key)) is not None}
     numbers = {key: values.single for key, values in study.numbers.items() if not values.is_axis}
     read = {READ: float(READINGS.index(study.setting.read))}
     inertia = 0.0 if study.motion.inertia is None else study.motion.inertia.single
@@ -71,7 +72,7 @@ def single_numbers(study: Study) -> dict[str, Any]:
     return numbers | {key: float(is_so) for key, is_so in words.items()} | read | curves_of(study) | in_time
 
 
-def _word(table: object, key: str) -> str | None:
+def word_of(table: object, key: str) -> str | None:
     """The word at a dotted key of a study or a case; None if it says none."""
     for name in key.split("."):
         table = getattr(table, name, None)
@@ -98,7 +99,7 @@ def case_axis(study: Study) -> Axis:
     named = dict.fromkeys(key for each in given for key in each)
     numbers = {key: _stacked(each.get(key) for each in given) for key in named}
     for key, word in _WORDS.items():
-        words = [_word(case, key) for case in study.cases]
+        words = [word_of(case, key) for case in study.cases]
         if any(words):
             numbers[key] = _stacked(None if each is None else each == word for each in words)
     return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))
@@ -117,6 +118,14 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
         scales[EXCURSION] = np.asarray(theirs) / mine
     numbers = {**drawn_once, **sets, **{scale_of(key): values for key, values in scales.items()}}
     return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
+
+
+def _axis_of(study: Study, key: str) -> Axis:
+    """The axis of a number, or of a word."""
+    if key not in study.words:
+        return number_axis(study, key)
+    words = study.words[key]
+    return Axis(key, column_of(key), {key: np.array([float(word == _WORDS[key]) for word in words])}, words)
 
 
 def number_axis(study: Study, key: str) -> Axis:

@@ -12,6 +12,7 @@ from tendon_cli.model.forms import Need
 from tendon_cli.model.limits import LIMITS, SPEED
 from tendon_cli.space.axis import NAMED_AXES, PRETENSION, SIDES, of_side, split_side
 from tendon_cli.space.space import ANCHORS
+from tendon_cli.studies.axes import word_of
 from tendon_cli.studies.contents import case_numbers
 from tendon_cli.studies.curves import CurveTable, bends_of, not_covered
 from tendon_cli.studies.design import CHOICE_RESULTS
@@ -91,7 +92,7 @@ def _no_room(study: Study) -> str | None:
     springs = [study.spring, *(spring for case in study.cases if (spring := getattr(case, "spring", None)) is not None)]
     for spring in springs:
         side = spring.flexor
-        if (getattr(side, "at", None) or spring.at) == "motor":
+        if "motor" in ((getattr(side, "at", None) or spring.at) or ""):
             return "is of a spring at the joint, but the flexor's sits at the motor"
         stiffness = getattr(side, "stiffness", None) or spring.stiffness
         if stiffness is not None and math.isinf(stiffness.extremes[1]):
@@ -175,7 +176,7 @@ def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
         if split_side(name)[0] == PRETENSION:
             problem = f'"{name}" cannot be a condition, it is what tendon design solves for'
             yield Fault("design.conditions", problem, "leave it out")
-        elif name not in keys() and name not in NAMED_AXES:
+        elif name not in keys() and name not in NAMED_AXES and name not in study.words:
             hint = nearest(columns.get(name, name), (*keys(), *NAMED_AXES))
             yield Fault("design.conditions", f'"{shorten(name)}" is no axis that a study can have', hint)
     axes = [key for key in (*study.axes, *at_fault) if key in keys() and split_side(key)[0] != PRETENSION]
@@ -208,6 +209,9 @@ def _case_faults(study: Study) -> Iterator[Fault]:
         if name in names:
             yield Fault(f"cases.{at}.name", f'"{name}" names two cases, expected each name once')
         names.add(name)
+        for key in study.words:
+            if word_of(case, key) is not None:
+                yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")
         for key in case_numbers(case):
             if key in study.numbers and study.numbers[key].is_axis:
                 yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")

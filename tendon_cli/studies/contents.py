@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from types import UnionType
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, Field, StringConstraints, create_model
 from pydantic.fields import FieldInfo
@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from tendon_cli.quantities import PLAUSIBLE
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.curves import CurveColumns, CurveTable
-from tendon_cli.studies.fields import Single, fault
+from tendon_cli.studies.fields import OneOf, Single, fault
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.parts import (
     Anchor,
@@ -124,10 +124,13 @@ def _single_valued(part: type[Part]) -> type[Part]:
     fields: dict[str, Any] = {}
     for name, field in part.model_fields.items():
         number, nested = mark_of(field), part_of(field)
+        choice = next((mark for mark in field.metadata if isinstance(mark, OneOf)), None)
         if name in _NOT_OF_CASES or any(isinstance(mark, CurveColumns) for mark in field.metadata):
             continue  # the numbers of a case differ, not the joint
         if number is not None:
             kind: Any = Annotated[Values, Single(number.name, number.low, number.high, number.word)]
+        elif choice is not None:
+            kind = Literal[choice.words]
         else:
             kind = _single_valued(nested) if nested else field.annotation
         optional = kind if isinstance(kind, UnionType) else kind | None
@@ -160,10 +163,15 @@ class Key:
 
     @property
     def column(self) -> str:
-        """The column that holds it: the key joined with `_`, the side last, three of the common ones shortened."""
-        common, side = split_side(self.path)
-        column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
-        return f"{column}_{side}" if side else column
+        """The column that holds it."""
+        return column_of(self.path)
+
+
+def column_of(key: str) -> str:
+    """The column of an axis: its key joined with `_`, the side last, three of the common ones shortened."""
+    common, side = split_side(key)
+    column = _SHORT_COLUMNS.get(common, common.replace(".", "_"))
+    return f"{column}_{side}" if side else column
 
 
 @cache

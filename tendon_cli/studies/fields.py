@@ -77,6 +77,32 @@ def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
     return words
 
 
+@dataclass(frozen=True)
+class OneOf:
+    """Marks a field as one of some words, or a list of several, which is an axis."""
+
+    words: tuple[str, ...]
+
+    def read(self, value: object) -> str | tuple[str, ...] | None:
+        """A word as it is, a list as a tuple; raises PydanticCustomError."""
+        several = list(value) if isinstance(value, (list, tuple)) else [] if value is None else [value]
+        for word in several:
+            if not isinstance(word, str) or word not in self.words:
+                expected = " or ".join(f'"{each}"' for each in self.words)
+                raise fault(f"{described(word)} is not possible, expected {expected}", nearest(str(word), self.words))
+        if not several and value is not None:
+            raise fault("an empty list, expected at least one value")
+        words = _each_once(tuple(map(str, several)))
+        return words if isinstance(value, (list, tuple)) else words[0] if words else None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        one = {"enum": list(self.words)}
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1, "uniqueItems": True}]}
+
+
 def whole(low: int, high: int) -> tuple[Any, ...]:
     """What makes a field take a whole number from low to high, or its digits as the command line has it."""
 

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from tendon_cli.errors import Fault, InputError, StudyError, TendonError, UsageError
 from tendon_cli.files import path_of
+from tendon_cli.space.axis import SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.axes import impossibilities
 from tendon_cli.studies.checks import contradictions, curve_faults
@@ -101,7 +102,7 @@ def study_from(
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
         raise StudyError(sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line))
     ranked = dict.fromkeys((*order, *_number_keys(content)))
-    return study.ordered(tuple(key for key in ranked if key in study.numbers), files.sources)
+    return study.ordered(tuple(key for key in ranked if key in study.numbers or key in study.words), files.sources)
 
 
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
@@ -209,7 +210,7 @@ def _number_keys(content: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     given: dict[str, Any] = {}
     for name, value in content.items():
         path = f"{prefix}{name}"
-        if path in keys():
+        if path in keys() or split_side(path)[0] == SPRING_AT:
             given[path] = value
         elif isinstance(value, dict):
             given |= _number_keys(value, f"{path}.")

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstra
 
 from tendon_cli.quantities import OF_STATES
 from tendon_cli.studies.curves import EXCURSION, TORQUE, TRAJECTORY, BendNumber, CurveTable
-from tendon_cli.studies.fields import Single, fault, nearest, one_or_many
+from tendon_cli.studies.fields import OneOf, Single, fault, nearest, one_or_many
 from tendon_cli.studies.number import Number
 from tendon_cli.studies.values import RIGID, Values
 from tendon_cli.units import shorten
@@ -38,7 +38,7 @@ Dimension = Literal[
     "stature", "weight", "acromion_radiale_length", "radiale_stylion_length", "forearm_grip_length",
     "biceps_circumference", "forearm_circumference", "wrist_circumference",
 ]  # fmt: skip
-SpringPlace = Literal["joint", "motor"]
+SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
 FreeLength = Annotated[Values | None, Number("spring_free_length", **LENGTH)]
 
 
@@ -140,14 +140,14 @@ class SpringSide(Part):
 
     stiffness: Stiffness | None = None
     free_length: FreeLength = None
-    at: SpringPlace | None = Field(default=None, description="the end of the tendon that the spring sits at")
+    at: SpringPlace = Field(default=None, description="the end of the tendon that the spring sits at")
 
 
 class Spring(SpringSide):
     """The series springs at the elbow ends of both tendons."""
 
     stiffness: Stiffness | None = written("3 kN/m")
-    at: SpringPlace | None = Field(default="joint", description="the end of the tendon that the spring sits at")
+    at: SpringPlace = Field(default="joint", description="the end of the tendon that the spring sits at")
     flexor: SpringSide | None = None
     extensor: SpringSide | None = None
 

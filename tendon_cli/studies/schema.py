@@ -96,6 +96,9 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if kind == "tendon":
         return context["problem"], context["hint"]
     if kind == "extra_forbidden":
+        key = ".".join(path[2:])
+        if path[0] == "cases" and any(f"{known}.".startswith(f"{key}.") for known in key_words()):
+            return "is the same for all cases", f"say {key} for the whole study, or write a study for each case"
         return "unknown key", _meant_key(path)
     if kind == "literal_error":
         words = [word.strip(" '") for word in context["expected"].replace(" or ", ",").split(",")]

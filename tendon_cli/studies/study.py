@@ -13,7 +13,7 @@ from pydantic import Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SIDES, of_side
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
@@ -103,6 +103,8 @@ class Study(Displayed, Part):
         """The values of an axis, the middle of a long one left out."""
         if key in self.numbers:
             return _values_text(keys()[key].number.name, self.numbers[key])
+        if key in self.words:
+            return ", ".join(self.words[key])
         if key == DRAW_AXIS:
             return counted(self.draws, "draw")
         if self.people is not None and key == PERSON_AXIS:
@@ -156,6 +158,13 @@ class Study(Displayed, Part):
         return np.array([direction == "flexion" for direction in self.motion.direction]).reshape(-1, 1)
 
     @property
+    def words(self) -> dict[str, tuple[str, ...]]:
+        """Words that vary, by dotted key: where the springs sit."""
+        sides = {"spring.at": self.spring, **{of_side("spring.at", side): getattr(self.spring, side) for side in SIDES}}
+        places = {key: getattr(spring, "at", None) for key, spring in sides.items()}
+        return {key: words for key, words in places.items() if isinstance(words, tuple)}
+
+    @property
     def of_the_body(self) -> tuple[str, ...]:
         """Numbers that come from the body of each person, as the study has people and does not state them."""
         if self.people is None:
@@ -182,7 +191,7 @@ class Study(Displayed, Part):
     @property
     def axes(self) -> tuple[str, ...]:
         """Keys of the design axes, slowest first; `case`, `person` and `draw` stand for several numbers each."""
-        varied = tuple(key for key, values in self.numbers.items() if values.is_axis)
+        varied = (*(key for key, values in self.numbers.items() if values.is_axis), *self.words)
         ordered = varied if self._axes is None else tuple(key for key in self._axes if key in varied)
         named = {CASE_AXIS: self.cases, PERSON_AXIS: self.people, DRAW_AXIS: self.draws}
         return (*(key for key, is_axis in named.items() if is_axis), *ordered)
@@ -218,9 +227,9 @@ class Study(Displayed, Part):
         return tuple(key for key in self.axes if key in (*asked, PERSON_AXIS, DRAW_AXIS, *self.intervals))
 
     @property
-    def intervals(self) -> tuple[str, ...]:
-        """Numbers of which every value between two ends is meant, by dotted key."""
-        return tuple(key for key, values in self.numbers.items() if values.is_interval)
+    def intervals(self) -> dict[str, tuple[float, float]]:
+        """Numbers of which every value between two ends is meant: these, in SI, by dotted key."""
+        return {key: values.extremes for key, values in self.numbers.items() if values.is_interval}
 
     @property
     def serve(self) -> float:

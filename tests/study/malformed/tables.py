@@ -105,6 +105,19 @@ CASES = (
         "a case with an unknown key", "[[cases]]\nname = 'a'\n[cases.arms]\nb1 = 1\n", "cases.0.arms", '"arm"', line=3
     ),
     toml("a deep unknown key", "[[cases]]\nname = 'a'\narm.bb1 = 1\n", "cases.0.arm.bb1", '"b1"', line=3),
+    toml(
+        "a case with a curve", "[[cases]]\nname = 'a'\nload.torque = 'x.csv'\n", "cases.0.load.torque", "same for all"
+    ),
+    toml("a case with a reading", "[[cases]]\nname = 'a'\nsetting.read = 'x'\n", "setting.read", "same for all cases"),
+    toml("a case with a motion", "[[cases]]\nname = 'a'\nmotion.speed = 1\n", "cases.0.motion", "a study for each"),
+    toml(
+        "a case of an axis of words",
+        "spring.at = ['motor']\n[[cases]]\nname = 'a'\nspring.at = 'joint'\n",
+        "is an axis",
+    ),
+    toml("a spring nowhere", "spring.at = ['joint', 'hip']\n", "spring.at", '"joint" or "motor"', line=1),
+    toml("a spring twice", "spring.flexor.at = ['joint', 'joint']\n", "spring.flexor.at", "twice", line=1),
+    toml("springs at no end", "spring.at = []\n", "spring.at", "empty list", line=1),
     toml("a case with cases", "[[cases]]\nname = 'a'\n[[cases.cases]]\nname = 'b'\n", "cases.0.cases", "unknown key"),
     toml(
         "a case of an axis",
