@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tendon_cli.units import SI_UNIT
+
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
@@ -24,30 +26,15 @@ class Quantity:
     """When a result of a state or a design may be null: "never", with "no equilibrium", if "slack", or "often"."""
 
 
-_SI_AND_SHOWN = {
-    "length": ("m", "mm"),
-    "force": ("N", "N"),
-    "stiffness": ("N/m", "kN/m"),
-    "pressure": ("Pa", "GPa"),
-    "mass": ("kg", "kg"),
-    "angle": ("rad", "deg"),
-    "torque": ("N m", "N m"),
-    "rotational stiffness": ("N m/rad", "N m/rad"),
-    "angular speed": ("rad/s", "deg/s"),
-    "time": ("s", "s"),
-    "inertia": ("kg m2", "kg m2"),
-    "frequency": ("Hz", "Hz"),
-    "power": ("W", "W"),
-    "energy": ("J", "J"),
-    "number": ("1", "1"),
-}
+_SHOWN_IN = {"length": "mm", "stiffness": "kN/m", "pressure": "GPa", "angle": "deg", "angular speed": "deg/s"}
+"""Units that people read, where these are not those of SI."""
 
 
 def _quantity(
     name: str, symbol: str, dimension: str, long_name: str, *, shown_in: str | None = None, null: str = "no equilibrium"
 ) -> Quantity:
-    unit, shown = _SI_AND_SHOWN[dimension]
-    return Quantity(name, symbol, dimension, unit, shown_in or shown, long_name, null)
+    unit = SI_UNIT[dimension]
+    return Quantity(name, symbol, dimension, unit, shown_in or _SHOWN_IN.get(dimension, unit), long_name, null)
 
 
 _OF_STUDIES = (

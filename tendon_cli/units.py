@@ -55,23 +55,8 @@ UNITS: dict[str, Unit] = (
     | _units("energy", {"J": 1, "mJ": "0.001", "kJ": 1000})
 )
 
-SI_UNIT = {
-    "number": "1",
-    "length": "m",
-    "force": "N",
-    "stiffness": "N/m",
-    "pressure": "Pa",
-    "mass": "kg",
-    "angle": "rad",
-    "torque": "N m",
-    "rotational stiffness": "N m/rad",
-    "time": "s",
-    "angular speed": "rad/s",
-    "inertia": "kg m2",
-    "frequency": "Hz",
-    "power": "W",
-    "energy": "J",
-}
+SI_UNIT = {unit.dimension: unit.symbol for unit in reversed(UNITS.values()) if unit.factor == 1}
+"""The unit of each dimension in which numbers are computed and stored; of several of its size the first."""
 
 # Pi does not terminate, so that degrees stay degrees where a text has to be exact.
 _UNIT_WITH_PI = {"angle": "deg", "rotational stiffness": "N m/deg", "angular speed": "deg/s"}

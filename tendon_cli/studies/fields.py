@@ -79,21 +79,23 @@ def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Marks a field as one of some words, or a list of several, which is an axis."""
+    """Marks a field as one of some words, or a list of several: an axis, unless the field `is_list` in any case."""
 
     words: tuple[str, ...]
+    is_list: bool = False
 
     def read(self, value: object) -> str | tuple[str, ...] | None:
         """A word as it is, a list as a tuple; raises PydanticCustomError."""
         several = list(value) if isinstance(value, (list, tuple)) else [] if value is None else [value]
-        for word in several:
-            if not isinstance(word, str) or word not in self.words:
-                expected = " or ".join(f'"{each}"' for each in self.words)
-                raise fault(f"{described(word)} is not possible, expected {expected}", nearest(str(word), self.words))
+        wrong = [word for word in several if not isinstance(word, str) or word not in self.words]
+        if wrong:
+            given = " and ".join(map(described, wrong[:9])) + (" are" if wrong[1:] else " is")
+            expected = " or ".join(f'"{each}"' for each in self.words)
+            raise fault(f"{given} not possible, expected {expected}", nearest(str(wrong[0]), self.words))
         if not several and value is not None:
             raise fault("an empty list, expected at least one value")
         words = _each_once(tuple(map(str, several)))
-        return words if isinstance(value, (list, tuple)) else words[0] if words else None
+        return words if self.is_list or isinstance(value, (list, tuple)) else words[0] if words else None
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.read)

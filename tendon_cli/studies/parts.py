@@ -64,14 +64,14 @@ Words = Annotated[
 """One word or a list of them, such as columns; what they may be is not known to the field."""
 
 
-def _some_of(*words: str) -> tuple[Any, ...]:
-    """What makes a field of a tuple take one of some words, or a list of several."""
-    return *one_or_many({"enum": list(words)}, each_once=True), Field(min_length=1)
-
-
-Directions = Annotated[tuple[Direction, ...], *_some_of("flexion", "extension")]
-Tables = Annotated[tuple[Table, ...], *_some_of("designs", "states")]
-StateColumns = Annotated[tuple[str, ...], *_some_of("status", *OF_STATES), AfterValidator(_columns_of_states)]
+Directions = Annotated[tuple[Direction, ...], OneOf(("flexion", "extension"), is_list=True)]
+Tables = Annotated[tuple[Table, ...], OneOf(("designs", "states"), is_list=True)]
+StateColumns = Annotated[
+    tuple[str, ...],
+    *one_or_many({"enum": ["status", *OF_STATES]}, each_once=True),
+    Field(min_length=1),
+    AfterValidator(_columns_of_states),
+]
 
 
 class Part(BaseModel):

@@ -185,16 +185,9 @@ def test_they_complete_a_file_of_persons_too(tmp_path):
 
 BAD = {
     "a person of 3 m": ("stature (m)\n1.7\n3\n", {}, 3, "people.csv, line 3"),
-    "missing columns": ("name,shoe\nAda,39\n", {}, 3, "no column is a dimension"),
-    "mixed units": ("stature (m)\n1.7\n175\n", {}, 3, "are units mixed?"),
-    "a negative weight": ("weight (kg)\n-70\n", {}, 3, "weight is -70 kg"),
-    "a negative weighting": ("weight (kg),weighting\n70,-1\n", {}, 3, "weighting is -1"),
-    "names that stand twice": ("name,weight (kg)\nAda,70\nAda,80\n", {}, 3, '"Ada" names two persons'),
     "one row": ("weight (kg)\n70\n", {}, 0, "has 1 person"),
     "count = 0": (None, {"people": {"count": 0}}, 2, "out of range, expected 1 to 1,000,000"),
-    "a tolerance of 200 %": (None, {"spring": {"stiffness": {"value": 5e3, "tolerance": "200 %"}}}, 2, "200 %"),
     "no positive definite correlation": (None, {"people": {"statistics": "own.toml"}}, 3, "not positive definite"),
-    "statistics in metres": (None, {"people": {"statistics": "metres.toml"}}, 3, "statistics are in kg and mm"),
 }
 
 
@@ -202,9 +195,7 @@ BAD = {
 def test_bad_input_ends_in_one_message_of_the_right_kind(name, tendon, workplace):
     text, content, exit_code, said = BAD[name]
     (workplace / "people.csv").write_text(text or FILE, encoding="utf-8")
-    own = ansur2_text()
-    (workplace / "own.toml").write_text(own.replace("0.4689", "-0.95"), encoding="utf-8")
-    (workplace / "metres.toml").write_text(own.replace("1756.21", "1.75621"), encoding="utf-8")
+    (workplace / "own.toml").write_text(ansur2_text().replace("0.4689", "-0.95"), encoding="utf-8")
     study = {"people": {"file": "people.csv"}, "spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}} | content
     (workplace / "study.yaml").write_text(json.dumps(study), encoding="utf-8")
     ran = tendon("design", "study.yaml", "--no-figures", "--json")

@@ -82,7 +82,7 @@ def test_all_faults_come_at_once_in_the_order_of_the_lines(tmp_path, suffix, tex
         ("[sheath]\npath = 3\npath_smoothing = '1 mm'\n", 1),
         ("[sheath]\nfriction = true\nfriction_from = 'f.toml'\n", 2),
         ("[[cases]]\nname = 'a'\narm.bb1 = 1\n[[cases]]\nname = 'a'\nsheath.path = 'r.csv'\n", 3),
-        ("[sheath]\npath = 'r.csv'\n[motion]\ndirection = ['up', 'down']\n", 3),
+        ("[sheath]\npath = 'r.csv'\n[motion]\ndirection = ['up', 'down']\n", 2),
         ("[[cases]]\narm.b1 = 1\n[sheath]\npath = 'r.csv'\n", 2),
     ],
 )

@@ -328,32 +328,35 @@ def test_axes_stand_in_the_order_of_the_document(load, order, form):
 REOPENED = "[tendon]\nlength = [2, 3]\n[spool]\nratio = [0.8, 1]\n[tendon.flexor]\npretension = ['90 N', '100 N']\n"
 
 
-def test_a_table_that_is_opened_again_keeps_the_order_of_the_document(load):
-    assert load(REOPENED).axes == ("tendon.length", "spool.ratio", "tendon.flexor.pretension")
+TEXT_OF_SEVERAL_LINES = (
+    'title = """\n[spool]\\\nratio = [1, 2]\\\n"""\n# [load]\n[tendon] # first\n'
+    "length = [ # x = 1\n  2,\n  3, # [arm]\n]\n"
+    "[load]\nmass = [1,\n2]\n['arm'] # a = 1\n\"b1\" = [0.1, 0.2]\n[spool]\nratio = [1, 2]\n"
+)
 
 
-def test_dotted_keys_of_one_table_around_another_keep_the_order_of_the_document(load):
-    text = "tendon.length = [2, 3]\nspool.ratio = [0.8, 1]\ntendon.diameter = [0.001, 0.002]\n"
-    assert load(text).axes == ("tendon.length", "spool.ratio", "tendon.diameter")
-
-
-def test_the_sub_table_may_stand_before_its_table(load):
-    text = "[tendon.flexor]\nlength = [2, 3]\n[spool]\nratio = [0.8, 1]\n[tendon]\ndiameter = [0.001, 0.002]\n"
-    assert load(text).axes == ("tendon.flexor.length", "spool.ratio", "tendon.diameter")
-
-
-def test_the_order_within_a_line_counts(load):
-    text = "tendon = { length = [2, 3], flexor = { pretension = [90, 100] }, diameter = [0.001, 0.002] }\n"
-    assert load(text).axes == ("tendon.length", "tendon.flexor.pretension", "tendon.diameter")
-
-
-def test_strings_comments_and_lists_of_several_lines_do_not_disturb_the_order(load):
-    text = (
-        'title = """\n[spool]\\\nratio = [1, 2]\\\n"""\n# [load]\n[tendon] # first\n'
-        "length = [ # x = 1\n  2,\n  3, # [arm]\n]\n"
-        "[load]\nmass = [1,\n2]\n['arm'] # a = 1\n\"b1\" = [0.1, 0.2]\n[spool]\nratio = [1, 2]\n"
-    )
-    assert load(text).axes == ("tendon.length", "load.mass", "arm.b1", "spool.ratio")
+@pytest.mark.parametrize(
+    ("text", "axes"),
+    [
+        (REOPENED, "tendon.length spool.ratio tendon.flexor.pretension"),
+        (
+            "tendon.length = [2, 3]\nspool.ratio = [0.8, 1]\ntendon.diameter = [0.001, 0.002]\n",
+            "tendon.length spool.ratio tendon.diameter",
+        ),
+        (
+            "[tendon.flexor]\nlength = [2, 3]\n[spool]\nratio = [0.8, 1]\n[tendon]\ndiameter = [0.001, 0.002]\n",
+            "tendon.flexor.length spool.ratio tendon.diameter",
+        ),
+        (
+            "tendon = { length = [2, 3], flexor = { pretension = [90, 100] }, diameter = [0.001, 0.002] }\n",
+            "tendon.length tendon.flexor.pretension tendon.diameter",
+        ),
+        ("load.mass = [1, 2]\nspring.at = ['joint']\nspool.ratio = [1, 2]\n", "load.mass spring.at spool.ratio"),
+        (TEXT_OF_SEVERAL_LINES, "tendon.length load.mass arm.b1 spool.ratio"),
+    ],
+)
+def test_tables_opened_again_dotted_keys_and_long_texts_keep_the_order_of_the_document(load, text, axes):
+    assert load(text).axes == tuple(axes.split())
 
 
 def test_cases_are_the_slowest_axis_wherever_they_stand(load):
@@ -508,10 +511,6 @@ def contents(draw):
     ]
     content["model"] = {"slack": draw(st.sampled_from(["unilateral", "bilateral"]))}
     return content
-
-
-def _drawn(draw, chosen):
-    return {table: {name: draw(near(f"{table}.{name}"))} for table, name in (key.split(".") for key in chosen)}
 
 
 def _with_sides(key):
@@ -756,16 +755,11 @@ FRAGMENT = "[friction]\ncoefficient = 0.073\nstandard_error = 0.002\nsource = 'r
 
 def test_a_fragment_gives_the_friction_and_is_remembered(load):
     study = load("[sheath]\nfriction_from = 'f.toml'\n", f_toml=FRAGMENT)
-    assert study.sheath.friction.single == 0.073
+    assert study.sheath.friction.single == study.numbers["sheath.friction"].single == 0.073
     assert "friction_from" not in study.document()["sheath"]
     (source,) = study.sources.values()
     assert (source["standard_error"], source["fitted_from"], source["file"]) == (0.002, "readings.csv", "f.toml")
     assert study.hash == one("sheath.friction", {"mean": 0.073, "std": 0.002}).hash
-
-
-def test_every_reader_of_the_study_sees_the_friction_of_the_fragment(load):
-    study = load("[sheath]\nfriction_from = 'f.toml'\n", f_toml=FRAGMENT)
-    assert study.numbers["sheath.friction"].single == 0.073
 
 
 def test_a_fragment_of_one_side_leaves_the_other(load):

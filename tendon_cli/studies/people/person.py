@@ -57,7 +57,8 @@ def worn_by(study: Study, name: str) -> Worn:
     steps, numbers = [], {}
     for anchor, dimension in ANCHOR_ALONG.items():
         given = study.numbers[f"arm.{anchor}"]
-        numbers[anchor] = Values(tuple((given.array * scales[f"arm.{anchor}"]).tolist()), is_axis=given.is_axis)
+        scaled = tuple((given.array * scales[f"arm.{anchor}"]).tolist())
+        numbers[anchor] = Values(scaled, is_axis=given.is_axis, is_interval=given.is_interval)
         of_all: float = getattr(reference, dimension)
         formula = f"{given.array[0]:.6g} x {QUANTITIES[dimension].symbol} / {of_all:.6g} of the mean man"
         steps.append(Step(anchor, formula, numbers[anchor].array[0]))

@@ -72,7 +72,7 @@ WORDS = (
     toml("one direction that is not", "motion.direction = ['flexion', 'up']\n", "motion.direction", "expected", line=1),
     toml("a direction twice", "motion.direction = ['flexion', 'flexion']\n", "motion.direction", "twice", line=1),
     toml("no direction", "motion.direction = []\n", "motion.direction", line=1),
-    toml("a number for a direction", "motion.direction = 3\n", "motion.direction", "not a list", line=1),
+    toml("a number for a direction", "motion.direction = 3\n", "motion.direction", "not possible", line=1),
     toml("a truth value for a direction", "motion.direction = [true]\n", "direction"),
     toml("a slack that is not", "model.slack = 'Bilateral'\n", "model.slack", 'did you mean "bilateral"?', line=1),
     toml("a slack of true", "model.slack = true\n", "model.slack", '"bilateral"', line=1),
