@@ -101,8 +101,7 @@ def study_from(
     if study is None or faults:
         placed = [replace(fault, line=fault.line or places.line_of(fault.key)) for fault in faults]
         raise StudyError(sorted(placed, key=lambda fault: 10**9 if fault.line is None else fault.line))
-    ranked = dict.fromkeys((*order, *_number_keys(content)))
-    return study.ordered(tuple(key for key in ranked if key in study.numbers or key in study.words), files.sources)
+    return study.ordered(tuple(dict.fromkeys((*order, *_number_keys(content)))), files.sources)
 
 
 def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
@@ -145,7 +144,7 @@ def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
                 raise StudyError([Fault(shorten(key, 120), f"{part} is not a table of keys")])
         table[name] = plain(value, (key,))
     varied = study_from(content, order=(*study.axes, *settings))
-    return varied.ordered(tuple(key for key in varied.axes if key in varied.numbers), study.sources)
+    return varied.ordered(varied.axes, study.sources)
 
 
 def recorded_study(record: Mapping[str, Any]) -> Study:

@@ -112,6 +112,7 @@ def test_where_a_spring_sits_is_a_choice_of_an_answer():
         alone = study(spring__at=place, anchor__stiffness="10 kN/m", load__mass=["0 kg", "2 kg"])
         assert tuple(rows.loc[place, ["pretension_from", "pretension_to"]]) == pytest.approx(window(alone), rel=1e-12)
     assert study_from(json.loads(json.dumps(asked.document())), order=asked.axes).hash == asked.hash
+    assert study().vary(**{"spring.at": ["motor", "joint"], "load.mass": [0.0, 1.0]}).axes == ("spring.at", "load.mass")
 
 
 def test_the_place_of_a_spring_may_be_a_condition_and_filters_know_it(tmp_path):
