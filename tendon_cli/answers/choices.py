@@ -14,7 +14,7 @@ import pyarrow as pa
 from tendon_cli.answers.answer import as_record, findings, named_rows, row_of, summarised
 from tendon_cli.answers.candidates import numbers_of, part_of
 from tendon_cli.answers.front import goals_of
-from tendon_cli.answers.population import GroupWindows, population
+from tendon_cli.answers.population import GroupWindows, people_of, population
 from tendon_cli.answers.question import Problem, question
 from tendon_cli.answers.solve import Columns
 from tendon_cli.answers.tables import (
@@ -112,7 +112,10 @@ class Choices(Task):
         """Rows of a part of a table."""
         if table == "choices":
             return len(self.part(index))
-        return len(self.persons if table != "conditions" and self.persons else self.problem.conditions)
+        if table == "conditions" or self.persons is None:
+            return len(self.problem.conditions)
+        people = people_of(self.problem)
+        return len(self.persons if people is None else people.persons)
 
     def fill(self, tables: Mapping[str, Rows], index: int) -> Note:
         """Solve the choices of a part; raises Stopped."""
@@ -187,7 +190,7 @@ class Choices(Task):
         chosen = {each.name: np.array([as_value(each, of_record["values"][each.name])]) for each in axes}
         pretension = np.nan if of_record["pretension"] is None else of_record["pretension"]
         rows = person_rows(self.problem, axis, self._windows_of(chosen), chosen, pretension)
-        return f"{axis.key}s.parquet", self.layout(f"{axis.key}s", 0), writer_of(rows, (len(axis),))
+        return f"{axis.key}s.parquet", self.layout(f"{axis.key}s", 0), writer_of(rows, (self.rows(f"{axis.key}s", 0),))
 
     def _windows_of(self, columns: Columns) -> GroupWindows:
         """The windows of all persons or draws for one choice, solved once."""

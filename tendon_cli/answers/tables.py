@@ -84,8 +84,9 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
     """Columns of `persons.parquet`, or of `draws.parquet`."""
     people = people_of(problem)
     ends = (("from", "below"), ("to", "above"))
+    names = axis.names if people is None else people.persons
     return (
-        Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=axis.names),
+        Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=names),
         *((_SEX,) if people is not None and people.sexes else ()),
         Column("weighting", "number", "1", "how much it counts in a share"),
         *_of_quantities(*(DIMENSIONS if people is not None else ()), "pretension_from", "pretension_to"),
@@ -97,13 +98,18 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
 
 
 def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Columns, pretension: float) -> Columns:
-    """A row per person under one choice at its pretension (N): its window is of at least `serve` of its draws."""
-    count, people = len(axis), people_of(problem)
+    """A row per person under one choice at its pretension (N): its window is of at least `serve` of its draws.
+
+    With completions the bodies drawn of a person are draws, too; body and tensions to set are their means.
+    """
+    people = people_of(problem)
+    bodies = 1 if people is None else people.completions
+    count = len(axis) // bodies
     served = windows.served(pretension).reshape(count, -1)
     low, high, first, last = _windows(problem, windows, served.shape)
     rows: Columns = {
         axis.column: np.arange(count),
-        "weighting": np.ones(count) if axis.weighting is None else axis.weighting,
+        "weighting": np.ones(count) if axis.weighting is None else axis.weighting.reshape(count, -1).sum(axis=1),
         "pretension_from": low,
         "pretension_to": _finite(high),
         "from_by": windows.low_by[first].astype(np.int64) + 1,
@@ -113,10 +119,13 @@ def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Co
         "served": served.mean(axis=1),
     }
     if people is not None:
-        rows |= {name: people.values[:, at] for at, name in enumerate(DIMENSIONS)}
-        rows |= {"sex": np.array([_SEX.choices.index(sex) for sex in people.sexes])} if people.sexes else {}
+        mean = people.values.reshape(count, bodies, -1).mean(axis=1)
+        rows |= {name: mean[:, at] for at, name in enumerate(DIMENSIONS)}
+        sexes = people.sexes[::bodies]
+        rows |= {"sex": np.array([_SEX.choices.index(sex) for sex in sexes])} if sexes else {}
     design = study_arm(problem, numbers_of(problem, columns), np.array([pretension]), axis)
-    return rows | settings(design, count)
+    set_ = settings(design, len(axis))
+    return rows | {name: values.reshape(count, -1).mean(axis=1) for name, values in set_.items()}
 
 
 def _windows(problem: Problem, windows: GroupWindows, shape: tuple[int, ...]) -> tuple[Array, Array, Rows, Rows]:

@@ -74,6 +74,21 @@ def test_one_person_without_draws_is_this_person():
     assert "%" not in text.split("For whom")[1].split("Sizes")[0].split("Note")[0]
 
 
+def test_a_person_of_several_bodies_has_one_row_over_them(tmp_path):
+    (tmp_path / "people.csv").write_text("name,sex,weight (kg),weighting\nAda,f,62,1\nBo,m,84,3\n")
+    people = {"file": str(tmp_path / "people.csv"), "completions": 16}
+    answer = tendon.design(tendon.study({**SUIT, "spring": {"stiffness": 5e3}, "people": people}))
+    persons, population = answer.persons, answer.record["population"]
+    assert list(persons["person"]) == ["Ada", "Bo"]
+    np.testing.assert_allclose(persons["weighting"], [1.0, 3.0])
+    np.testing.assert_allclose(persons["weight"], [62.0, 84.0], rtol=1e-12)
+    assert ((persons["served"] * 16) % 1.0 < 1e-9).all()
+    assert np.average(persons["served"], weights=persons["weighting"]) == pytest.approx(population["served"], abs=1e-12)
+    alone = tendon.design(tendon.study({**SUIT, "spring": {"stiffness": 5e3}, "people": people | {"sex": "female"},
+                                        "design": {"pretension": population["pretension"]}})).persons  # fmt: skip
+    np.testing.assert_allclose(alone["set_flexor_tension"], persons["set_flexor_tension"], rtol=1e-9)
+
+
 def test_draws_have_a_table_of_their_own():
     answer = tendon.design(tendon.study({**SUIT, **RUBBING}))
     draws = answer.table("draws")
