@@ -112,9 +112,10 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
         pretension = np.full(count, problem.given)
     held = _held(problem, ends, pretension)
     served = _share(problem, held)
+    named = _named(problem, numbers, ends, np.concatenate([results["from_condition"], results["to_condition"]]))
+    results |= {"from_by": named.low_by[:count], "to_by": named.high_by[count:]}
     for end, name in (("from", "low"), ("to", "high")):
         condition = results[f"{end}_condition"]
-        results[f"{end}_by"] = getattr(_named(problem, numbers, ends, condition), f"{name}_by")
         results[f"{end}_state"] = _taken(getattr(ends, f"{name}_state"), condition)
         results[f"{end}_angle"] = _taken(getattr(ends, f"{name}_angle"), condition)
     results |= {"tolerance": _tolerance(low, high), "served_at": served, "pretension": pretension}
@@ -151,13 +152,13 @@ def _common(problem: Problem, ends: Ends) -> tuple[Columns, tuple[Array, Array]]
 
 
 def _named(problem: Problem, numbers: Numbers, ends: Ends, condition: Rows) -> Window:
-    """Of the ends of choices the windows, (choices,), each under one condition."""
-    rows = np.arange(len(condition))
+    """Of the ends of choices the windows, each under one condition; all choices as often as there are conditions."""
+    rows = np.arange(len(condition)) % len(ends.low)
     if isinstance(ends, Window):
         return Window(**{name: values[rows, condition] for name, values in vars(ends).items()})
     under = {key: values[condition] for key, values in problem.condition_numbers.items()}
     picked = Ends(**{name: values[rows, condition, np.newaxis] for name, values in vars(ends).items()})
-    design = problem.points(over(numbers, under), {}).design()
+    design = problem.points(over({key: values[rows] for key, values in numbers.items()}, under), {}).design()
     each = window.named(picked, design, problem.angles, problem.flexion, problem.bounds)
     return Window(**{name: values[:, 0] for name, values in vars(each).items()})
 
