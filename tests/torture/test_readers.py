@@ -28,7 +28,7 @@ def test_tables_are_opened_in_few_places_only():
         for file in PACKAGE.rglob("*.py")
         if OPENS.search(re.sub(r"import .*", "", file.read_text(encoding="utf-8")))
     }
-    assert found == {"tables/read.py", "tables/write.py", "engine/memory.py", "face/pictures.py"}
+    assert found == {"tables/read.py", "tables/write.py", "face/pictures.py"}
 
 
 class Chance:
