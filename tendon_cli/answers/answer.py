@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.bench import bench_record
-from tendon_cli.answers.between import curves_of
+from tendon_cli.answers.between import Certificate, Proofs, between_record, rows_to_prove
 from tendon_cli.answers.candidates import (
     Pair,
     best_of,
@@ -57,6 +57,10 @@ class Findings:
     """By what share of its score a refined choice beats the best of the grid, by goal's column."""
     front: Solutions | None = None
     """Choices that no other beats, if there are several goals; in the order of the first goal."""
+    proved: Solutions | None = None
+    """Choices that the question wants proved besides."""
+    certificates: Sequence[tuple[Solutions, Certificate]] = ()
+    """Choices that are named, each with what holds of its window between the samples; the first is named first."""
 
     @property
     def chosen(self) -> Solutions | None:
@@ -99,12 +103,18 @@ def goals_or_usual(problem: Problem) -> tuple[Goal, ...]:
     return goals_of(problem.study) or usual
 
 
-def findings(problem: Problem, notes: Sequence[Note]) -> Findings:
-    """The answer, from the notes of all parts; choices that may matter are solved again, whoever solved them before."""
+def findings(problem: Problem, notes: Sequence[Note], lost: Sequence[Solutions] = ()) -> Findings:
+    """The answer, from the notes of all parts; choices that may matter are solved again, whoever solved them before.
+
+    Those that are `lost` seemed to have a window, and a proof found that they have none.
+    """
     goals, conflicts = goals_of(problem.study), Counter[Pair]()
     for note in notes:
         conflicts.update({tuple(names): count for names, count in note["conflicts"]})
-    kept = of_rows(problem, np.array([row for note in notes for row in note["rows"]], dtype=np.int64))
+    asked, seemed = rows_to_prove(problem), [one.row.item() for one in lost]
+    rows = np.unique(np.array([*(row for note in notes for row in note["rows"]), *asked], dtype=np.int64))
+    kept = of_rows(problem, rows[~np.isin(rows, seemed)]) if len(rows) > len(seemed) else lost[0]
+    kept = Solutions.joined([kept, *lost]) if len(rows) > len(seemed) else Solutions.joined([*lost])
     choices, have = (sum(note[name] for note in notes) for name in ("choices", "feasible"))
     feasible, gains, on_front = kept.taken(kept["feasible"]), dict[str, float](), None
     bests: dict[str, Solutions] = {}
@@ -117,7 +127,18 @@ def findings(problem: Problem, notes: Sequence[Note]) -> Findings:
     if len(goals) > 1 and len(feasible):
         on_front = _front(problem, goals, feasible, list(bests.values()))
         bests = {"": on_front.taken([compromise(on_front.scores(goals))])}
-    return Findings(problem, goals, choices, have, conflicts, kept, bests, gains, on_front)
+    proofs = Proofs(problem)
+    bests = {column: proofs.of(one) for column, one in bests.items()}
+    on_front = None if on_front is None else proofs.of(on_front)
+    named = kept.taken(np.isin(kept.row, asked))
+    proved = proofs.of(named) if len(named) else None
+    none = [one for one, _ in proofs.done if not one["feasible"].item() and one.row.item() in feasible.row]
+    if none:
+        return findings(problem, notes, [*lost, *none])
+    have -= len(lost)
+    return Findings(
+        problem, goals, choices, have, conflicts, kept, bests, gains, on_front, proved, proofs.done
+    )  # fmt: skip
 
 
 def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]) -> Solutions:
@@ -159,7 +180,8 @@ def as_record(answer: Findings) -> dict[str, Any]:
         "gains": answer.gains,
         "front": [] if answer.front is None else _rows(answer, answer.front),
         **({} if chosen is None else bench_record(problem, chosen)),
-        "between_samples": None if chosen is None else {"curves": curves_of(problem, chosen)},
+        "between_samples": None if chosen is None else _between(answer, chosen),
+        "proved": [] if answer.proved is None else _rows(answer, answer.proved),
         "fixes": [] if chosen is not None else _fixes(answer, notes),
         "would_take": [] if chosen is not None or problem.given is not None else _would_take(answer),
         "conflicts": _conflicts(answer),
@@ -169,15 +191,23 @@ def as_record(answer: Findings) -> dict[str, Any]:
     }
 
 
-def named_rows(record: Mapping[str, Any]) -> tuple[list[int], list[dict[str, Any]]]:
-    """Of the choices that a record names those on the front, as rows of the table, and those that the grid has not.
+def named_rows(record: Mapping[str, Any]) -> tuple[dict[int, dict[str, Any]], list[dict[str, Any]]]:
+    """The choices that a record names, by their rows in the table, and those of them that the grid has not.
 
     The latter stand in the table after all others, in the order that is given.
     """
-    rows = [*([record["best"]] if record["best"] else []), *record["best_by"].values()]
+    rows = [*record["proved"], *([record["best"]] if record["best"] else []), *record["best_by"].values()]
     named = {row["choice"]: row for row in (*rows, *record["front"]) if row["choice"] is not None}
-    on_front = sorted(choice for choice, row in named.items() if row["on_front"])
-    return on_front, [named[choice] for choice in sorted(named) if choice >= record["choices"]]
+    of_grid = {choice: row for choice, row in sorted(named.items()) if choice < record["choices"]}
+    return of_grid, [named[choice] for choice in sorted(named) if choice >= record["choices"]]
+
+
+def _between(answer: Findings, chosen: Solutions) -> dict[str, Any]:
+    """What holds between the samples of the choice named first; `choices` has the same of all that are named."""
+    each = [
+        {"choice": row_of(answer, one)["choice"], **asdict(certificate)} for one, certificate in answer.certificates
+    ]
+    return {**asdict(answer.certificates[0][1]), "choices": each, **between_record(answer.problem, chosen)}
 
 
 def row_of(answer: Findings, one: Solutions) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli.answers.answer import as_record, findings, named_rows, row_of, summarised
+from tendon_cli.answers.between import rows_to_prove
 from tendon_cli.answers.candidates import numbers_of, part_of
 from tendon_cli.answers.front import goals_of
 from tendon_cli.answers.population import GroupWindows, people_of, population
@@ -60,6 +61,7 @@ class Choices(Task):
         problem = self.problem
         if len(problem.choices) * len(problem.conditions) * problem.states_per_design >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
+        rows_to_prove(problem)  # what names none is a fault before anything is solved
 
     @classmethod
     def of(cls, study: Study, stop: threading.Event | None = None) -> Self:
@@ -167,17 +169,19 @@ class Choices(Task):
 
     def last(self, record: Mapping[str, Any], read: Callable[[str], pa.Table]) -> Iterator[LastFile]:
         """Parts with choices on the front, and the last one, to which those between the grid's points are added."""
-        on_front, refined = named_rows(record)
+        named, refined = named_rows(record)
         final = self.parts - 1
-        for index in sorted({choice // self.length for choice in on_front if choice < record["choices"]} | {final}):
+        for index in sorted({choice // self.length for choice in named} | {final}):
             name, columns = self.files(index)["choices"], self.columns("choices")
             part, values = self.part(index), arrays_of(columns, read(name))
             values = {column: those[: len(part)] for column, those in values.items()}  # without what was added before
-            values["on_front"] = np.isin(np.arange(part.start, part.stop), on_front)
-            if index == final and refined:
-                for column in columns:
-                    added = np.array([as_value(column, row[column.name]) for row in refined], dtype=column.dtype)
-                    values[column.name] = np.concatenate([values[column.name], added])
+            at = [choice - part.start for choice in named if choice in part]
+            for column in columns:
+                mine = [as_value(column, named[part.start + row][column.name]) for row in at]
+                added = [as_value(column, row[column.name]) for row in refined] if index == final else []
+                every = np.concatenate([values[column.name], np.array(added, dtype=column.dtype)])
+                every[at] = mine
+                values[column.name] = every
             count = len(values["on_front"])
             yield name, self.layout("choices", index, count), writer_of(values, (count,))
 

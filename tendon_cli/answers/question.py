@@ -13,16 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
+from tendon_cli.answers.coverage import grouped, share_served
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import Stopped
 from tendon_cli.model import between, window
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design
+from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, Axis, Numbers, Rows, split_side
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, READ, Axis, Numbers, Rows, over, split_side
 from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.contents import case_numbers
@@ -33,9 +34,15 @@ Flags = npt.NDArray[np.bool_]
 
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
 _MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
-_NEAR = 0.01
-"""Share within which windows of conditions are looked at between the angles; these move ends by a thousandth."""
-_ENDS_SUFFICE = ("load.mass", "load.scale", PRETENSION)  # tensions and torques are linear in a load
+_REFINED_AT_ONCE = 2**12
+LINEAR = (
+    "load.mass", "load.scale", "arm.forearm_mass", "arm.forearm_com", "arm.load_distance", "joint.stiffness",
+    "joint.rest_angle",
+)  # fmt: skip
+"""Every limit on states is linear in each of these, so that what suits both ends suits all between."""
+LEAN = "arm.upper_arm_angle"
+"""And linear in sine and cosine of this."""
+_ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
 
@@ -53,6 +60,9 @@ class Problem:
     """A choice is set in the middle of its window, else at its least pretension."""
     given: float | None = None
     """The pretension of every choice, N, if the question has one; its window is solved, too."""
+    near: float = 0.01
+    """The share within which ends of conditions are sought between the angles, which may set those of their choice; the
+    grid is off by a thousandth. Below 0 none is, and with infinity every one."""
     notes: tuple[str, ...] = ()
     """What was left out of the question, and why."""
     stop: threading.Event = field(default_factory=threading.Event)
@@ -152,42 +162,81 @@ class Problem:
         """Every choice of some under every condition of some, by what these say of the study's numbers."""
         return Space((Axis.of_points(numbers), Axis.of_points(under)), self.choices.single)
 
+    def paired(self, numbers: Numbers, rows: Rows, condition: Rows, above: Numbers | None = None) -> Design:
+        """Designs (pairs, 1, 1) of choices, each under one condition, and by what is said above these."""
+        under = {**_taken(self.condition_numbers, condition), **(above or {})}
+        points = Axis.of_points(over(_taken(numbers, rows), under), len(rows))
+        return Space((points,), self.choices.single).design()
+
+    @property
+    def loads(self) -> tuple[float, float] | None:
+        """The least and the largest load, kg, if there are several."""
+        masses = [axis.values for axis in self.conditions.axes if axis.key == "load.mass"]
+        return (float(masses[0].min()), float(masses[0].max())) if masses else None
+
     def windows(self, numbers: Numbers, count: int) -> Window:
         """The windows of `count` choices, (choices, conditions), with the limits that bind."""
         return cast("Window", self.ends(numbers, count, named=True))
 
     def ends(self, numbers: Numbers, count: int, *, named: bool = False) -> Ends:
         """The same in half the time: windows where naming the limits costs nothing, else their ends alone."""
-        of_motion, whole = bool(self.bounds.of_motion), dict[str, Any]()
+        return self.finished(self.ends_over_angles(numbers, count), numbers, named=named)
+
+    def finished(self, ends: Ends, numbers: Numbers, *, named: bool = False) -> Ends:
+        """Ends within all limits and as they are read, of those that limits on states set as F0."""
+        of_motion, whole, shape = bool(self.bounds.of_motion), dict[str, Any](), ends.low.shape
         named = named or of_motion or kernel.kind() is None
-        for rows, conditions, design in self.chunks(numbers, count):
-            each = self._of_states(design, (rows.stop - rows.start, conditions.stop - conditions.start))
+        if not named and self._is_f0:
+            return ends
+        for rows, conditions, design in self.chunks(numbers, len(ends.low)):
+            each = Ends(**{name: values[rows, conditions] for name, values in vars(ends).items()})
             if named:
                 each = window.named(each, design, self.angles, self.flexion, self.bounds)
             if of_motion:
-                each = narrowed(cast("Window", each), design, self.angles, self.flexion, self.bounds).window
+                window_of = cast("Window", each)
+                each = narrowed(window_of, design, self.angles, self.flexion, self.bounds, self.loads).window
             for name, values in vars(window.as_read(each, design)).items():
-                if name not in whole:
-                    whole[name] = np.empty((count, len(self.conditions)), dtype=values.dtype)
-                whole[name][rows, conditions] = values
+                whole.setdefault(name, np.empty(shape, dtype=values.dtype))[rows, conditions] = values
         return Window(**whole) if named else Ends(**whole)
 
-    def _of_states(self, design: Design, shape: tuple[int, int]) -> Ends:
-        found, states = window.begin(shape), (*shape, len(self.flexion), self.angles.size)
-        kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
-        ends = window.finished(found, design, self.bounds)
-        if self.study.trajectory is not None:
-            return ends
-        return between.refined(ends, design, self.angles, self.flexion, self.bounds, self._may_bind(ends, design))
+    @property
+    def _is_f0(self) -> bool:
+        return READINGS[int(self.choices.single.get(READ, 0.0))] == F0
 
-    def _may_bind(self, ends: Ends, design: Design) -> Flags:
-        """Which windows, (choices, conditions), may set those of their choices, whichever angles lie between."""
-        if self.enough < 1.0:  # any may: a share is counted over the angles of the grid
-            return np.zeros(ends.low.shape, dtype=np.bool_)
-        ends = window.as_read(ends, design)  # whose order may be another one
-        low, high = ends.low.max(axis=1, keepdims=True), ends.high.min(axis=1, keepdims=True)
-        with np.errstate(invalid="ignore"):
-            return np.asarray((ends.low >= low - _NEAR * (1.0 + low)) | (ends.high <= high + _NEAR * (1.0 + high)))
+    def ends_over_angles(self, numbers: Numbers, count: int) -> Ends:
+        """Ends that limits on states set, (choices, conditions), as F0; those that may matter are of all angles."""
+        whole: dict[str, Any] = {}
+        for rows, conditions, design in self.chunks(numbers, count):
+            shape = rows.stop - rows.start, conditions.stop - conditions.start
+            found, states = window.begin(shape), (*shape, len(self.flexion), self.angles.size)
+            kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
+            for name, values in vars(window.finished(found, design, self.bounds)).items():
+                every = whole.setdefault(name, np.empty((count, len(self.conditions)), dtype=values.dtype))
+                every[rows, conditions] = values
+        ends = Ends(**whole)
+        for name, chosen in zip(("low", "high"), self._may_bind(ends), strict=True):
+            value, state, angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
+            at = np.nonzero(chosen & (state >= 0) & np.isfinite(ends.low) & (self.angles.size > 1))
+            for step in range(0, len(at[0]), _REFINED_AT_ONCE):
+                self.heed()
+                some = at[0][step : step + _REFINED_AT_ONCE], at[1][step : step + _REFINED_AT_ONCE]
+                of_some = self.paired(numbers, *some), state[some], value[some], self.angles.ravel()
+                tightest = between.refined(*of_some, self.flexion, self.bounds, upper=name == "high")
+                value[some], state[some], angle[some] = tightest
+        return ends
+
+    def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
+        """Which lower and upper ends, (choices, conditions), may set those of their choices, whichever angles bind."""
+        if self.study.trajectory is not None:
+            return (np.zeros(ends.low.shape, dtype=np.bool_),) * 2
+        if not 0.0 < self.near < np.inf or not self._is_f0:  # the order of readings may be another one
+            return (np.full(ends.low.shape, self.near > 0.0),) * 2
+        low, high = [ends.low.max(axis=1)], [ends.high.min(axis=1)]
+        if self.enough < 1.0:
+            of_groups = grouped(ends.low, ends.high, self.groups)
+            covered = share_served(*of_groups, self.weighting, enough=self.enough)
+            low, high = [*low, covered.low, covered.best_low], [*high, covered.high, covered.best_high]
+        return _near(ends.low, low, self.near), _near(ends.high, high, self.near)
 
     def heed(self) -> None:
         """Raises Stopped if nobody wants an answer any more."""
@@ -216,6 +265,15 @@ class Problem:
 
 def _taken(numbers: Numbers, rows: Rows | slice) -> dict[str, Array]:
     return {key: values[rows] for key, values in numbers.items()}
+
+
+def _near(ends: Array, of: list[Array], share: float) -> Flags:
+    """Which ends lie so near to one of some of their choices that other angles may make them this."""
+    near = np.zeros(ends.shape, dtype=np.bool_)
+    with np.errstate(invalid="ignore"):
+        for each in of:
+            near |= np.abs(ends - each[:, np.newaxis]) <= share * (1.0 + np.abs(each))[:, np.newaxis]
+    return near
 
 
 def question(study: Study) -> Problem:

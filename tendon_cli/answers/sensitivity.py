@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -140,6 +141,6 @@ def _steady(
 
 def _binds(problem: Problem, numbers: Numbers, count: int, end: str, binding: tuple[int, int]) -> Flags:
     """Of choices, whether a limit binds in a state, or next to it."""
-    solved = solve(problem, numbers, count, with_worst=False)
+    solved = solve(replace(problem, near=-1.0), numbers, count, with_worst=False)
     near = np.abs(solved[f"{end}_state"] - binding[1]) <= _NEAR
     return np.asarray((solved[f"{end}_by"] == binding[0]) & near)

@@ -27,6 +27,9 @@ WORST = (
 )  # fmt: skip
 """Columns of a choice at its pretension: the worst over all conditions that this serves."""
 
+STATUSES = ("sampled", "proven", "open")
+"""What is known of a window between the samples."""
+
 _DESIGNS_AT_ONCE = 2**20
 """Windows of choices under conditions that are held at once."""
 
@@ -39,7 +42,7 @@ class Solutions:
     pretension could do. `from_by` and `to_by` are indices into `limits.LIMIT_NAMES`, or NOTHING. Besides, of both ends:
     `from_state`, the state that binds by its place among directions and angles, -1 if the limit belongs to none, and
     `from_angle`, the elbow angle that binds, rad, if it lies beside that of the state. `has_worst` is whether the worst
-    is worked out: else it is NaN, or a bound.
+    is worked out: else it is NaN, or a bound. `between_samples` is an index into `STATUSES`.
     """
 
     results: Columns
@@ -102,9 +105,9 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
     return Solutions.joined(parts)
 
 
-def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solutions, Flags]:
-    """Choices solved but for the worst at their pretensions, and which conditions each serves."""
-    ends = problem.ends(numbers, count)
+def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None) -> tuple[Solutions, Flags]:
+    """Choices solved but for the worst at their pretensions, and which conditions each serves; by ends, if known."""
+    ends = problem.ends(numbers, count) if ends is None else ends
     results, best = _common(problem, ends)
     low, high = results["pretension_from"], results["pretension_to"]
     pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
@@ -120,6 +123,7 @@ def without_worst(problem: Problem, numbers: Numbers, count: int) -> tuple[Solut
         results[f"{end}_angle"] = _taken(getattr(ends, f"{name}_angle"), condition)
     results |= {"tolerance": _tolerance(low, high), "served_at": served, "pretension": pretension}
     results |= {**dict.fromkeys(WORST, np.full(count, np.nan)), "has_worst": np.zeros(count, dtype=np.bool_)}
+    results["between_samples"] = np.zeros(count, dtype=np.int64)
     results["feasible"] = low <= high if problem.given is None else served >= problem.enough - ROUNDING
     return Solutions(results, np.full(count, -1), {}), held
 

@@ -11,7 +11,7 @@ from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import share_served
 from tendon_cli.answers.population import LESS, MORE, NEITHER, GroupWindows, people_of
 from tendon_cli.answers.question import Flags, Problem
-from tendon_cli.answers.solve import WORST, Columns, Solutions
+from tendon_cli.answers.solve import STATUSES, WORST, Columns, Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
@@ -43,6 +43,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         *(Column(f"{end}_direction", "text", "1", of_state, choices=directions) for end in ("from", "to")),
         *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
         *_of_quantities("served", "served_at", "pretension", *WORST, *SET, "tolerance_length"),
+        Column("between_samples", "text", "1", "whether the window is proved between the samples", choices=STATUSES),
         Column("feasible", "truth", "1", "it has a window; if the pretension is given, that serves enough"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
     )

@@ -39,7 +39,7 @@ def text_of(problem: Problem, record: Row) -> str:
 
 def _answer(problem: Problem, record: Row) -> Iterator[str]:
     best = record["best"]
-    yield _first_sentence(problem, record, best)
+    yield f"{_first_sentence(problem, record, best)} {_between_words(record['between_samples'])}"
     yield from ("", "Why", f"  {shared.end_words(problem, best, 'from')}")
     yield f"  {shared.end_words(problem, best, 'to')}{drift_words(record['drift'])}"
     yield f"  at {_set(best)} the worst is {_worst(best)}"
@@ -48,6 +48,10 @@ def _answer(problem: Problem, record: Row) -> Iterator[str]:
     yield from _edges(problem, best)
     yield from shared.move_lines(record["sensitivities"])
     yield from _alternatives(problem, record)
+    yield from ["", "Asked to be proved"] if record["proved"] else []
+    for row in record["proved"]:
+        words = f"{say.window(*ends_of(row))}, {row['between_samples']}" if row["feasible"] else "no window"
+        yield f"  {row_words(problem.choices, row) or 'the design'}: {words}"
     yield from _counts(problem, record)
 
 
@@ -68,6 +72,18 @@ def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
             of_all = (ends[0], np.inf if ends[1] is None else ends[1])
             words += ", all of them " + ("there" if of_all == (low, high) else _span(*of_all))
     return f"{start} of {_set(best)} {words}.{_why_first(problem, record)}"
+
+
+def _between_words(known: Row) -> str:
+    """What holds between the angles and loads that were taken."""
+    if known["status"] == "proven":
+        return f"Proved for {known['scope']}."
+    if known["status"] == "open":
+        return f"Not proved for {known['scope']}: {known['cells']:,} cells were not enough."
+    off = (
+        "" if known["estimate"] is None else f": an end may be off by {say.number(known['estimate'], 2)} N between them"
+    )
+    return f"Sampled for {known['scope']}{off}."
 
 
 def _set(row: Row) -> str:

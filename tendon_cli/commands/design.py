@@ -1,7 +1,8 @@
 """`tendon design`: which pretension, which choice, what binds, and what would fix it."""
 
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,12 +16,21 @@ from tendon_cli.terminal import print_result, progress
 if TYPE_CHECKING:
     from tendon_cli.studies.study import Study
 
+Prove = Annotated[
+    list[str] | None,
+    options.option(
+        "CHOICE", "prove its window, too: a row of choices.parquet or values such as 'spool_ratio = 0.6'; repeatable",
+        "--prove",
+    ),
+]  # fmt: skip
+
 
 def design(
     study: options.StudyFile,
     out: options.OutFolder = None,
     jobs: options.Jobs = None,
     settings: options.Settings = None,
+    prove: Prove = None,
     dry_run: options.DryRun = False,
     resume: options.Resume = False,
     overwrite: options.Overwrite = False,
@@ -34,7 +44,8 @@ def design(
     options.exclude("--resume", resume, "--overwrite", overwrite)
     keep_freed_memory()
     with stopped_by_signals(str(out or "results")) as stop:
-        loaded = tendon.load_study(study, settings or ())
+        asked = [f"design.prove={json.dumps(prove)}"] if prove else []
+        loaded = tendon.load_study(study, [*(settings or ()), *asked])
         folder = out or Path("results", f"{loaded.name}-design")
         if dry_run:
             _print_question(loaded, as_json=as_json, quiet=quiet)

@@ -7,10 +7,7 @@ it lies between two of them. Arguments broadcast as in `actuator`; SI units, ang
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.bounds import Bounds, ends_of
@@ -18,7 +15,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import taken
-from tendon_cli.model.window import Ends, ends_of_states, slack_codes
+from tendon_cli.model.window import Positions, ends_of_states, slack_codes
 
 ANGLES = 91
 """Taken of any motion, whichever a study lists: what lies between them is sought from there."""
@@ -58,78 +55,45 @@ def end_curves(
 
 
 def refined(
-    ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds, chosen: npt.NDArray[np.bool_]
-) -> Ends:
-    """Ends of windows over `grid` angles, those `chosen` taken over all angles between the first and the last.
+    design: Design, state: Positions, value: Array, angles: Array, flexion: Flags, bounds: Bounds, *, upper: bool
+) -> tuple[Array, Positions, Array]:
+    """Ends of windows over all angles, from ends over `grid` angles (N, state): N, state and the angle that binds.
 
-    The designs have the shape of the ends, and two axes for states; directions are (D, 1), angles (1, K). A binding
-    state stays the one nearest to the angle that binds, which is given beside it.
+    Ends have one axis, the first of the designs' three; directions are (D, 1), angles (K,). The state becomes the one
+    nearest to the angle that binds; that is NaN where the grid's end stays the tightest.
     """
-    for name in ("low", "high"):
-        ends = _refined(ends, name, design, elbow_angle.ravel(), flexion, bounds, chosen)
-    return ends
+    sign, step, place = -1.0 if upper else 1.0, (angles[-1] - angles[0]) / max(len(angles) - 1, 1), state % len(angles)
+    best, way, angle = sign * value, state // len(angles), angles[place]
 
+    def asked(rows: Positions, where: Array) -> Array:
+        """What is asked for at angles (designs, angles), the larger the tighter: (designs, directions, angles)."""
+        some = design if len(rows) == len(state) else taken(design, (len(state), 1, 1), (rows,))
+        values = sign * ends_of_states(Situation.of(some, where[:, np.newaxis, :], flexion), bounds)[int(upper)]
+        return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), (len(rows), len(flexion), where.shape[1]))
 
-def _refined(
-    ends: Ends, name: str, design: Design, angles: Array, flexion: Flags, bounds: Bounds, chosen: npt.NDArray[np.bool_]
-) -> Ends:
-    """The same at one end."""
-    state, sign = getattr(ends, f"{name}_state"), 1.0 if name == "low" else -1.0
-    at = np.nonzero(chosen & (state >= 0) & np.isfinite(ends.low) & (len(angles) > 1))
-    if not at[0].size:
-        return ends
-    some, place, step = taken(design, (*state.shape, 1, 1), at), state[at] % len(angles), angles[1] - angles[0]
+    def take(rows: Positions, where: Array, values: Array) -> None:
+        flat, each = values.reshape(len(rows), len(flexion) * where.shape[1]), np.arange(len(rows))
+        most = flat.argmax(axis=1)
+        better = flat[each, most] > best[rows]
+        direction, point = np.divmod(most, where.shape[1])
+        for whole, part in ((best, flat[each, most]), (way, direction), (angle, where[each, point])):
+            whole[rows[better]] = part[better]
 
-    def asked(where: Array, which: slice | npt.NDArray[np.bool_] = slice(None)) -> Array:
-        """What is asked for at angles of each design, (designs, directions, angles); the larger, the tighter."""
-        rows = np.arange(len(place))[which]
-        few = some if len(rows) == len(place) else taken(some, (len(place), 1, 1), (rows,))
-        situation = Situation.of(few, where[:, np.newaxis, :], flexion)
-        values = sign * ends_of_states(situation, bounds)[0 if name == "low" else 1]
-        shape = (len(where), len(flexion), where.shape[1])
-        return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), shape)
-
-    centre, edge = angles[place], (place == 0) | (place == len(angles) - 1)
-    inward = centre + np.where(place == 0, _AHEAD, -_AHEAD) * step
-    here = asked(np.column_stack([centre, inward])).max(axis=1)
-    rises = ~edge | (here[:, 1] > here[:, 0])
-    best, direction, angle = here[:, 0].copy(), state[at] // len(angles), centre.copy()
-
-    def take(where: Array, values: Array, ways: npt.NDArray[np.int64]) -> None:
-        better = values > best[rises]
-        for whole, part in ((best, values), (direction, ways), (angle, where)):
-            whole[rises] = np.where(better, part, whole[rises])
-
-    spread, middle = np.linspace(-1.0, 1.0, _POINTS), centre[rises]
-    for narrow in range(_ROUNDS if rises.any() else 0):
-        where = np.clip(middle[:, np.newaxis] + spread * step * 4.0**-narrow, angles[0], angles[-1])
-        values = asked(where, rises)
-        flat = values.reshape(len(where), -1)
-        rows, most = np.arange(len(where)), flat.argmax(axis=1)
-        middle = where[rows, most % _POINTS]
-        take(middle, flat[rows, most], most // _POINTS)
-    if rises.any():
-        apart = 0.25 * step * 4.0 ** (1 - _ROUNDS)
-        middle = np.clip(middle, angles[0] + apart, angles[-1] - apart)
-        way = direction[rises]
-        three = asked(middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0]), rises)[np.arange(len(way)), way]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ahead = 0.5 * (three[:, 0] - three[:, 2]) / (three[:, 0] - 2.0 * three[:, 1] + three[:, 2])
-        top = middle + apart * np.clip(np.nan_to_num(ahead), -1.0, 1.0)
-        take(top, asked(top[:, np.newaxis], rises)[np.arange(len(way)), way, 0], way)
-    return _with(ends, name, at, sign * best, direction, angle, angles)
-
-
-def _with(
-    ends: Ends, name: str, at: tuple[npt.NDArray[np.int64], ...], value: Array, direction: npt.NDArray[np.int64],
-    angle: Array, angles: Array,
-) -> Ends:  # fmt: skip
-    """Ends with some of them tighter, and the states and angles that bind there."""
-    now = getattr(ends, name)[at]
-    tighter = value > now if name == "low" else value < now
-    nearest = np.abs(angle[:, np.newaxis] - angles).argmin(axis=1)
-    changed = {each: getattr(ends, f"{name}{each}").copy() for each in ("", "_state", "_angle")}
-    changed[""][at] = np.where(tighter, value, now)
-    changed["_state"][at] = np.where(tighter, direction * len(angles) + nearest, changed["_state"][at])
-    changed["_angle"][at] = np.where(tighter, angle, np.nan)
-    return replace(ends, **{f"{name}{each}": values for each, values in changed.items()})
+    inward = np.where(place == 0, _AHEAD, np.where(place == len(angles) - 1, -_AHEAD, 0.0)) * step
+    edge = np.flatnonzero(inward)
+    falls = asked(edge, (angle + inward)[edge, np.newaxis]).max(axis=(1, 2)) <= best[edge]
+    rows = np.delete(np.arange(len(state)), edge[falls])
+    for narrow in range(_ROUNDS):
+        spread = np.linspace(-step, step, _POINTS) * 4.0**-narrow
+        where = np.clip(angle[rows, np.newaxis] + spread, angles[0], angles[-1])
+        take(rows, where, asked(rows, where))
+    apart = 0.25 * step * 4.0 ** (1 - _ROUNDS)
+    middle = np.clip(angle[rows], angles[0] + apart, angles[-1] - apart)
+    three = asked(rows, middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0]))[np.arange(len(rows)), way[rows]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ahead = 0.5 * (three[:, 0] - three[:, 2]) / (three[:, 0] - 2.0 * three[:, 1] + three[:, 2])
+    top = (middle + apart * np.clip(np.nan_to_num(ahead), -1.0, 1.0))[:, np.newaxis]
+    take(rows, top, asked(rows, top))
+    nearest = way * len(angles) + np.abs(angle[:, np.newaxis] - angles).argmin(axis=1)
+    tighter = best > sign * value
+    return sign * best, np.where(tighter, nearest, state), np.where(tighter, angle, np.nan)

@@ -57,6 +57,12 @@ class Bounds(Mapping[str, "Real"]):
         return [limit for limit in LIMITS.values() if limit.name in self and limit.is_asked(self[limit.name])]
 
     @property
+    def of_states(self) -> Bounds:
+        """The same without those that compare states of the whole motion."""
+        others = {name: bound for name, bound in self.items() if not LIMITS[name].of_motion}
+        return Bounds(speed=self.speed, **others)
+
+    @property
     def of_motion(self) -> list[DesignLimit]:
         """Those of them that compare states of the whole motion."""
         return [limit for limit in self.asked if limit.of_motion]

@@ -48,16 +48,17 @@ def _largest_end(capstan: Array) -> Array:
     return np.maximum(1.0, 1.0 / capstan)
 
 
-def _room(at: Any) -> Array:
+def _room(at: Any) -> Real:
     """Between the flexor's anchors beside its spring without load, m; without end where the joint tells no path."""
     path = np.inf if at.motion.flexor_path is None else at.motion.flexor_path
-    return np.asarray(path - at.design.given[FREE_LENGTH.key])
+    room: Real = path - at.design.given[FREE_LENGTH.key]
+    return room
 
 
 def _turning(at: Any, speed: Real) -> Form:
     """The motor's speed: θ̇ dα/dθ, with k = dα/dθ R_f (J_f/c_f + η J_e/c_e); along a trajectory inertia adds to θ̇ k."""
     tied = at.coupling
-    by_extensor = tied.ratio * np.asarray(tied.extensor_arm) / tied.extensor_compliance
+    by_extensor = tied.ratio * tied.extensor_arm / tied.extensor_compliance
     pull = tied.moment_arm / tied.flexor_compliance + by_extensor
     if at.speed is None:
         return Form(stiffness=speed / (at.design.flexor_radius * pull))

@@ -58,10 +58,17 @@ class Lines:
         return np.asarray(self.base + self.gain * pretension[:, np.newaxis])
 
 
-def narrowed(windows: Window, design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Narrowed:
+def narrowed(
+    windows: Window,
+    design: Design,
+    elbow_angle: Array,
+    flexion: Flags,
+    bounds: Bounds,
+    loads: tuple[float, float] | None = None,
+) -> Narrowed:
     """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`.
 
-    Empty windows stay as they are.
+    Power is that of all loads (kg) between two, if they are given. Empty windows stay as they are.
     """
     shape = windows.low.shape or (1,)
     whole = {each.name: np.array(getattr(windows, each.name)).reshape(shape) for each in fields(windows)}
@@ -70,7 +77,7 @@ def narrowed(windows: Window, design: Design, elbow_angle: Array, flexion: Flags
         return Narrowed(windows, windows.is_open.astype(np.int64))
     some = Window(**{name: values[open_] for name, values in whole.items()})
     of_some = taken(design, (*shape, 1, 1), open_)
-    motor = Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds.speed)
+    motor = Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds.speed, loads)
     measures = {}
     for limit in bounds.of_motion:
         code, bound = LIMIT_NAMES.index(limit.name), bounds[limit.name]
@@ -107,9 +114,17 @@ def excess(
 class Motor:
     """Lines of the motor's quantities over all states of designs of a shape, all taut."""
 
-    def __init__(self, design: Design, elbow_angle: Array, flexion: Flags, shape: tuple[int, ...], speed: Real) -> None:
+    def __init__(
+        self,
+        design: Design,
+        elbow_angle: Array,
+        flexion: Flags,
+        shape: tuple[int, ...],
+        speed: Real,
+        loads: tuple[float, float] | None = None,
+    ) -> None:
         self.design, self.angles, self.flexion, self.speed = design, elbow_angle, flexion, speed
-        self.shape = shape
+        self.shape, self.loads = shape, loads
         self.ways = np.broadcast_to(np.where(flexion, 1.0, -1.0), (len(flexion), elbow_angle.size))
         self.velocity, self.trajectory = self.ways * speed, design.trajectory
         if self.trajectory is not None:  # whose rates are per second
@@ -147,7 +162,28 @@ class Motor:
 
     def power(self, at: Array) -> Array:
         """Of the motor in each state at one pretension of each design, W: (designs, states)."""
-        return np.asarray(self._flat(self.velocity) * self.torque.at(at) * self.spool_speed.at(at))
+        forward = self._flat(self.velocity)
+        power = np.asarray(forward * self.torque.at(at) * self.spool_speed.at(at))
+        if self.loads is None:
+            return power
+        (torque, more), (turning, faster) = (np.stack([each.at(at) for each in of_both]) for of_both in self._of_loads)
+        # A parabola in the load, as torque and speed are lines in it.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            top = -0.5 * (torque / (more - torque) + turning / (faster - turning))
+        top = np.clip(np.nan_to_num(top), 0.0, 1.0)
+        return np.asarray(
+            np.fmax(power, forward * (torque + top * (more - torque)) * (turning + top * (faster - turning)))
+        )
+
+    @cached_property
+    def _of_loads(self) -> tuple[tuple[Lines, Lines], tuple[Lines, Lines]]:
+        """Torque and turning of the spool with the least and the largest load."""
+        motors = [
+            Motor(replace(self.design, load_mass=load), self.angles, self.flexion, self.shape, self.speed)
+            for load in self.loads or ()
+        ]
+        least, largest = motors
+        return (least.torque, largest.torque), (least.spool_speed, largest.spool_speed)
 
     @cached_property
     def work(self) -> Measure:

@@ -1,9 +1,19 @@
 """The window of an answer is that of the whole motion, whichever angles a study lists."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import tendon_cli as tendon
+from tendon_cli.answers import question as questions
+from tendon_cli.answers.between import estimated
+from tendon_cli.answers.question import question
+from tendon_cli.model import proof
+from tendon_cli.model.actuator import Situation
+from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.motor_window import Motor, narrowed
+from tendon_cli.model.window import Window, ends_of_states
 
 # What each design is, its largest angle (deg), its limits, and its window with 40 digits in N (degrees where it binds
 # between 0 and the largest), under 0 kg and the load, both directions: by root search on g(F, G, θ) in mpmath.
@@ -44,30 +54,196 @@ def test_five_windows_whatever_the_studys_angles(name, angles):
         assert np.degrees(found[f"{end}_elbow_angle"]) == pytest.approx(angle, abs=2e-3)
 
 
-def test_random_windows_are_those_of_very_many_angles():
-    """Never wider, and narrower by no more than what ten thousand angles leave."""
-    rng, checked = np.random.default_rng(8), 0
-    springs = {"max_spring_extension": 0.09, "min_flexor_tension": 20.0}
-    limits = [{}, {"max_tension": 500.0}, {"peak_motor_torque": 14.0}, springs]
-    for number in range(24):
-        content = {
-            "arm": {
-                "b1": rng.uniform(0.13, 0.17), "a1": rng.uniform(0.03, 0.05),
-                "upper_arm_angle": f"{rng.uniform(-20, 40)} deg",
-            },
-            "spring": {"stiffness": rng.uniform(2e3, 8e3)}, "spool": {"ratio": rng.uniform(0.4, 0.9)},
-            "load": {"mass": [0.0, rng.uniform(2.0, 10.0)]}, "limits": limits[number % 4],
-        }  # fmt: skip
-        last = rng.uniform(60.0, 140.0)
-        few = answered(content, motion={"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 4}})
-        very_many = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 4001}}
-        many = tendon.sweep(tendon.study(content | {"motion": very_many, "output": {"tables": ["designs"]}})).designs
-        low, high = many.pretension_from.max(), many.pretension_to.fillna(np.inf).min()
-        if np.isnan(few.pretension_from):
-            assert np.isnan(many.pretension_from).any()
+def test_what_is_named_is_proved_and_said_so():
+    content, load, last, limits, *_ = FIVE["tension"]
+    motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 7}}
+    study = tendon.study({**content, "load": {"mass": [0.0, 3.0, load]}, "motion": motion, "limits": limits})
+    answer = tendon.design(study.vary(**{"spool.ratio": [0.5, 0.55]}))
+    known = answer.record["between_samples"]
+    assert known["status"] == "proven"
+    assert known["scope"] == "every angle from 0 to 120 deg and every load from 0 to 8 kg"
+    assert 0.0 < known["margin"] <= 1e-6
+    assert f"Proved for {known['scope']}." in " ".join(answer.text.split())
+    named = {each["choice"] for each in known["choices"]}
+    assert (answer.choices.between_samples == "proven").tolist() == [row in named for row in range(2)]
+
+
+def test_what_the_cells_do_not_suffice_for_is_open(monkeypatch):
+    monkeypatch.setattr(proof, "MOST_CELLS", 33)
+    answer = tendon.design(tendon.study({"spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}}))
+    assert answer.record["best"]["between_samples"] == "open"
+    assert "Not proved for every angle from 0 to 90 deg" in answer.text
+
+
+def test_an_end_that_the_grid_misses_is_found_by_the_proof(monkeypatch):
+    """As if a peak between two of the grid's angles had not been climbed."""
+    content, load, last, limits, low, high, _ = FIVE["tension"]
+    monkeypatch.setattr(questions.Problem, "_may_bind", lambda _, ends: (np.zeros(ends.low.shape, bool),) * 2)
+    found = answered(
+        content,
+        load={"mass": [0.0, load]},
+        limits=limits,
+        motion={"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}},
+    )
+    assert found.between_samples == "proven"
+    assert found.pretension_from == pytest.approx(low, abs=1e-6)
+    assert found.pretension_to == pytest.approx(high, abs=1e-6)
+
+
+def test_what_is_asked_for_is_proved_and_what_names_nothing_refused():
+    study = tendon.study({"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [0.5, 0.6]}})
+    asked = study.vary(**{"design.prove": ["1", "spool_ratio = 0.6; spring_stiffness in 5 kN/m, 8 kN/m"]})
+    answer = tendon.design(asked)
+    assert [row["choice"] for row in answer.record["proved"]] == [1, 3, 5]
+    assert (answer.choices.between_samples[[1, 3, 5]] == "proven").all()
+    for name in ("6", "ratio = 0.6", "spool_ratio = 0.7", "spool_ratio"):
+        with pytest.raises(tendon.UsageError, match=r"is no row|is no axis|names 0 choices|is not a filter"):
+            tendon.design(study.vary(**{"design.prove": [name]}))
+
+
+# --- Intervals -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "ratio", "load", "low", "high"),
+    [(8e3, 0.5, 10.0, -20, 20), (12e3, 0.4, 2.0, -30, 120)],
+    ids=["worst at an end", "worst where the forearm is level"],
+)
+def test_an_interval_of_postures_is_proved_and_that_of_very_many(stiffness, ratio, load, low, high):
+    content = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}}
+    between = {
+        "load": {"mass": {"from": 0.0, "to": load}},
+        "arm": {"upper_arm_angle": {"from": f"{low} deg", "to": f"{high} deg"}},
+    }
+    answer = tendon.design(tendon.study(content | between))
+    assert answer.record["between_samples"]["status"] == "proven"
+    assert f"every upper arm angle from {low} to {high} deg" in answer.record["between_samples"]["scope"]
+    postures = [f"{angle} deg" for angle in np.linspace(low, high, 301)]
+    many = question(tendon.study(content | {"load": {"mass": [0.0, load]}, "arm": {"upper_arm_angle": postures}})).ends(
+        {}, 1
+    )
+    assert answer.choices.pretension_from[0] == pytest.approx(many.low.max(), abs=2e-6)
+    assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
+
+
+# --- Limits on the whole motion -------------------------------------------------------------------------------------
+
+
+def test_the_power_of_a_load_between_two_is_found():
+    """It is a parabola in the load: here 0 and 12.7 kg keep the limit at pretensions at which 6 kg does not."""
+    content = {
+        "spring": {"stiffness": 4633.0}, "spool": {"ratio": 0.22}, "sheath": {"friction": 0.083},
+        "arm": {"upper_arm_angle": "20.7 deg", "load_distance": 0.283},
+        "motion": {"speed": "60 deg/s", "elbow_angle": {"from": "0 deg", "to": "86 deg", "num": 9}},
+        "limits": {"min_elbow_stiffness": -50.0, "peak_motor_power": 43.0},
+    }  # fmt: skip
+    few, many = (
+        tendon.design(tendon.study({**content, "load": {"mass": loads}})).choices.iloc[0]
+        for loads in ([0.0, 12.7], np.linspace(0.0, 12.7, 41).tolist())
+    )
+    assert few.between_samples == "sampled"
+    assert few.pretension_to == pytest.approx(many.pretension_to, rel=1e-4)
+    alone = question(tendon.study({**content, "load": {"mass": 12.7}})).windows({}, 1).high[0, 0]
+    assert few.pretension_to < alone - 1.0
+
+
+def check_estimates(seed, count):
+    """Of windows within limits of the motor, what eight thousand angles take from them."""
+    rng, compared = np.random.default_rng(seed), 0
+    for number in range(count):
+        name = ("peak_motor_power", "max_spool_travel", "max_backlash", "max_torque_band")[number % 4]
+        content = random_study(rng, number) | {
+            "limits": {name: 1e6 if "power" in name or "band" in name else "1e5 rad"}
+        }
+        content["motion"]["speed"] = "60 deg/s"
+        asked, rows = question(tendon.study(content)), np.arange(2)
+        of_states = replace(asked, bounds=asked.bounds.of_states).windows({}, 1)
+        low, high = of_states.low.max(), min(of_states.high.min(), 1e3)
+        # What the motion comes to at a pretension in the window becomes the limit.
+        motor = Motor(
+            asked.paired({}, np.zeros_like(rows), rows), asked.angles, asked.flexion, (2,), asked.bounds.speed
+        )
+        at = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
+        lines = None if LIMITS[name].lines is None else np.abs(LIMITS[name].lines(motor).at(at)).max()
+        asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max() if lines is None else lines))
+        windows = asked.windows({}, 1)
+        estimate = estimated(asked, {})
+        if estimate is None or not np.all(windows.is_open):
             continue
-        checked += 1
-        assert low - 1e-7 <= few.pretension_from <= low + 1e-3
-        few_high = np.inf if np.isnan(few.pretension_to) else few.pretension_to
-        assert high == few_high or high - 1e-3 <= few_high <= high + 1e-7
-    assert checked > 14
+        some = Window(**{name: values[0] for name, values in vars(of_states).items()})
+        angles = np.linspace(asked.angles.min(), asked.angles.max(), 8001)[np.newaxis]
+        design = asked.paired({}, np.zeros_like(rows), rows)
+        finest = narrowed(some, design, angles, asked.flexion, asked.bounds, asked.loads).window
+        missed = finest.low.max() - windows.low.max(), windows.high.min() - finest.high.min()
+        assert max(0.0, *missed) <= estimate
+        compared += max(missed) > 0.0
+    return compared
+
+
+def test_what_sampling_may_miss_is_not_estimated_too_small():
+    assert check_estimates(4, 24) > 3
+
+
+@pytest.mark.torture
+def test_ten_thousand_estimates_are_not_too_small():
+    assert check_estimates(5, 10_000) > 100
+
+
+# --- Random designs --------------------------------------------------------------------------------------------------
+
+
+def random_study(rng, number):
+    """Any design, with any of some limits."""
+    springs = {"max_spring_extension": 0.09, "min_flexor_tension": 20.0}
+    limits = [{}, {"max_tension": 500.0}, {"peak_motor_torque": 14.0}, springs, {"min_extensor_tension": 15.0}]
+    return {
+        "arm": {
+            "b1": rng.uniform(0.13, 0.17), "a1": rng.uniform(0.03, 0.05),
+            "upper_arm_angle": f"{rng.uniform(-20, 40)} deg",
+        },
+        "sheath": {"friction": rng.uniform(0.0, 0.15)},
+        "spring": {"stiffness": rng.uniform(2e3, 8e3)}, "spool": {"ratio": rng.uniform(0.4, 0.9)},
+        "load": {"mass": [0.0, rng.uniform(2.0, 10.0)]}, "limits": limits[number % len(limits)],
+        "motion": {"elbow_angle": {"from": "0 deg", "to": f"{rng.uniform(60.0, 140.0)} deg", "num": 4}},
+    }  # fmt: skip
+
+
+def searched(asked):
+    """The window over all angles, by the tops of parabolas through each three of very many angles."""
+    angles = np.linspace(asked.angles.min(), asked.angles.max(), 4001)[np.newaxis]
+    design = asked.design({})
+    at = Situation.of(design, angles, asked.flexion)
+    ends, tight = ends_of_states(at, asked.bounds)[:2], []
+    for values in (ends[0], -ends[1]):
+        before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            top = here - (after - before) ** 2 / 8.0 / (before - 2.0 * here + after)
+        peaks = np.where((here >= before) & (here >= after), top, here)
+        tight.append(max(np.nanmax(peaks), np.max(values[..., [0, -1]])))
+    return max(tight[0], 0.0), -tight[1]
+
+
+def check_random_windows(seed, count):
+    """Proved, and those of the search."""
+    rng, proved = np.random.default_rng(seed), 0
+    for number in range(count):
+        study = tendon.study(random_study(rng, number))
+        found = tendon.design(study).choices.iloc[0]
+        low, high = searched(question(study))
+        if np.isnan(found.pretension_from) or np.isnan(low):
+            assert np.isnan(low)
+            continue
+        assert found.pretension_from == pytest.approx(low, abs=1e-7)
+        assert (np.inf if np.isnan(found.pretension_to) else found.pretension_to) == pytest.approx(high, abs=1e-7)
+        assert found.between_samples == ("proven" if low <= high else "sampled")
+        proved += found.feasible
+    assert proved > count / 3
+
+
+def test_random_windows_are_proved_and_those_of_a_search():
+    check_random_windows(8, 15)
+
+
+@pytest.mark.torture
+def test_two_thousand_windows_are_proved_and_those_of_a_search():
+    check_random_windows(9, 2000)

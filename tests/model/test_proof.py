@@ -1,0 +1,185 @@
+"""Proofs by intervals: they enclose what they say, hold where nothing is broken, and find what is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tendon_cli.model import proof
+from tendon_cli.model.actuator import evaluate
+from tendon_cli.model.enclosure import Series
+from tendon_cli.model.kinematics import Spline
+
+from . import rationals
+from .designs import baseline, design
+
+RNG = np.random.default_rng(3)
+FUNCTIONS = {
+    "product": lambda t: t * t * t - 2.0 * t,
+    "quotient": lambda t: (t + 2.0) / (t * t + 1.0),
+    "root": lambda t: (t * t + 0.3).root(),
+    "exp": lambda t: (t * -0.7).exp(),
+    "circular": lambda t: (t * 2.0).circular()[0] * t.circular()[1],
+    "elongation": lambda t: (t * t - 0.2).elongation(),
+    "larger": lambda t: np.maximum(1.0, t.exp() + 1.0),
+}
+PLAIN = {
+    "product": lambda t: t**3 - 2.0 * t,
+    "quotient": lambda t: (t + 2.0) / (t * t + 1.0),
+    "root": lambda t: np.sqrt(t * t + 0.3),
+    "exp": lambda t: np.exp(-0.7 * t),
+    "circular": lambda t: np.sin(2.0 * t) * np.cos(t),
+    "elongation": lambda t: np.expm1(t * t - 0.2) / (t * t - 0.2),
+    "larger": lambda t: np.exp(t) + 1.0,
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_series_encloses_the_function_and_its_derivatives_over_each_cell(name):
+    middle, half = RNG.uniform(-1.0, 1.5, 200), 10.0 ** RNG.uniform(-6.0, -0.7, 200)
+    terms = FUNCTIONS[name](Series.variable(middle, half, 4)).terms
+    for share in (-1.0, -0.3, 0.0, 0.8, 1.0):
+        at = middle + share * half
+        # By Cauchy's formula on a circle: no derivative of ours.
+        turns = np.exp(2j * np.pi * np.arange(32) / 32)[:, np.newaxis]
+        around = PLAIN[name](at + 0.05 * turns)
+        for order, term in enumerate(term or (0.0, 0.0) for term in terms):
+            value = np.mean(around * turns**-order, axis=0).real / 0.05**order
+            assert (np.abs(value - term[0]) <= term[1] + 1e-12 / 0.05**order).all(), order
+
+
+def test_a_thin_series_is_exact_but_for_rounding():
+    terms = FUNCTIONS["circular"](Series.variable(np.linspace(-1.0, 1.0, 9), np.zeros(()), 4)).terms
+    assert all(float(np.max(radius)) < 1e-12 for _, radius in filter(None, terms))
+
+
+def test_what_may_be_divided_by_zero_has_no_bound():
+    with np.errstate(invalid="ignore"):
+        terms = (1.0 / Series.variable(np.array([0.1]), np.array(0.2), 2)).terms
+    assert not np.isfinite(terms[0][1]).any()
+
+
+# --- States ----------------------------------------------------------------------------------------------------------
+
+
+def random_numbers(rng, count):
+    """Numbers of random designs, (count, 1, 1), as `designs.baseline` takes them."""
+
+    def some(low, high):
+        return rng.uniform(low, high, (count, 1, 1))
+
+    return baseline(
+        a1=some(0.03, 0.05), b1=some(0.13, 0.17), a2=some(0.01, 0.03), b2=some(0.13, 0.17),
+        elbow_radius=some(0.035, 0.05), upper_arm_angle=some(-0.3, 0.5), friction=some(0.0, 0.2),
+        spring_stiffness=some(1e3, 9e3), ratio=some(0.4, 1.0), load_mass=some(0.0, 10.0),
+    )  # fmt: skip
+
+
+def bending(made, rng):
+    """A design whose flexor's sheath bends as the joint turns, with a joint that asks for a torque of its own."""
+    knots = np.linspace(0.0, 2.5, 6)
+    bend = Spline(knots, np.array([0.0, 0.0, 0.6, 2.4])[:, np.newaxis] + 0.0 * knots[:-1])
+    bend.coefficients[3] = 2.4 + 0.6 * knots[:-1]
+    torque = Spline(np.array([0.0, 2.5]), rng.normal(size=(4, 1)))
+    return replace(made, arm=replace(made.arm, torque=torque), flexor=replace(made.flexor, bend_angle=bend))
+
+
+@pytest.mark.parametrize("kind", ["plain", "bending"])
+def test_states_over_cells_hold_the_models_own(kind):
+    rng, count = np.random.default_rng(5), 60
+    made = design(random_numbers(rng, count))
+    made = bending(made, rng) if kind == "bending" else made
+    flat = proof.taken(made, (count, 1, 1), (np.arange(count), 0, 0))
+    middle, half, flexion = (
+        rng.uniform(0.1, 2.0, count),
+        10.0 ** rng.uniform(-4.0, -1.5, count),
+        rng.random(count) < 0.5,
+    )
+    pretension = rng.uniform(50.0, 300.0, count)
+    if kind == "bending":  # one piece of each curve
+        middle = 0.25 + 0.5 * np.floor(middle / 0.5)
+    sides = {side: replace(getattr(flat, side), pretension=pretension) for side in ("flexor", "extensor")}
+    taut = replace(flat, unilateral=False, **sides)
+    over = proof.enclosed(flat, middle, half, flexion, pretension, 4)
+    for share in (-1.0, 0.0, 0.6, 1.0):
+        state = evaluate(taut, middle + share * half, flexion)
+        for ours, theirs in (
+            (over.x, state.balance.flexor), (over.y, state.balance.extensor), (over.stiffness, state.elbow_stiffness),
+        ):  # fmt: skip
+            value, radius = ours.terms[0]
+            assert (np.abs(theirs - value) <= radius + 1e-9 * np.abs(value)).all()
+
+
+# --- Against exact rationals ------------------------------------------------------------------------------------------
+
+
+def random_states(seed, count):
+    """Flat numbers of random designs, each with an angle, a direction and a pretension."""
+    rng = np.random.default_rng(seed)
+    numbers = random_numbers(rng, count)
+    for at in range(count):
+        p = {name: float(np.broadcast_to(values, (count, 1, 1))[at, 0, 0]) for name, values in numbers.items()}
+        yield p, rng.uniform(0.0, 2.2), bool(rng.random() < 0.5), rng.uniform(30.0, 300.0)
+
+
+def enclosed_at(p, angle, flexion, pretension):
+    """x, y, k and the motor's torque at one angle, each a value and a radius."""
+    made = design({name: np.array([value]) for name, value in p.items()})
+    at = proof.enclosed(made, np.array([angle]), np.zeros(()), np.array([flexion]), np.array([pretension]), 3)
+    motor = Series.near(at.motor_arms[0]) * at.x - Series.near(at.motor_arms[1]) * at.y
+    values = {"x": at.x, "y": at.y, "stiffness": at.stiffness, "motor": motor}
+    return {name: [float(np.ravel(each)[0]) for each in series.terms[0]] for name, series in values.items()}
+
+
+def encloses(states):
+    """How many quantities of states are not within what is enclosed of them."""
+    missed = 0
+    for p, angle, flexion, pretension in states:
+        exact = rationals.state(p, angle, flexion, pretension)
+        for name, (value, radius) in enclosed_at(p, angle, flexion, pretension).items():
+            assert radius < 1e-9 * (abs(value) + 300.0)
+            missed += not exact[name].holds(value, radius)
+    return missed
+
+
+def test_states_are_enclosed_as_exact_rationals_have_them():
+    assert encloses(random_states(1, 40)) == 0
+
+
+@pytest.mark.torture
+def test_two_thousand_states_are_enclosed_as_exact_rationals_have_them():
+    assert encloses(random_states(2, 2000)) == 0
+
+
+def changed_torque(real):
+    return lambda made, angle: real(made, angle) * (1.0 + 1e-9)
+
+
+def changed_travels(real):
+    def travels(made, angle):
+        path, flexor, extensor = real(made, angle)
+        return path, flexor * (1.0 + 1e-9), extensor
+
+    return travels
+
+
+def turned_side(real):
+    return lambda side, angle, pulled: real(side, angle, ~pulled)
+
+
+def softer_side(real):
+    def side(of, angle, pulled):
+        made = real(of, angle, pulled)
+        made.compliance = made.compliance * (1.0 + 1e-9)
+        return made
+
+    return side
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [("_torque", changed_torque), ("_travels", changed_travels), ("_side", turned_side), ("_side", softer_side)],
+)
+def test_a_fault_of_a_billionth_is_noticed(monkeypatch, name, change):
+    monkeypatch.setattr(proof, name, change(getattr(proof, name)))
+    assert encloses(random_states(3, 6)) > 0
