@@ -122,7 +122,7 @@ def check_ours(path: Path, mark: str, option: str) -> None:
         ours = False
     if not ours:
         raise UsageError(
-            f"{path.name!r} stands there, and tendon did not write it",
+            f"{path.name!r} already exists, and tendon did not write it",
             where=option,
             hint="choose another name, or move it away",
         )

@@ -128,7 +128,7 @@ def _single(axis: RowAxis, other: Study) -> Ints:
     places = [at for at, each in enumerate(axis.values) if value is not None and _token(each) == _token(value)]
     if places or len(axis.values) == 1:
         return np.array(places[:1] or [0], dtype=np.int64)
-    raise UsageError(f"only one of the runs has the axis {axis.key}, without the other's value of it")
+    raise UsageError(f"only one of the runs has the axis {axis.key}, and the other's value is not on it")
 
 
 def _token(value: Any) -> str:

@@ -70,7 +70,7 @@ def plot(
         record = verified_record(source)
         if record["verb"] != "design":
             hint = "tendon design STUDY writes one"
-            raise UsageError("is no answer, whose window would be drawn", where=str(source), hint=hint)
+            raise UsageError("is not an answer, and only answers have a window to draw", where=str(source), hint=hint)
         drawn = [draw_between_samples(source, record, out)]
     else:
         from tendon_cli.figures.draw import plot as draw

@@ -68,7 +68,7 @@ def remark() -> str | None:
     """What to tell whoever has no compiled code and did not ask for that."""
     if kind() is not None or os.environ.get(UNWANTED):
         return None
-    return "NumPy did it all, several times slower than compiled code: install tendon anew where there is a C compiler"
+    return "NumPy did it all, several times slower than compiled code: install a C compiler, then tendon again"
 
 
 def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWriter:

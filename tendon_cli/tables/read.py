@@ -118,7 +118,9 @@ def _check_place(path: Path, table: TableFiles) -> None:
         of_another = (table.facts["study_hash"], table.facts.get("results_version")) != here
         if of_another or (listed and listed != standing):
             hint = "it was copied here, or left by another run; name it where it belongs, or move it elsewhere"
-            raise InputError(f"is not of the run in its folder, which {name} tells of", where=str(path), hint=hint)
+            raise InputError(
+                f"does not belong to the run that {name} in its folder describes", where=str(path), hint=hint
+            )
 
 
 def study_hash_of(file: Path) -> str | None:
