@@ -12,11 +12,12 @@ import numpy.typing as npt
 
 from tendon_cli.checks.shared import WORST, Checked, Shared, check_studies, designs_in, shared_rows
 from tendon_cli.checks.text import comparison_text, finite
-from tendon_cli.cube.axes import Ints, RowAxis
+from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.columns import JUDGEMENTS
 from tendon_cli.engine.results import open_run
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import open_table
 
@@ -139,9 +140,7 @@ def _together(
         yield start, here.gather(ours, columns), there.gather(theirs, columns)
 
 
-def _row_numbers(
-    cube: Cube, at: Mapping[str, Ints], axes: Sequence[RowAxis], places: Sequence[Ints], flat: Ints
-) -> Ints:
+def _row_numbers(cube: Cube, at: Mapping[str, Ints], axes: Sequence[Axis], places: Sequence[Ints], flat: Ints) -> Ints:
     rows = np.zeros(len(flat), dtype=np.int64)
     for axis, place in zip(axes, places, strict=True):
         rows += at[axis.column][place] * cube.strides[axis.column]

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.cube.axes import Ints, RowAxis
+from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.cube import Cube
 from tendon_cli.engine.records import differences
 from tendon_cli.errors import UsageError
+from tendon_cli.space.axis import Axis
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.schema import key_words
 from tendon_cli.studies.study import Study, keys
@@ -48,7 +49,7 @@ def designs_in(folder: Path, record: Mapping[str, Any]) -> TableFiles:
 class Shared:
     """Rows that both tables have: positions on the axes of either, in the same order."""
 
-    axes: tuple[RowAxis, ...]
+    axes: tuple[Axis, ...]
     """Those that both have, slowest first."""
     here: Mapping[str, Ints]
     there: Mapping[str, Ints]
@@ -105,14 +106,14 @@ def shared_rows(here: Cube, there: Cube, ours: Study, theirs: Study) -> Shared:
     return Shared(tuple(axes), at_here, at_there, {key: text for key, text in left_out.items() if text})
 
 
-def _only(axis: RowAxis, here: int, there: int) -> str:
+def _only(axis: Axis, here: int, there: int) -> str:
     """Which values of an axis one of the runs has alone; empty if both have the same."""
     parts = [f"{counted(here, 'value')} in this run only"] if here else []
     parts += [f"{counted(there, 'value')} in the baseline only"] if there else []
     return f"{axis.key}: {', '.join(parts)}" if parts else ""
 
 
-def _common(axis: RowAxis, other: RowAxis) -> tuple[Ints, Ints]:
+def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
     places = {_token(value): at for at, value in enumerate(other.values)}
     pairs = [(at, places[_token(value)]) for at, value in enumerate(axis.values) if _token(value) in places]
     if not pairs:
@@ -121,7 +122,7 @@ def _common(axis: RowAxis, other: RowAxis) -> tuple[Ints, Ints]:
     return np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
 
 
-def _single(axis: RowAxis, other: Study) -> Ints:
+def _single(axis: Axis, other: Study) -> Ints:
     """Where an axis has the one value that the other run has of it."""
     known = keys().get(axis.key)
     value = other.numbers[axis.key].single if known and axis.key in other.numbers else None

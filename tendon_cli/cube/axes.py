@@ -19,9 +19,6 @@ Ints = npt.NDArray[np.int64]
 LOAD, DIRECTION, ANGLE, TIME = "load_mass", "direction", "elbow_angle", "time"
 
 
-RowAxis = Axis
-
-
 def evenly(count: int, most: int) -> Ints:
     """At most `most` of `count` positions, evenly chosen, both ends among them; of one, the middle."""
     if count <= most:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.cube.axes import RowAxis
 from tendon_cli.cube.choices import bounds_of, conflicts_of, position, value_text
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
@@ -16,6 +15,7 @@ from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.scales import Scale, axis_scale, off_default
 from tendon_cli.figures.style import INK, SEQUENTIAL
+from tendon_cli.space.axis import Axis
 
 _PALE = ("#f6d9c5", "#e9e2f3", "#dcebe4", "#f7ecc8", "#e5e5e5", "#dbe7f3")
 """Grounds of what has no window, one for each pair of limits; the others share the last."""
@@ -34,7 +34,7 @@ _READ = ("pretension_from", "pretension_to", "tolerance", "served", "from_by", "
 class Slice:
     """Choices of the grid along one or two of its axes, all else as in one choice; arrays of shape (y, x) or (x,)."""
 
-    axes: tuple[RowAxis, ...]
+    axes: tuple[Axis, ...]
     """Of x, and of y."""
     scales: tuple[Scale, ...]
     columns: dict[str, Values]
@@ -43,7 +43,7 @@ class Slice:
     bounds: dict[str, float]
 
     @classmethod
-    def of(cls, cube: Cube, axes: Sequence[RowAxis], choice: dict[str, Any]) -> Slice:
+    def of(cls, cube: Cube, axes: Sequence[Axis], choice: dict[str, Any]) -> Slice:
         """Those through a choice, in the order of the scales."""
         scales = [axis_scale(cube, axis, slice(None), {}, is_log=False) for axis in axes]
         at = {axis.column: position(axis, choice[axis.column]) for axis in cube.axes if axis not in axes}
@@ -92,12 +92,12 @@ def choice_text(cube: Cube, choice: dict[str, Any]) -> str:
     return ", ".join(value_text(cube, axis, choice[axis.column]) for axis in cube.axes)
 
 
-def long_axes(cube: Cube) -> list[RowAxis]:
+def long_axes(cube: Cube) -> list[Axis]:
     """Axes of more than one value."""
     return [axis for axis in cube.axes if axis.length > 1]
 
 
-def place_of(cube: Cube, axis: RowAxis, value: Any, scale: Scale) -> float:
+def place_of(cube: Cube, axis: Axis, value: Any, scale: Scale) -> float:
     """Where a value stands on a figure."""
     if scale.names:
         return float(scale.names.index(str(value) if axis.is_text else cube.shown(axis.column).text(float(value))))

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, RowAxis, evenly
+from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
-from tendon_cli.space.axis import CASE_AXIS
+from tendon_cli.space.axis import CASE_AXIS, Axis
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
@@ -42,16 +42,16 @@ class CurvePlan:
     quantities: tuple[str, ...]
     x_column: str
     """What stands along x: the column of `x`, or another that changes along it."""
-    x: RowAxis
-    colour: RowAxis | None
-    dash: RowAxis | None
+    x: Axis
+    colour: Axis | None
+    dash: Axis | None
     """The direction of motion, unless it plays another part."""
-    panels: RowAxis | None
+    panels: Axis | None
     positions: Mapping[str, Ints]
     notes: tuple[str, ...]
 
     @property
-    def parts(self) -> tuple[RowAxis | None, ...]:
+    def parts(self) -> tuple[Axis | None, ...]:
         """Panels, colour, dashes, x: the order of the values' dimensions."""
         return self.panels, self.colour, self.dash, self.x
 
@@ -99,7 +99,7 @@ def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
     return tuple(name for name in STATE_PAIRS if name in kept) or tuple(kept[:MOST_QUANTITIES])
 
 
-def _along_x(cube: Cube, spec: FigureSpec, long: list[RowAxis]) -> tuple[str, RowAxis]:
+def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]:
     """The column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
     angle = next((axis for axis in cube.axes if axis.column in (ANGLE, TIME)), None)
@@ -120,7 +120,7 @@ def _along_x(cube: Cube, spec: FigureSpec, long: list[RowAxis]) -> tuple[str, Ro
     return runs.column, runs
 
 
-def _named(cube: Cube, name: str | None, where: str) -> RowAxis | None:
+def _named(cube: Cube, name: str | None, where: str) -> Axis | None:
     """The axis of a column or key; none where the study has one value of it."""
     if name is None:
         return None
@@ -132,19 +132,19 @@ def _named(cube: Cube, name: str | None, where: str) -> RowAxis | None:
     return axis
 
 
-def _usual_colour(free: list[RowAxis], panels: RowAxis | None) -> RowAxis | None:
+def _usual_colour(free: list[Axis], panels: Axis | None) -> Axis | None:
     """The load, or else the first axis that nothing was asked of."""
     open_axes = [axis for axis in free if axis.column != DIRECTION and axis != panels]
     return next((axis for axis in open_axes if axis.column == LOAD), open_axes[0] if open_axes else None)
 
 
-def _usual_panels(free: list[RowAxis]) -> RowAxis | None:
+def _usual_panels(free: list[Axis]) -> Axis | None:
     """The same of the axes that do not run along x or by dashes."""
     return _usual_colour([axis for axis in free if axis.column != ANGLE], None)
 
 
 def _thinned(
-    axes: Iterable[RowAxis], chosen: Mapping[str, Ints], most: Mapping[RowAxis | None, int]
+    axes: Iterable[Axis], chosen: Mapping[str, Ints], most: Mapping[Axis | None, int]
 ) -> tuple[dict[str, Ints], list[str]]:
     """Positions drawn on axes, evenly chosen where there are more than `most`, and what was left out."""
     positions: dict[str, Ints] = {}
@@ -167,13 +167,13 @@ MOST_PANELS = 24
 class MapPlan:
     """Axes and positions of all panels."""
 
-    x: RowAxis
-    y: RowAxis
+    x: Axis
+    y: Axis
     positions: Mapping[str, Ints]
     """Positions drawn along x and y."""
     panels: tuple[Mapping[str, int], ...]
     """Position on every other axis, for each panel."""
-    titled: tuple[RowAxis, ...]
+    titled: tuple[Axis, ...]
     """Axes that differ between the panels, the load first."""
     notes: tuple[str, ...]
 
@@ -183,7 +183,7 @@ class MapPlan:
         return cube.rows([self.y.column, self.x.column], {**fixed, **self.positions})
 
 
-def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[RowAxis]:
+def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
     """Axes other than the load of which more than one value is chosen."""
     return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
@@ -208,7 +208,7 @@ def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
     return MapPlan(x, y, positions, panels, tuple(titled), (*notes, *note))
 
 
-def _thinned_panels(axes: list[RowAxis], chosen: Mapping[str, Ints]) -> tuple[dict[str, Ints], list[str]]:
+def _thinned_panels(axes: list[Axis], chosen: Mapping[str, Ints]) -> tuple[dict[str, Ints], list[str]]:
     """All positions where their combinations fit, else a few of each axis, evenly chosen, and a note of it."""
     lengths = [len(chosen[axis.column]) for axis in axes]
     total = math.prod(lengths)

@@ -11,12 +11,12 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import Ints, RowAxis
+from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown, number, plain
 from tendon_cli.figures.engine import Axes, ticker
-from tendon_cli.space.axis import SIDES
+from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import keys
@@ -82,7 +82,7 @@ class Scale:
             axis.set_major_formatter(plain_numbers())
 
 
-def axis_scale(cube: Cube, axis: RowAxis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True) -> Scale:
+def axis_scale(cube: Cube, axis: Axis, at: Ints | slice, units: Mapping[str, str], *, is_log: bool = True) -> Scale:
     """The scale of the values at some positions of an axis; logarithmic, unless forbidden, if the axis is."""
     values = axis.values[at]
     if axis.is_text:
@@ -176,7 +176,7 @@ def _defaults() -> dict[str, Any]:
     return study_from({}).document()
 
 
-def value_texts(cube: Cube, axis: RowAxis, at: Ints, units: Mapping[str, str]) -> list[str]:
+def value_texts(cube: Cube, axis: Axis, at: Ints, units: Mapping[str, str]) -> list[str]:
     """The values at some positions of an axis, as a title or a key names them."""
     values = axis.values[at]
     if axis.is_text:

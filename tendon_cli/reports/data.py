@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.cube.axes import Ints, RowAxis, thinned
+from tendon_cli.cube.axes import Ints, thinned
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
+from tendon_cli.space.axis import Axis
 from tendon_cli.units import UNITS
 
 MOST_CELLS = 700_000
@@ -43,7 +44,7 @@ def page_data(kind: str, **given: Any) -> dict[str, Any]:
 class PageAxis:
     """An axis of the maps, and which of its positions the page keeps."""
 
-    axis: RowAxis
+    axis: Axis
     shown: Shown
     kept: Ints
 

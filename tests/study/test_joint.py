@@ -201,9 +201,8 @@ def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
         from_opensim("\n".join(lines), "knee", "shin", "ext")
 
 
-def test_a_page_is_written_of_a_joint_without_anchors_and_no_wrong_arm_is_drawn(write, tmp_path):
+def test_a_page_is_written_of_a_joint_without_anchors_and_its_travels_are_drawn(write, tmp_path):
     study = load_study(write())
     for result in (tendon.sweep(study, tmp_path / "run"), tendon.design(study, tmp_path / "answer")):
         assert tendon.report(result, tmp_path / "page.html").stat().st_size > 1000
-    with pytest.raises(tendon.TendonError, match="no anchors to draw"):
-        tendon.plot(study)
+    assert tendon.plot(study) is not None
