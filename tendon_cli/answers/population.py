@@ -10,6 +10,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers import coverage
+from tendon_cli.answers.bench import settings, study_arm
 from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import ROUNDING, Sizes, best_sizes, effective_count, grouped, normalised
 from tendon_cli.answers.question import Flags, Problem
@@ -31,6 +32,8 @@ _MOST_ALONG = 16
 _MOST_PERSONS = 1000
 """Persons by whom sizes are chosen: the first so many, as the search grows with their square."""
 _MOST_OF_CURVE = 1000
+FEW = 20
+"""Persons of whom no share says more than all of them."""
 _MOST_NAMES = 100
 
 
@@ -95,12 +98,24 @@ def population(problem: Problem, chosen: Solutions, row: dict[str, Any], windows
         "interval_95": list(say.interval(served, effective_count(weighting))),
         "largest_share": most,
         "largest_share_at": curve.best if most > 0.0 else None,
+        "set": {} if people is None else _set(problem, chosen),
         "by": [] if people is None else _by_sex(problem, people, windows.served(pretension)),
         "curve": {name: values[kept].tolist() for name, values in vars(curve).items()},
         "not_served": not_served(problem, windows, pretension),
         "sizes": {} if people is None else dict(_sizes(problem, chosen)),
         "sobol": indices(problem, numbers_of(problem, chosen.columns)),
     }
+
+
+def _set(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
+    """What gauges show on nine persons of ten, of few on all, at the choice's pretension: from, to, N."""
+    axis = problem.one_by_one
+    if axis is None:
+        return {}
+    numbers, each = numbers_of(problem, chosen.columns), chosen["pretension"][:1]
+    values = settings(study_arm(problem, numbers, each, axis), len(axis))
+    ends = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW else (0.0, 1.0)
+    return {name: np.quantile(shown, ends).tolist() for name, shown in values.items()}
 
 
 def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, Any]]:

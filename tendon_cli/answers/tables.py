@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from tendon_cli.answers.population import LESS, MORE, NEITHER, GroupWindows, peo
 from tendon_cli.answers.question import Flags, Problem
 from tendon_cli.answers.solve import STATUSES, WORST, Columns, Solutions
 from tendon_cli.model.body import DIMENSIONS
+from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.quantities import QUANTITIES
@@ -30,11 +32,12 @@ _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 def choice_columns(problem: Problem) -> tuple[Column, ...]:
     """Columns of `choices.parquet`."""
     directions, neither = ("", *problem.study.motion.direction), "or what no pretension could keep"
+    read = problem.study.setting.read
     of_state = "direction of the state that binds; empty where the limit belongs to none"
     return (
         *map(_of_axis, problem.choices.axes),
         Column("refined", "truth", "1", "a point between those of the grid"),
-        *_of_quantities("pretension_from", "pretension_to"),
+        *_of_quantities("pretension_from", "pretension_to", read=read),
         Column("windows", "count", "1", "intervals of pretension that serve enough; the widest is the window"),
         *_of_quantities("tolerance"),
         Column("from_by", "text", "1", f"limit that binds below, {neither}", choices=_LIMITS),
@@ -42,7 +45,7 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         *_BINDS,
         *(Column(f"{end}_direction", "text", "1", of_state, choices=directions) for end in ("from", "to")),
         *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
-        *_of_quantities("served", "served_at", "pretension", *WORST, *SET, "tolerance_length"),
+        *_of_quantities("served", "served_at", "pretension", *WORST, *SET, "tolerance_length", read=read),
         Column("between_samples", "text", "1", "whether the window is proved between the samples", choices=STATUSES),
         Column("feasible", "truth", "1", "it has a window; if the pretension is given, that serves enough"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
@@ -90,7 +93,8 @@ def person_columns(problem: Problem, axis: Axis) -> tuple[Column, ...]:
         Column(axis.column, "text", "1", axis.meaning, is_axis=True, choices=names),
         *((_SEX,) if people is not None and people.sexes else ()),
         Column("weighting", "number", "1", "how much it counts in a share"),
-        *_of_quantities(*(DIMENSIONS if people is not None else ()), "pretension_from", "pretension_to"),
+        *_of_quantities(*(DIMENSIONS if people is not None else ())),
+        *_of_quantities("pretension_from", "pretension_to", read=problem.study.setting.read),
         *(Column(f"{end}_by", "text", "1", f"limit that binds {word}", choices=_LIMITS) for end, word in ends),
         *_BINDS,
         Column("served", "number", "1", "whether the pretension of the choice serves it; of several draws the share"),
@@ -160,8 +164,10 @@ def members(rows: Any, reason: Any, pretension: float) -> Rows:
 # --- Columns and values ----------------------------------------------------------------------------------------------
 
 
-def _of_quantities(*names: str) -> tuple[Column, ...]:
-    return tuple(Column.of(QUANTITIES[name]) for name in names)
+def _of_quantities(*names: str, read: str = F0) -> tuple[Column, ...]:
+    """Columns of quantities; those of pretension say how it is read."""
+    of = ((Column.of(QUANTITIES[name]), name.startswith("pretension") and read != F0) for name in names)
+    return tuple(replace(each, long_name=f"{each.long_name}, read as {read}") if other else each for each, other in of)
 
 
 def _of_axis(axis: Axis) -> Column:

@@ -9,7 +9,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers import words as shared
 from tendon_cli.answers.answer import goals_or_usual
-from tendon_cli.answers.bench import bench_lines, drift_words
+from tendon_cli.answers.bench import bench_lines, drift_words, reading_words
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.relax import relaxation_lines
@@ -58,11 +58,12 @@ def _answer(problem: Problem, record: Row) -> Iterator[str]:
 def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
     """The pretension, whom it serves, and between which ends that holds."""
     what = row_words(problem.choices, best)
-    start, (low, high) = f"{what}: a pretension" if what else "A pretension", ends_of(best)
+    noun, at = reading_words(problem)
+    start, (low, high) = f"{what}: a {noun}" if what else f"A {noun}", ends_of(best)
     served = best["served_at"]
     whom = _all_of(problem) if served >= 1.0 else f"{say.percent(served)} of {_everyone(problem)}"
     if problem.given is not None:
-        return f"{start} of {say.number(problem.given)} N suits {whom}; {shared.margins(problem, best)}."
+        return f"{start} of {say.number(problem.given)} N{at} suits {whom}; {shared.margins(problem, best)}."
     either_way = f", {_tolerance(best)} % either way" if np.isfinite(high) else ""
     if problem.enough >= 1.0:
         words = f"suits {_all_of(problem)}; anything {_span(low, high)} does{either_way}"
@@ -71,7 +72,7 @@ def _first_sentence(problem: Problem, record: Row, best: Row) -> str:
         if (ends := record["window_for_all"]) is not None:
             of_all = (ends[0], np.inf if ends[1] is None else ends[1])
             words += ", all of them " + ("there" if of_all == (low, high) else _span(*of_all))
-    return f"{start} of {_set(best)} {words}.{_why_first(problem, record)}"
+    return f"{start} of {_set(best)}{at} {words}.{_why_first(problem, record)}"
 
 
 def _between_words(known: Row) -> str:
@@ -208,9 +209,10 @@ def _no_window(problem: Problem, record: Row) -> Iterator[str]:
     choices = record["choices"]
     which = "" if choices == 1 else f", whichever of {choices:,} choices is taken"
     whom = _all_of(problem) if problem.enough >= 1.0 else f"{say.percent(problem.enough)} of {_everyone(problem)}"
-    at = "No pretension suits"
+    noun, where = reading_words(problem)
+    at = f"No {noun}{where} suits"
     if problem.given is not None:
-        at = f"A pretension of {say.number(problem.given)} N does not suit"
+        at = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
     yield from (f"{at} {whom}{which}.", "", "Why")
     for each in record["conflicts"]:
         yield from (f"  {text}" for text in _conflict(problem, record, each))

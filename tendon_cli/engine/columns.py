@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -36,6 +36,8 @@ JUDGEMENTS = {
     "feasible": "taut, stable and within every limit",
 }
 """Truths of `designs`, with what they mean; the record counts each."""
+
+_AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
 
 Values = Callable[[Block], npt.ArrayLike]
 
@@ -94,7 +96,14 @@ class Tables:
         return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
 
     def _result(self, quantity: Quantity) -> Column:
-        return Column.of(quantity, nullable=self.plan.may_be_null(quantity.null))
+        return self._as_read(Column.of(quantity, nullable=self.plan.may_be_null(quantity.null)))
+
+    def _as_read(self, column: Column) -> Column:
+        """A column that says how a pretension is read, if it is one."""
+        read = self.plan.study.setting.read
+        if read == F0 or column.name not in _AS_READ:
+            return column
+        return replace(column, long_name=f"{column.long_name}, read as {read}")
 
     def _keys(self) -> dict[str, None]:
         """Common keys that have a column: of every table, of axes and what these change, of what differs by side."""
@@ -113,9 +122,8 @@ class Tables:
         columns = {}
         for name, number in numbers.items():  # a bend that follows the joint is no number
             is_number = number.value is not None and not isinstance(number.value, Spline)
-            columns[Column.of(quantity, name, is_axis=True, nullable=not is_number)] = (
-                _within(number) if is_number else _null
-            )
+            column = self._as_read(Column.of(quantity, name, is_axis=True, nullable=not is_number))
+            columns[column] = _within(number) if is_number else _null
         return columns
 
 

@@ -66,6 +66,8 @@ def parameter(of: Quantity, value: float, side: str = "", digits: int = 3) -> st
     """A number of a study with its symbol: "K 3 kN/m", "K of the flexor 3 kN/m"; a load without: "5 kg load"."""
     if of.name == "load_mass":
         return f"{quantity(of, value, digits)} load"
+    if of.name == "load_scale":
+        return f"{number(value, digits)} times the task"
     return f"{of.symbol}{f' of the {side}' if side else ''} {quantity(of, value, digits)}"
 
 

@@ -106,3 +106,24 @@ def test_shares_by_sex_are_those_of_the_table():
         assert shares[sex]["interval_95"][0] <= mean <= shares[sex]["interval_95"][1]
         assert shares[sex]["persons"] == served.count()[sex]
     assert "women (" in answer.text
+
+
+def test_a_person_of_whom_bodies_are_drawn_is_one_row_over_all_of_them(tmp_path):
+    (tmp_path / "people.csv").write_text("name,weight (kg),stature (cm)\nAda,62,168\nBob,85,181\n")
+    people = {"file": str(tmp_path / "people.csv"), "completions": 16}
+    answer = tendon.design(tendon.study({**SUIT, "people": people, "setting": {"read": "flexor at joint"}}))
+    persons, population = answer.persons, answer.record["population"]
+    assert list(persons["person"]) == ["Ada", "Bob"]
+    assert persons["weight"].tolist() == pytest.approx([62.0, 85.0])
+    assert persons["weighting"].nunique() == 1
+    assert persons["served"].mean() == pytest.approx(population["served"], abs=1e-12)
+    assert ((persons["served"] * 16) % 1.0 < 1e-9).all()
+    # The reading that is set is the same on everyone, the other one is not.
+    np.testing.assert_allclose(persons["set_flexor_tension"], population["pretension"], rtol=1e-12)
+    assert persons["set_extensor_tension"].nunique() == 2
+    low, high = population["set"]["set_extensor_tension"]
+    assert low < persons["set_extensor_tension"].min() < persons["set_extensor_tension"].max() < high
+    assert "tension in the flexor at the joint" in " ".join(answer.text.split())
+    for table in ("choices", "persons"):
+        meaning = answer.table(table).schema.field("pretension_from").metadata[b"long_name"].decode()
+        assert meaning.endswith("read as flexor at joint")
