@@ -29,6 +29,8 @@ from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axi
 SET = tuple(f"set_{side}_tension{end}" for end in ("", "_motor") for side in SIDES)
 """Columns of what to set: the tensions at the joint, and at the motor, N."""
 
+FEW = 20
+"""Persons of whom no share says more than all of them."""
 STRAP = 0.04
 """Width of a strap if the study gives none, m."""
 DISCOMFORT, PAIN = 30.4e3, 52.9e3
@@ -217,7 +219,8 @@ def bench_lines(problem: Problem, record: Mapping[str, Any], row: Mapping[str, A
     if whose:
         spread = record["population"]["set"]
         shown = [_spread(name, spread[name]) for name in SET[:2]]
-        whom = "nine persons of ten" if problem.counts[PERSON_AXIS] >= 20 else "these persons"
+        persons = problem.counts[PERSON_AXIS]
+        whom = "nine persons of ten" if persons >= FEW else "these persons" if persons > 1 else "this person"
         yield f"  on {whom} {shown[0]} in the flexor and {shown[1]} in the extensor at the joint"
     length, per_mm = row["tolerance_length"], say.number(1e-3 * record["setting"]["newtons_per_metre"], 2)
     window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.candidates import numbers_of
-from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
+from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers, Rows
 from tendon_cli.studies.study import keys
 from tendon_cli.units import parse_measure
@@ -37,21 +37,14 @@ PARAMETERS = {
 _POINTS = 65
 _SECTIONS = 16
 _ROUNDS = 14
-_HALVINGS = 52
-_SMALL = 20_000
-"""Work of a choice from which on values are tried one by one."""
-_MOST = 1_000_000
+_MOST = 250_000
 """Work of one choice under all conditions for which changes are tried; beyond it, some conditions stand for all."""
 _OF_MOTOR = 50
 """States that take as long as one does with limits on the motor."""
-_AT_ONCE = 200_000
-"""Work of the choices that are tried together if the first that has a window is wanted."""
 _FEW = 8
-_STAGED = 64
-"""Groups of conditions from which on some are tried before the others."""
 
-First = Callable[[Array], int | None]
-"""Of some values of a parameter the first that gives a window."""
+First = Callable[[Array], tuple[int | None, int]]
+"""Of some values the first that gives a window, and the one that is nearest to do so."""
 
 
 def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
@@ -60,9 +53,9 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     SI; `after` is null if no value within the plausible range gives a window, else `printed` is a value as a study can
     have it, rounded so that it gives one, too, and `printed_pretension` is one of that, N.
     """
-    trials = Trials.of(problem, choice)
-    before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, trials.numbers, key)) < np.inf}
-    found = [_fix(trials, key, value) for key, value in before.items()]
+    numbers = numbers_of(problem, choice.columns)
+    before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf}
+    found = [_fix(problem, numbers, key, value) for key, value in before.items()]
     return sorted(found, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
 
 
@@ -71,14 +64,14 @@ def relaxation(problem: Problem, choice: Solutions, limit: str) -> float | None:
     numbers, start = numbers_of(problem, choice.columns), float(problem.bounds[limit])
     outward = -1.0 if limit.startswith("min_") else 1.0
 
-    def first(values: Array) -> int | None:
+    def first(values: Array) -> tuple[int | None, int]:
         solved = (solve(problem.bounded(limit, value), numbers, 1, with_worst=False) for value in values)
-        return next((at for at, each in enumerate(solved) if each["feasible"][0]), None)
+        return next((at for at, each in enumerate(solved) if each["feasible"][0]), None), 0
 
-    if first(np.array([outward * np.inf])) is None:
+    if first(np.array([outward * np.inf]))[0] is None:
         return None
     empty, step = start, outward * max(abs(start), 1e-3)
-    while first(np.array([start + step])) is None:
+    while first(np.array([start + step]))[0] is None:
         empty, step = start + step, 2.0 * step
     return _edge(first, empty, start + step, 3, 200)
 
@@ -114,49 +107,55 @@ def _now(problem: Problem, numbers: Numbers, key: str) -> float:
     return float(np.asarray(replace(space.number(key), scales=()).within(space.whole)).item())
 
 
-def _fix(trials: Trials, key: str, before: float) -> dict[str, Any]:
+def _fix(problem: Problem, numbers: Numbers, key: str, before: float) -> dict[str, Any]:
     low, high = PARAMETERS[key]
+
+    def tried(values: Array, *, with_worst: bool = False) -> Solutions:
+        changed = {name: np.repeat(value, len(values)) for name, value in numbers.items()}
+        return solve(problem, changed | {key: values}, len(values), with_worst=with_worst)
+
+    def first(values: Array) -> tuple[int | None, int]:
+        solved = tried(values)
+        opens = solved["feasible"]
+        nearest = int(np.argsort(_width(problem, solved), kind="stable")[-1])
+        return int(np.argmax(opens)) if opens.any() else None, nearest
+
     ends = [end for end in (low, high) if (end - before) * (end - low - (high - end)) > 0.0]
-    values = [value for end in ends if (value := _nearest(trials, key, before, end)) is not None]
+    values = [value for end in ends if (value := _nearest(first, before, end)) is not None]
     record = {"parameter": key, "before": before, "after": None, "plausible": (low, high)}
     if not values:
         return record | {"pretension": None, "printed": "", "printed_pretension": ""}
     after = min(values, key=lambda value: abs(np.log(value / before)))
-    solved = solve(trials.problem, {**trials.numbers, key: np.array([after])}, 1)
+    solved = tried(np.array([after]), with_worst=True)
     costs = {name: solved.one(name) if np.isfinite(solved.one(name)) else None for name in ("pretension", *WORST)}
-    printed, pretension = _printed(trials, key, before, after)
+    printed, pretension = _printed(tried, keys()[key].number.quantity, before, after)
     return record | {"after": after, **costs, "printed": printed, "printed_pretension": pretension}
 
 
-def _printed(trials: Trials, key: str, before: float, after: float) -> tuple[str, str]:
+def _printed(tried: Callable[[Array], Solutions], of: Quantity, before: float, after: float) -> tuple[str, str]:
     """The shortest text of a value beyond `after` that opens a window when it is typed in, and a pretension in it."""
-    of, toward = keys()[key].number.quantity, np.inf if after > before else -np.inf
+    toward = np.inf if after > before else -np.inf
     for digits in range(3, 16):
         text = say.quantity(of, after, digits, toward=toward)
-        value = parse_measure(text.replace(",", ""), of.dimension).si
-        solved = solve(trials.problem, {**trials.numbers, key: np.array([value])}, 1, with_worst=False)
+        solved = tried(np.array([parse_measure(text.replace(",", ""), of.dimension).si]))
         if solved["feasible"][0]:
             at, low, high = (solved.one(name) for name in ("pretension", "pretension_from", "pretension_to"))
             return text, say.within(at, low, high, digits=3)
     return repr(after), ""
 
 
-def _nearest(trials: Trials, key: str, before: float, end: float) -> float | None:
+def _nearest(first: First, before: float, end: float) -> float | None:
     """The value nearest to `before`, on the way to `end`, that opens a window."""
     values = np.geomspace(before, end, _POINTS)
-    first, nearest = trials.first(key, values)
+    at, nearest = first(values)
     for _ in range(4):  # between three values, where a narrow window may hide: around the nearest to have one
-        if first is not None:
+        if at is not None:
             break
         values = np.geomspace(values[max(nearest - 1, 0)], values[min(nearest + 1, len(values) - 1)], _SECTIONS)
-        first, nearest = trials.first(key, values)
-    if first is None:
-        return None
-    # Many small questions are faster asked together, large ones one by one.
-    steps = (_SECTIONS, _ROUNDS) if work(trials.problem) <= _SMALL else (3, _HALVINGS)
-    if first == 0:
-        return float(values[0])
-    return _edge(lambda some: trials.first(key, some)[0], float(values[first - 1]), float(values[first]), *steps)
+        at, nearest = first(values)
+    if not at:
+        return None if at is None else float(values[0])
+    return _edge(first, float(values[at - 1]), float(values[at]), _SECTIONS, _ROUNDS)
 
 
 def _edge(first: First, empty: float, open_: float, sections: int, rounds: int) -> float:
@@ -164,63 +163,12 @@ def _edge(first: First, empty: float, open_: float, sections: int, rounds: int) 
     for _ in range(rounds):
         values = np.linspace(empty, open_, sections)
         values[-1] = open_
-        at = first(values[1:-1])
-        at = sections - 1 if at is None else at + 1
+        inner, _ = first(values[1:-1])
+        at = sections - 1 if inner is None else inner + 1
         if (empty, open_) == (values[at - 1], values[at]):
             break
         empty, open_ = float(values[at - 1]), float(values[at])
     return open_
-
-
-@dataclass(frozen=True, eq=False)
-class Trials:
-    """Tries other values of a parameter on one choice: under few conditions first, under all if these allow it."""
-
-    problem: Problem
-    numbers: Numbers
-    """Of the choice, (1,) each."""
-    stages: tuple[tuple[Problem, float], ...]
-    """The question for some persons, and their share of the weighting; last for all."""
-
-    @classmethod
-    def of(cls, problem: Problem, choice: Solutions) -> Trials:
-        """Of a choice, whose binding conditions come first if all must be served."""
-        order, groups = _order(problem, choice), len(problem.weighting)
-        sizes = [groups // 8, groups // 2] if groups >= _STAGED else []
-        if problem.enough >= 1.0 and groups > _FEW:
-            sizes = [2, *sizes[:1]]
-        total, stages = problem.weighting.sum(), []
-        for size in sizes:
-            some = np.sort(order[:size])
-            stages.append((problem.of_groups(some), float(problem.weighting[some].sum() / total)))
-        return cls(problem, numbers_of(problem, choice.columns), (*stages, (problem, 1.0)))
-
-    def first(self, key: str, values: Array) -> tuple[int | None, int]:
-        """The first of some values that gives a window, and if there is none, the one that is nearest to do so."""
-        is_open, nearness = self.tried(key, values, at_once=max(1, _AT_ONCE // work(self.problem)))
-        return int(np.argmax(is_open)) if is_open.any() else None, int(np.argmax(nearness))
-
-    def tried(self, key: str, values: Array, at_once: int) -> tuple[Flags, Rows]:
-        """Whether values give a window, in their order until `at_once` have one among them; and their ranks."""
-        reached, width = np.zeros(len(values), dtype=np.int64), np.full(len(values), -np.inf)
-        left, is_open = np.arange(len(values)), np.zeros(len(values), dtype=np.bool_)
-        for stage, (problem, share) in enumerate(self.stages):
-            is_last = stage == len(self.stages) - 1
-            step, hopeful = at_once if is_last else len(left), left[:0]
-            for at in range(0, len(left), max(1, step)):
-                some = left[at : at + step]
-                changed = {name: np.repeat(value, len(some)) for name, value in self.numbers.items()}
-                solved = solve(problem, changed | {key: values[some]}, len(some), with_worst=False)
-                reached[some], width[some] = stage, _width(problem, solved)
-                # Whoever is not among those tried here may be served; if even that is not enough, all is known.
-                at_most = np.where(solved["feasible"], 1.0, solved["served"] * share + 1.0 - share)
-                passed = solved["feasible"] if is_last else at_most >= self.problem.enough - ROUNDING
-                hopeful = np.concatenate([hopeful, some[passed]])
-                if is_last and len(hopeful):
-                    break
-            left = hopeful
-        is_open[left] = True
-        return is_open, np.argsort(np.lexsort((width, reached)))
 
 
 def _width(problem: Problem, solutions: Solutions) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers import coverage
-from tendon_cli.answers.bench import settings, study_arm
+from tendon_cli.answers.bench import FEW, settings, study_arm
 from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import ROUNDING, Sizes, best_sizes, effective_count, grouped, normalised
 from tendon_cli.answers.question import Flags, Problem
@@ -32,8 +32,6 @@ _MOST_ALONG = 16
 _MOST_PERSONS = 1000
 """Persons by whom sizes are chosen: the first so many, as the search grows with their square."""
 _MOST_OF_CURVE = 1000
-FEW = 20
-"""Persons of whom no share says more than all of them."""
 _MOST_NAMES = 100
 
 

@@ -149,6 +149,7 @@ def relaxation_lines(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
     if not relaxations:
         return
     yield from ("", "What it would take, all else equal")
+    idle = []
     for each in relaxations:
         key, limit = each["key"], each["key"].removeprefix("limits.")
         of = QUANTITIES.get(limit, QUANTITIES["pretension"]) if key != limit else keys()[key].number.quantity
@@ -156,10 +157,11 @@ def relaxation_lines(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
         share = "all" if each["served"] >= 1.0 else f"{say.percent(each['served'])} of the"
         served = f"serves {share} {problem.counted}"
         if each["after"] is None:
-            farthest = words.format(say.quantity(of, each["farthest"]), say.quantity(of, each["before"]))
-            yield f"  {farthest} is not enough: the best choice {served}"
+            idle.append(words.partition(" instead of")[0].format(say.quantity(of, each["farthest"])))
             continue
         others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
         what = row_words(others, each["values"])
         at = f"{what}{', ' if what else ''}{say.number(each['pretension'])} N"
         yield f"  {words.format(each['printed'], say.quantity(of, each['before']))}: {at} {served}"
+    if idle:
+        yield f"  not enough alone: {', '.join(idle)}"

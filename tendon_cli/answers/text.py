@@ -18,7 +18,6 @@ from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES = 8
-_EDGE = 1e-9
 _COSTS = ("max_tension", "max_spring_extension", "peak_motor_torque")
 _COST_HEADS = ("tension", "spring", "torque")
 
@@ -156,7 +155,7 @@ def _edges(problem: Problem, best: Row) -> Iterator[str]:
     for axis in (axis for axis in problem.choices.axes if axis.is_range):
         value = float(best[axis.column])
         for edge, word in ((axis.values.min(), "lower"), (axis.values.max(), "upper")):
-            if abs(value - edge) <= _EDGE * abs(edge):
+            if abs(value - edge) <= 1e-9 * abs(edge):
                 symbol = keys()[axis.key].number.quantity.symbol
                 yield f"  {symbol} is at its {word} end, {parameter(axis.key, value)}: widen the range"
 
@@ -248,7 +247,8 @@ def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
         if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
             served = f"{say.percent(row['served'])} of the {problem.counted}"
             yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"
-    for limit, value in conflict["relaxed"].items():
+    over_all = {f"limits.{limit}" for limit in conflict["relaxed"]} & {each["key"] for each in record["would_take"]}
+    for limit, value in conflict["relaxed"].items() if not over_all else ():
         toward = -np.inf if limit.startswith("min_") else np.inf
         opens = value is not None and f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
         yield opens or f"relaxing {limit} does not help"

@@ -13,7 +13,11 @@ from tendon_cli.studies.starter import TEMPLATES, starter
 from tendon_cli.studies.yaml_reading import read_yaml
 
 STUDY = b'[load]\nmass = ["0 kg", "5 kg"]\n'
-SMALLER = {"people": ["--set", "people.count=20"], "friction": ["--set", "uncertainty.draws=8"]}
+SMALLER = {
+    "people": ["--set", "people.count=20"],
+    "friction": ["--set", "uncertainty.draws=8"],
+    "robust": ["--set", "people.count=40", "--set", "uncertainty.draws=32"],
+}
 
 
 @pytest.mark.parametrize("template", TEMPLATES)

@@ -259,7 +259,7 @@ DRAWN = {"uncertainty": {"draws": 4}}
     ids=["neither", "uncertain", "drawn", "both"],
 )
 def test_it_is_said_where_doubt_is_stated_and_not_asked_for_or_the_other_way_round(content, said):
-    notes = tendon.design(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).record["notes"]
+    notes = question(tendon.study({"spring": {"stiffness": "5 kN/m"}, **content})).notes
     told = [note for note in notes if "stand at their middle" in note or "draws nothing" in note]
     assert len(told) == (said is not None)
     assert said is None or said in told[0]

@@ -63,34 +63,6 @@ def test_the_same_question_again_is_up_to_date_and_another_is_refused(tendon, st
     assert record.read_bytes() != before
 
 
-def test_a_damaged_table_is_noticed(tendon, study, workplace):
-    file = study(GOOD)
-    tendon("design", file, "--no-figures")
-    table = workplace / "results" / "suit-design" / "conditions.parquet"
-    table.write_bytes(table.read_bytes()[:-1] + b"x")
-    done = tendon("design", file, "--no-figures")
-    assert done.exit == 7
-    assert "files are missing or damaged, the first is conditions.parquet" in done.err
-    assert tendon("design", file, "--no-figures", "--overwrite").exit == 0
-
-
-def test_a_folder_of_something_else_is_left_alone(tendon, study, workplace):
-    foreign = workplace / "mine"
-    foreign.mkdir()
-    (foreign / "notes.txt").write_text("keep")
-    for words in ((), ("--overwrite",)):
-        assert tendon("design", study(GOOD), "--no-figures", "--out", "mine", *words).exit == 7
-    assert [file.name for file in foreign.iterdir()] == ["notes.txt"]
-
-
-def test_overwriting_leaves_what_is_not_of_the_answer(tendon, study, workplace):
-    tendon("design", study(GOOD), "--no-figures")
-    note = workplace / "results" / "suit-design" / "notes.txt"
-    note.write_text("keep")
-    assert tendon("design", study(SHUT), "--no-figures", "--overwrite").exit == 4
-    assert note.read_text() == "keep"
-
-
 def test_what_is_stopped_is_kept_and_resumed(study, workplace, monkeypatch, hashes_in):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 2)
     fill, stop, file = Choices.fill, threading.Event(), study(GOOD)

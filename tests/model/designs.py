@@ -25,9 +25,17 @@ BASELINE = {
 
 def design(p) -> Design:
     """The package's design of flat parameters, numbers or arrays."""
-    sides = {side: Side(**{name: p[f"{side}_{name}"] for name in SIDE}) for side in ("flexor", "extensor")}
+    worn = {"anchor_stiffness": np.inf, "spring_at_motor": False}
+    sides = {
+        side: Side(
+            **{name: p[f"{side}_{name}"] for name in SIDE},
+            **{name: p.get(f"{side}_{name}", usual) for name, usual in worn.items()},
+        )
+        for side in ("flexor", "extensor")
+    }
     anchors = Anchors(p["a1"], p["b1"], p["a2"], p["b2"], p["elbow_radius"], p["from_initial"])
-    arm = Limb(anchors, p["forearm_mass"], p["forearm_com"], p["load_distance"], p["upper_arm_angle"])
+    joint = {"stiffness": p.get("joint_stiffness", 0.0), "rest_angle": p.get("rest_angle", 0.0)}
+    arm = Limb(anchors, p["forearm_mass"], p["forearm_com"], p["load_distance"], p["upper_arm_angle"], **joint)
     rest = ("flexor_radius", "ratio", "load_mass", "unilateral")
     return Design(arm=arm, **sides, **{name: p[name] for name in rest})
 
@@ -86,3 +94,16 @@ def scattered(count: int, seed: int):
     for mass in ("forearm_mass", "load_mass"):
         p[mass] = np.where(weightless, 0.0, p[mass])
     return p, angle, some(0.5)
+
+
+def worn(count: int, seed: int):
+    """The same on real arms: what gives behind the anchors, springs at the motor, and the joint's own stiffness."""
+    p, angle, flexion = scattered(count, seed)
+    rng = np.random.default_rng([seed, 1])
+    for side in ("flexor", "extensor"):
+        soft = np.exp(rng.uniform(np.log(2e3), np.log(50e3), count))
+        p[f"{side}_anchor_stiffness"] = np.where(rng.random(count) < 0.2, np.inf, soft)
+        p[f"{side}_spring_at_motor"] = rng.random(count) < 0.5
+    p["joint_stiffness"] = np.where(rng.random(count) < 0.2, 0.0, rng.uniform(0.0, 3.0, count))
+    p["rest_angle"] = rng.uniform(-0.2, 2.0, count)
+    return p, angle, flexion

@@ -47,14 +47,19 @@ def walk_along_sheath(friction, bend_angle, toward_elbow, *, profile: Callable =
 
 
 def compliances(p: Parameters, flexion, *, profile: Callable = even):
-    """Per side: proximal over distal tension, and elongation of tendon and of spring per newton at the elbow."""
+    """Per side: proximal over distal tension, and elongation of tendon and of spring per newton at the elbow.
+
+    What gives behind the anchor counts with the spring, which may sit at the motor.
+    """
     result = {}
     for side in SIDES:
         toward_elbow = ~np.asarray(flexion) if side == "flexor" else np.asarray(flexion)
         gain, mean = walk_along_sheath(p[f"{side}_friction"], p[f"{side}_bend_angle"], toward_elbow, profile=profile)
         section = np.pi * (p[f"{side}_diameter"] / 2) ** 2
         tendon = mean * p[f"{side}_length"] / (section * p[f"{side}_youngs_modulus"])
-        result[side] = gain, tendon, 1 / p[f"{side}_spring_stiffness"] + 0.0 * tendon
+        at_end = np.where(p.get(f"{side}_spring_at_motor", False), gain, 1.0)
+        spring = at_end / p[f"{side}_spring_stiffness"] + 1 / p.get(f"{side}_anchor_stiffness", np.inf)
+        result[side] = gain, tendon, spring + 0.0 * tendon
     return result
 
 
@@ -83,8 +88,8 @@ def travels(p, angle):
 
 
 def weight_moment(p, angle):
-    """Moment about the elbow that the weights of forearm and load must be held with."""
-    total = 0.0
+    """Moment about the elbow that the weights of forearm and load, and the joint itself, must be held with."""
+    total = p.get("joint_stiffness", 0.0) * (angle - p.get("rest_angle", 0.0))
     for mass, distance in ((p["forearm_mass"], p["forearm_com"]), (p["load_mass"], p["load_distance"])):
         total += mass * 9.81 * turned((0.0, -distance), angle + p["upper_arm_angle"])[0]
     return total

@@ -9,15 +9,16 @@ from tendon_cli.model import actuator
 from tendon_cli.model.statics import STATUS_NAMES
 
 from . import rig
-from .designs import baseline, design, scattered
+from .designs import baseline, design, scattered, worn
 
 COUNT = 2400
 TIGHT = 1e-9
 
 
-@pytest.fixture(scope="module")
-def drawn():
-    return scattered(COUNT, seed=20240)
+@pytest.fixture(scope="module", params=[(scattered, COUNT), (worn, 800)], ids=["ideal", "worn"])
+def drawn(request):
+    draw, count = request.param
+    return draw(count, seed=20240)
 
 
 @pytest.fixture(scope="module")
@@ -67,9 +68,12 @@ def test_the_draw_holds_every_kind_of_state_in_both_directions_and_models(drawn,
         (bool(u), bool(f), outcome.status) for u, f, outcome in zip(p["unilateral"], flexion, outcomes, strict=True)
     )
     rare = min(kinds[u, f, name] for u in (True, False) for f in (True, False) for name in STATUS_NAMES)
-    assert rare >= 12, kinds
+    share = len(flexion) / COUNT
+    assert rare >= (12 if share == 1.0 else 0), kinds
     for name in STATUS_NAMES:
-        assert sum(kinds[u, f, name] for u in (True, False) for f in (True, False)) >= 80, kinds
+        assert sum(kinds[u, f, name] for u in (True, False) for f in (True, False)) >= (80 if share == 1.0 else 5), (
+            kinds
+        )
 
 
 def test_the_rig_finds_the_same_kind_of_state(state, outcomes):
@@ -98,7 +102,8 @@ def test_the_rig_finds_the_same_sheath(drawn, state, side):
     np.testing.assert_allclose(found.capstan, 1 / gain, rtol=1e-11)
     np.testing.assert_allclose(found.tendon, tendon, rtol=1e-11)
     np.testing.assert_allclose(found.compliance, tendon + spring, rtol=1e-11)
-    np.testing.assert_allclose(found.spring * p[f"{side}_spring_stiffness"], 1.0, rtol=1e-14)
+    if "joint_stiffness" not in p:
+        np.testing.assert_allclose(found.spring * p[f"{side}_spring_stiffness"], 1.0, rtol=1e-14)
 
 
 def test_the_rig_finds_the_same_spool_angle(drawn, state, outcomes, largest):
@@ -116,7 +121,7 @@ def test_the_rig_finds_the_same_loose_path_also_where_both_tendons_are_slack(dra
     found = np.where(unilateral, state.balance.loose, np.nan)
     assert_same(found, column(outcomes, "loose"), largest["length"])
     both = unilateral & (column(outcomes, "loose") > 0) & np.isnan(column(outcomes, "spool_angle"))
-    assert both.sum() >= 40
+    assert both.sum() >= (40 if len(both) == COUNT else 5)
 
 
 def test_in_the_bilateral_model_no_path_is_loose(drawn, state):
@@ -139,7 +144,7 @@ def test_re_solving_with_the_motor_held_gives_the_same_elbow_stiffness(state, ou
 
 def test_vectors_give_the_same_paths_travels_moment_arms_and_weights(drawn, state):
     p, angle, _ = drawn
-    rows = [rig.row(p, i) for i in range(COUNT)]
+    rows = [rig.row(p, i) for i in range(len(angle))]
     path, moment_arm = np.array([rig.line_of_action(one, at) for one, at in zip(rows, angle, strict=True)]).T
     shorter, longer = np.array([rig.travels(one, at) for one, at in zip(rows, angle, strict=True)]).T
     weight = np.array([rig.weight_moment(one, at) for one, at in zip(rows, angle, strict=True)])
@@ -154,7 +159,7 @@ def test_vectors_give_the_same_paths_travels_moment_arms_and_weights(drawn, stat
 
 def test_without_equilibrium_nothing_but_the_motion_is_a_number(state):
     lost = ~(state.motion.flexor_moment_arm > 0)
-    assert lost.sum() >= 80
+    assert lost.sum() >= (80 if len(lost) == COUNT else 20)
     for found in (
         state.balance.flexor, state.balance.extensor, state.balance.loose, state.flexor_tension_proximal,
         state.extensor_tension_proximal, state.flexor_slack, state.extensor_slack, state.elbow_torque,

@@ -9,7 +9,6 @@ import tendon_cli as tendon
 from tendon_cli import say
 from tendon_cli.answers import fixes, uncertainty
 from tendon_cli.answers import population as population_module
-from tendon_cli.answers.candidates import of_columns
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.studies.load import study_from
@@ -95,25 +94,6 @@ def test_for_very_many_what_would_fix_it_is_worked_out_for_some_and_said(monkeyp
     note = "what would help is worked out for 20 of the 100 persons: those that bind, and others at random"
     assert note in found.record["notes"]
     assert any(fix["after"] is not None for fix in found.fixes)
-
-
-@pytest.mark.parametrize("serve", [1.0, 0.95, 0.5])
-@pytest.mark.parametrize("people", [{"people": {"count": 200}}, {"load": {"mass": np.linspace(0, 8, 90).tolist()}}])
-def test_trying_few_conditions_first_changes_nothing(serve, people):
-    motion = {"elbow_angle": {"from": 0.0, "to": "90 deg", "num": 5}}
-    loads = {"load": {"mass": [0.0, 5.0]}} | people
-    problem = question(tendon.study({"motion": motion, "design": {"serve": serve}, **loads}))
-    choice = of_columns(problem, {}, 1)
-    staged = fixes.Trials.of(problem, choice)
-    whole = fixes.Trials(problem, staged.numbers, ((problem, 1.0),))
-    assert len(staged.stages) == 3
-    values = np.random.default_rng(1).uniform(0.2, 3.0, 150)
-    expected, _ = whole.tried("spool.ratio", values, at_once=150)
-    assert 0 < expected.sum() < len(values)
-    np.testing.assert_array_equal(staged.tried("spool.ratio", values, at_once=150)[0], expected)
-    for at in range(0, 150, 25):
-        first, _ = staged.first("spool.ratio", values[at : at + 25])
-        assert first == (int(np.argmax(expected[at : at + 25])) if expected[at : at + 25].any() else None)
 
 
 DOUBT = {

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tendon_cli.answers.population import person_of
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.errors import StudyError
@@ -102,7 +103,7 @@ def test_few_persons_meet_every_draw_and_a_share_is_of_the_pairs(tmp_path):
     low, high = windows(problem)
     serves = [((low <= at) & (at <= high)).reshape(3, 64).mean(axis=1) @ [0.75, 0.25, 0.0] for at in np.sort(low)]
     assert 0.0 < found["served"][0] == pytest.approx(max(serves), abs=1e-12)
-    np.testing.assert_array_equal(problem.person_of(np.arange(192)), np.repeat(np.arange(3), 64))
+    np.testing.assert_array_equal(person_of(problem, np.arange(192)), np.repeat(np.arange(3), 64))
 
 
 def test_one_person_with_draws_is_as_their_arm_typed_in_with_draws(tmp_path):
