@@ -170,10 +170,8 @@ class Motor:
         # A parabola in the load, as torque and speed are lines in it.
         with np.errstate(divide="ignore", invalid="ignore"):
             top = -0.5 * (torque / (more - torque) + turning / (faster - turning))
-        top = np.clip(np.nan_to_num(top), 0.0, 1.0)
-        return np.asarray(
-            np.fmax(power, forward * (torque + top * (more - torque)) * (turning + top * (faster - turning)))
-        )
+            most = forward * (torque + top * (more - torque)) * (turning + top * (faster - turning))
+        return np.where((top > 0.0) & (top < 1.0), np.fmax(power, most), power)
 
     @cached_property
     def _of_loads(self) -> tuple[tuple[Lines, Lines], tuple[Lines, Lines]]:
