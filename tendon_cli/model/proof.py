@@ -190,6 +190,7 @@ def enclosed(
         extensor=extensor,
         design=design,
         motion=SimpleNamespace(flexor_path=path),
+        speed=None,
         coupling=SimpleNamespace(
             ratio=design.ratio, extensor_arm=extensor_arm, moment_arm=arm,
             flexor_compliance=flexor.compliance, extensor_compliance=given,
