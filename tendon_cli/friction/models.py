@@ -25,6 +25,9 @@ explains the readings by what cancels."""
 _EXACT = 1e-3
 """No rig keeps to the formula more closely than 0.1 % of its log ratio; less scatter than that is no evidence. What a
 rig departs by is the same in every stroke: it counts as that of one stroke each way, however many there are."""
+_ENOUGH = 40
+"""Strokes beyond which a log has no more evidence of an effect: what a rig departs by repeats itself in each of them.
+A log of 40 strokes and ten copies of it in a row find the same effects."""
 _ALIKE = 0.8
 """Largest correlation of successive points that is believed."""
 _STEPS = 8
@@ -135,7 +138,7 @@ def fit_model(points: Points, effects: tuple[str, ...], priors: dict[str, float]
             if step > 3 and np.all(np.abs(zeros - before) <= 1e-9 * limit):
                 break
     pull = inverse[0] @ gram[:unknown, unknown + 1 :]
-    evidence = line.loglik - 0.5 * cost - sum(_STRICT[name] for name in effects)
+    evidence = line.loglik * min(1.0, _ENOUGH / points.strokes) - 0.5 * cost - sum(_STRICT[name] for name in effects)
     if at == 2:
         evidence -= 0.5 * (float(values[1]) / _GAIN) ** 2
     return EffectModel(

@@ -224,3 +224,14 @@ def test_without_a_bend_angle_the_answer_is_their_product(csv_file) -> None:
     assert (bare.friction, bare.standard_error, bare.interval_95) == (None, None, None)
     assert bare.friction_bend == pytest.approx(fit.friction_bend, rel=1e-12)
     assert bare.friction_bend_interval_95 == pytest.approx(fit.friction_bend_interval_95, rel=1e-9)
+
+
+@pytest.mark.parametrize(("seed", "rows"), [(1, 60), (1, 200), (2, 60)])
+def test_more_of_the_same_is_no_evidence_of_an_effect(seed: int, rows: int) -> None:
+    rig = Rig(0.1, strokes=40, rows_per_stroke=rows, rows_at_rest=8, noise=0.002, load_spring=0.3, pieces=12)
+    log = simulate(rig, seed)
+    motor, load = log.motor_cell[:, 0], log.load_cell[:, 0]
+    fits = [fit_friction({"motor": np.tile(motor, n), "load": np.tile(load, n)}, "144 deg") for n in (1, 10)]
+    for fit in fits:
+        assert fit.friction == pytest.approx(rig.friction, rel=0.01)
+        assert not fit.warnings
