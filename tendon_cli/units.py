@@ -195,7 +195,7 @@ def _find_unit(symbol: str, dimension: str, expected: str) -> Unit:
         same_but_case = [known for known in UNITS if known.lower() == symbol.lower()]
         near = same_but_case or difflib.get_close_matches(symbol, known_units(dimension), n=1)
         hint = f'did you mean "{near[0]}"?' if near else f"known units: {', '.join(known_units(dimension))}"
-        if any(sign.isdigit() for sign in symbol):
+        if not same_but_case and any(sign.isdigit() for sign in symbol):
             hint = "only one number may stand in the text; several stand in a list, a range as { from, to, num }"
         raise UnitError(f'unknown unit "{shorten(symbol)}", expected {expected}', hint)
     if unit.dimension != dimension:

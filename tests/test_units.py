@@ -33,7 +33,8 @@ DEFINED = {
     "N m/rad": "1", "N·m/rad": "1",
     "s": "1", "ms": "1/1000", "min": "60", "h": "3600",
     "rad": "1", "mrad": "1/1000",
-    "rad/s": "1", "W": "1", "mW": "1/1000", "kW": "1000", "J": "1", "mJ": "1/1000", "kJ": "1000",
+    "kg m2": "1", "kg m^2": "1", "kg m²": "1", "kg·m²": "1", "kg cm2": "1/10000", "g cm2": "1/10000000",
+    "Hz": "1", "rad/s": "1", "W": "1", "mW": "1/1000", "kW": "1000", "J": "1", "mJ": "1/1000", "kJ": "1000",
 }  # fmt: skip
 TURNS = {"deg": Fraction(1, 360), "°": Fraction(1, 360), "rev": Fraction(1),
          "deg/s": Fraction(1, 360), "°/s": Fraction(1, 360), "rpm": Fraction(1, 60), "rev/s": Fraction(1)}  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+from pydantic_core import PydanticCustomError
 
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
@@ -20,6 +21,7 @@ from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import keys
+from tendon_cli.units import described
 
 _FEW = 6
 """Up to so many values each one has its tick."""
@@ -143,7 +145,11 @@ def off_default(study: Mapping[str, Any], named: Collection[str], units: Mapping
             texts.append(plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study"))
             continue
         shown = Shown.of(number_of.column, number_of.number.quantity, units)
-        read: Any = number_of.number.read(value)
+        try:
+            read: Any = number_of.number.read(value)
+        except PydanticCustomError:  # a table whose study somebody changed
+            texts.append(plain(f"{key} = {described(value)}"))
+            continue
         values = getattr(read, "array", None)
         if values is None:  # a curve over the angle
             texts.append(f"{shown.symbol} over the angle")

@@ -110,7 +110,7 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
     if kind == "tuple_type" and _names_in(path):
         return f"{given} is not a list, expected a list of tables", f"in TOML, each of them starts with [[{path[-1]}]]"
     problems = {
-        "missing": f"is missing, each entry of {path[0]} needs it",
+        "missing": f"is missing, each entry of {path[0] if path else 'the study'} needs it",
         "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ - (64 at most)",
         "string_type": f"{given} is not text, expected text in quotes",
         "string_unicode": "holds a sign that is not Unicode, expected text",

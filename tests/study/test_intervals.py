@@ -71,10 +71,14 @@ def test_a_sweep_has_no_values_to_take_from_an_interval():
     assert '{ from = "0 kg", to = "10 kg", num = 5 }' in str(caught.value)
 
 
-def test_a_window_of_a_box_holds_at_its_corners():
+def test_a_window_of_a_box_holds_at_its_corners_and_for_every_posture_between():
     box = {"sheath__friction": (0.05, 0.09), "arm__upper_arm_angle": ("-15 deg", "15 deg")}
     low, high = window(study(**{key: {"from": a, "to": b} for key, (a, b) in box.items()}))
-    assert (low, high) == pytest.approx(window(_corners(box)), rel=1e-12)
+    outer_low, outer_high = window(_conditions(box))
+    assert outer_low < low
+    assert high <= outer_high * (1.0 + 1e-12)
+    between = window(_conditions(box | {"arm__upper_arm_angle": [f"{angle} deg" for angle in range(-15, 16)]}))
+    assert (low, high) == pytest.approx(between, rel=1e-4)
 
 
 def test_a_smaller_interval_of_loads_leaves_more():
@@ -84,10 +88,10 @@ def test_a_smaller_interval_of_loads_leaves_more():
     assert inner_high >= high
 
 
-def _corners(box):
-    """The study whose conditions are the corners of a box."""
-    asked = study(**{key: [*ends] for key, ends in box.items()})
-    return asked.vary(**{"design.conditions": [key.replace("__", ".") for key in box]})
+def _conditions(values):
+    """The study whose conditions are all combinations of these values."""
+    asked = study(**{key: [*each] for key, each in values.items()})
+    return asked.vary(**{"design.conditions": [key.replace("__", ".") for key in values]})
 
 
 # --- Where a spring sits ---------------------------------------------------------------------------------------------
