@@ -317,20 +317,26 @@ def between_record(problem: Problem, chosen: Solutions) -> dict[str, Any]:
 
 
 def curves_of(problem: Problem, choice: Solutions) -> dict[str, Any]:
-    """One choice over the elbow angle (rad): what each limit asks for, N, over all conditions and both directions.
+    """One choice over the elbow angle (rad): what each limit asks for, N, over both directions and all conditions.
 
-    `lower` and `upper` have by limit the least and the largest pretensions, null where it asks for nothing; `samples`
-    are the study's angles. Limits on the whole motion have no curve.
+    If some conditions are not served at its pretension, only those that are count (`all_conditions`). `lower` and
+    `upper` have by limit the least and the largest pretensions, null where it asks for nothing; `samples` are the
+    study's angles. Limits on the whole motion have no curve.
     """
     lower, upper = dict[str, Array](), dict[str, Array]()
-    numbers = numbers_of(problem, choice.columns)
-    for _, _, design in problem.chunks(numbers, 1):
-        some = end_curves(design, problem.angles, problem.flexion, problem.bounds)
+    numbers, pretension = numbers_of(problem, choice.columns), choice["pretension"][:1]
+    ends = problem.ends(numbers, 1)
+    serves = (ends.low <= pretension) & (pretension <= ends.high)
+    counts = serves if serves.any() else ~serves
+    for _, conditions, design in problem.chunks(numbers, 1):
+        held = counts[:, conditions, np.newaxis, np.newaxis]
+        some = end_curves(design, problem.angles, problem.flexion, problem.bounds, held)
         for whole, part, tighter in zip((lower, upper), some, (np.maximum, np.minimum), strict=True):
             whole |= {name: tighter(values, whole.get(name, values)) for name, values in part.items()}
     return {
         "elbow_angle": problem.angles.ravel().tolist(),
         "samples": np.unique(problem.study.angles).tolist(),
+        "all_conditions": bool(counts.all()),
         "lower": {name: _listed(values) for name, values in lower.items()},
         "upper": {name: _listed(values) for name, values in upper.items()},
     }

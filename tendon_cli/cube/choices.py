@@ -71,3 +71,11 @@ def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Val
         limits = limits if np.isfinite(low[place]) else limits[:1]
         texts[place] = say.conflict_label(limits, bounds) if limits else "no window"
     return texts
+
+
+def lines_text(curves: Mapping[str, Any], pretension: float) -> str:
+    """What the lines over the angle stand for, that each limit of the choice named first has."""
+    if curves["all_conditions"]:
+        return "Each line is the worst of all conditions and both directions."
+    at = say.quantity("pretension", pretension)
+    return f"Each line is the worst of the conditions that {at} serves; at the ends of the window others are served."

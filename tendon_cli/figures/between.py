@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.choices import bounds_of
+from tendon_cli.cube.choices import bounds_of, lines_text
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.engine import Axes, Line2D, Patch
@@ -38,7 +38,7 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         for at, name in enumerate(dict.fromkeys((*lower, *upper)))
     }
     proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
-    notes = ["Each line is the worst of all conditions and both directions.", *([f"{proof}."] if proof else [])]
+    notes = [lines_text(curves, float(chosen["pretension"])), *([f"{proof}."] if proof else [])]
     what = choice_text(cube, chosen)
     title = ", ".join(filter(None, ("the window over the angle", what)))
     page = answer_page(
@@ -79,8 +79,8 @@ def _key() -> list[Any]:
     return [
         Line2D([], [], color=INK, linewidth=_BOUND["linewidth"], label="thick: binds at that angle"),
         Line2D([], [], color=INK, marker="o", markersize=3.0, linestyle="", label="angle of the study"),
-        Patch(facecolor=_WINDOW, label="window: does at every angle"),
-        Patch(facecolor=_THERE, label="does at that angle"),
+        Patch(facecolor=_WINDOW, label="window: works at every angle"),
+        Patch(facecolor=_THERE, label="works at that angle"),
     ]
 
 
@@ -91,7 +91,7 @@ def _mark_end(panel: Axes, chosen: Mapping[str, Any], end: str, value: float) ->
     panel.plot([at], [value], clip_on=False, zorder=6, **sign)
     left, right = panel.get_xlim()
     align, shift = ("right", -8) if at > (left + right) / 2.0 else ("left", 8)
-    text, place = f"{say.number(value)} N at {say.number(at, 3)}°", (shift, 9 if end == "from" else -9)
+    text, place = f"{say.number(value)} N at {say.number(at, 3)}°", (shift, -9 if end == "from" else 9)
     panel.annotate(text, (at, value), xytext=place, textcoords="offset points", ha=align, va="center", size=7.0,
                    zorder=7, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8})  # fmt: skip
 

@@ -15,6 +15,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import taken
+from tendon_cli.model.setting import shown
 from tendon_cli.model.window import Positions, ends_of_states, slack_codes
 
 ANGLES = 91
@@ -33,11 +34,12 @@ def grid(elbow_angle: Array) -> Array:
 
 
 def end_curves(
-    design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds
+    design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds, counts: Flags
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """What each limit on states asks for at each angle, N: the least pretensions, and the largest, by its name.
 
-    Over all designs and directions; infinite where a limit asks for nothing. Angles are (1, K), the results (K,).
+    Over both directions and the designs that count (their shape, then (1, 1)), as their pretension is read; infinite
+    where a limit asks for nothing. Angles are (1, K), the results (K,).
     """
     at = Situation.of(design, elbow_angle, flexion)
     required, slack = at.response.required, slack_codes(at)
@@ -46,7 +48,8 @@ def end_curves(
     ends = [*slack_ends, *(each[:4] for each in ends_of(at, bounds))]
     for code, end, is_lower, gain in ends:
         for of_limits, holds, sign in zip(curves, (is_lower, ~is_lower), (1.0, -1.0), strict=True):
-            asked = np.where(holds & (gain != 0.0) & ~np.isnan(required), sign * (required + end), -np.inf)
+            asks = counts & holds & (gain != 0.0) & ~np.isnan(required)
+            asked = np.where(asks, sign * shown(design, required + end), -np.inf)
             most = asked.reshape(-1, asked.shape[-1]).max(axis=0)
             if np.any(most > -np.inf):
                 name = LIMIT_NAMES[code]

@@ -13,7 +13,7 @@ from tendon_cli import say
 from tendon_cli.answers.question import question
 from tendon_cli.answers.words import population_share
 from tendon_cli.cube.axes import evenly, thinned
-from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, position
+from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, lines_text, position
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
@@ -213,7 +213,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
     return {
         "angles": angle.round(6).tolist(), "lines": lines, "window": [low, high], "top": top,
         "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
-        "says": f"{says}Each line is the worst of all conditions and directions; shaded is what does at every angle.",
+        "says": f"{says}{lines_text(curves, best['pretension'])} Shaded is what works at every angle.",
     }  # fmt: skip
 
 

@@ -52,6 +52,32 @@ def test_the_window_is_what_the_lines_leave_at_all_angles(answer: tendon.Answer)
     assert "knee unstable" in words(figure)
 
 
+TILTED = ["-40 deg", "0 deg", "40 deg"]
+
+
+@pytest.mark.parametrize(
+    ("more", "of_all"),
+    [
+        ({"setting": {"read": "flexor at joint"}, "design": {"conditions": ["load.mass"]}}, True),
+        ({"arm": {"upper_arm_angle": TILTED, "forearm_mass": "9 kg"},
+          "design": {"conditions": ["load.mass", "arm.upper_arm_angle"], "serve": 0.5}}, False),
+    ],
+)  # fmt: skip
+def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object], *, of_all: bool) -> None:
+    content: dict[str, object] = {
+        "spring": {"stiffness": "8 kN/m"}, "spool": {"ratio": 0.5}, "load": {"mass": ["0 kg", "5 kg"]},
+        "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
+    }  # fmt: skip
+    answer = tendon.design({**content, **more})
+    curves, best = answer.record["between_samples"]["curves"], answer.record["best"]
+    lower, upper = (np.array(list(curves[side].values()), dtype=np.float64) for side in ("lower", "upper"))
+    assert np.nanmax(lower) <= best["pretension"] <= np.nanmin(upper)
+    assert curves["all_conditions"] == of_all
+    if of_all:
+        assert np.nanmax(lower) == pytest.approx(best["pretension_from"], rel=1e-3)
+        assert np.nanmin(upper) == pytest.approx(best["pretension_to"], rel=1e-3)
+
+
 def test_the_command_and_the_page_show_it_too(answer: tendon.Answer, tmp_path: Path) -> None:
     page = tendon.report(answer, tmp_path / "page.html").read_text(encoding="utf-8")
     data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
