@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.cube.choices import bounds_of, conflicts_of, position, value_text
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
@@ -79,7 +80,17 @@ def answer_page(
     study = f"{record['name']} {record['study_hash'][:12]}"
     given = off_default(record["study"], [axis.column for axis in cube.axes], {})
     asked = [f"With {', '.join(given)}; all else by default."] if given else []
-    return framed(f"{named}: {title}", panels, key, [*notes, *asked], study=study)
+    return framed(f"{named}: {title}", panels, key, [*notes, *_bench_text(record["best"]), *asked], study=study)
+
+
+def _bench_text(best: Mapping[str, Any] | None) -> list[str]:
+    """What the choice named first is set to."""
+    ends = ("set_flexor_tension", "set_extensor_tension", "set_flexor_tension_motor", "set_extensor_tension_motor")
+    if best is None or any(best.get(name) is None for name in ends):
+        return []
+    flexor, extensor, *motor = (say.quantity(name, best[name], 4) for name in ends)
+    joint = f"{flexor} in the flexor and {extensor} in the extensor at the joint"
+    return [f"The best is set to {joint}, {' and '.join(motor)} at the motor."]
 
 
 def star(**more: Any) -> Line2D:
