@@ -73,9 +73,11 @@ def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Val
     return texts
 
 
-def lines_text(curves: Mapping[str, Any], pretension: float) -> str:
-    """What the lines over the angle stand for, that each limit of the choice named first has."""
-    if curves["all_conditions"]:
-        return "Each line is the worst of all conditions and both directions."
-    at = say.quantity("pretension", pretension)
-    return f"Each line is the worst of the conditions that {at} serves; at the ends of the window others are served."
+def lines_texts(between: Mapping[str, Any], pretension: float) -> tuple[str, str]:
+    """What the lines over the angle stand for, that each limit of the choice named first has, and what is proved."""
+    proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
+    stand = "Each line is the worst of all conditions and both directions."
+    if not between["curves"]["all_conditions"]:
+        served = f"that {say.quantity('pretension', pretension)} serves"
+        stand = f"Each line is the worst of the conditions {served}; at the ends of the window others are served."
+    return stand, f"{proof}." if proof else ""

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.choices import bounds_of, lines_text
+from tendon_cli.cube.choices import bounds_of, lines_texts
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.engine import Axes, Line2D, Patch
@@ -37,8 +37,7 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         name: {"color": OKABE_ITO[at % len(OKABE_ITO)], "label": say.limit_words(name, bounds).label}
         for at, name in enumerate(dict.fromkeys((*lower, *upper)))
     }
-    proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
-    notes = [lines_text(curves, float(chosen["pretension"])), *([f"{proof}."] if proof else [])]
+    notes = [*filter(None, lines_texts(between, float(chosen["pretension"])))]
     what = choice_text(cube, chosen)
     title = ", ".join(filter(None, ("the window over the angle", what)))
     page = answer_page(

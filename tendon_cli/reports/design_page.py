@@ -13,7 +13,7 @@ from tendon_cli import say
 from tendon_cli.answers.question import question
 from tendon_cli.answers.words import population_share
 from tendon_cli.cube.axes import evenly, thinned
-from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, lines_text, position
+from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, lines_texts, position
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
@@ -208,12 +208,11 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
         for limit, each in zip(curves[name], values, strict=True):
             shown = [float(f"{value:.6g}") if 0.0 <= value <= 1.02 * top else None for value in each]
             lines.append({"label": say.limit_words(limit, bounds).label, "end": end, "values": shown})
-    proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
-    says = f"{proof}. " if proof else ""
+    stand, proof = lines_texts(between, best["pretension"])
     return {
         "angles": angle.round(6).tolist(), "lines": lines, "window": [low, high], "top": top,
         "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
-        "says": f"{says}{lines_text(curves, best['pretension'])} Shaded is what works at every angle.",
+        "says": f"{proof} {stand} Shaded is what works at every angle.".lstrip(),
     }  # fmt: skip
 
 
