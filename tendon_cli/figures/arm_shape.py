@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.errors import UsageError
 from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import case_axis, number_axis, single_numbers
-from tendon_cli.studies.fields import nearest
+from tendon_cli.studies.axes import case_axis, case_place, number_axis, single_numbers
 from tendon_cli.studies.study import Study
-from tendon_cli.units import shorten
 
 Points = npt.NDArray[np.float64]
 
@@ -89,12 +85,11 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     """
     keys = {name: f"arm.{name}" for name in (*_ANCHORS, "forearm_com", "load_distance", "upper_arm_angle")}
     keys |= {"flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
-    chosen = chosen_case(study, case)
+    at = None if case is None else case_place(study, case)
     axes = [number_axis(study, key) for key in study.axes if key in keys.values()]
-    cases = [case_axis(study)] if chosen is not None else []
+    cases = [case_axis(study)] if at is not None else []
     space = Space((*cases, *axes), single_numbers(study))
-    at = study.cases.index(chosen) if chosen is not None else 0
-    first = tuple(slice(at, at + 1) if axis in cases else slice(0, 1) for axis in space.axes)
+    first = tuple(slice(at, at + 1) if at is not None and axis in cases else slice(0, 1) for axis in space.axes)
     sizes, remarks = {}, []
     for name, key in keys.items():
         values = space.number(key)
@@ -103,22 +98,10 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
             f"{key} has {space.shape[axis]} values, the first is drawn."
             for axis in values.axes if space.axes[axis] in axes and space.shape[axis] > 1
         ]  # fmt: skip
-    if study.cases and chosen is None:
+    if study.cases and at is None:
         remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
     anchors = Anchors(*(sizes.pop(name) for name in _ANCHORS))
     return ArmSizes(anchors, **sizes, remarks=tuple(remarks))
-
-
-def chosen_case(study: Study, case: str | None) -> Any:
-    """The case of this name, or none; raises UsageError where the study has no such case."""
-    if case is None:
-        return None
-    names = [getattr(each, "name", "") for each in study.cases]
-    if case not in names:
-        listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
-        hint = nearest(case, names) or listed
-        raise UsageError(f'there is no case "{shorten(case)}"', where="--case", hint=hint)
-    return study.cases[names.index(case)]
 
 
 def _direction(angle: float) -> Points:

@@ -14,11 +14,11 @@ import numpy.typing as npt
 from tendon_cli.cube.labels import number
 from tendon_cli.errors import InputError
 from tendon_cli.figures.arm import arm_page
-from tendon_cli.figures.arm_shape import chosen_case
 from tendon_cli.figures.engine import Axes, mpl
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, SEQUENTIAL, house_style
 from tendon_cli.space.axis import SIDES
+from tendon_cli.studies.axes import case_place
 from tendon_cli.studies.load import load_study
 from tendon_cli.studies.reading import read_document
 from tendon_cli.studies.route import MAX_BYTES, read_route, smooth
@@ -140,8 +140,7 @@ def draw_geometry(
 
 def _routes(study: Study, file: Path, settings: tuple[str, ...], case: str | None) -> Iterator[tuple[str, Page]]:
     """The route of both sheaths, or of either side, each with the end of its file's name."""
-    chosen = chosen_case(study, case)
-    of_case = f"cases.{study.cases.index(chosen)}." if chosen is not None else ""
+    of_case = "" if case is None else f"cases.{case_place(study, case)}."
     for side in ("", *SIDES):
         key = ".".join(filter(None, ("sheath", side, "path")))
         key = f"{of_case}{key}" if f"{of_case}{key}" in study.sources else key

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import textwrap
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,14 +19,12 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.statics import NO_EQUILIBRIUM, STATUS_NAMES
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.space.axis import CASE_AXIS
-from tendon_cli.state_page.lines import PageLine, PageSection, null_if_nan, one, sections_of
-from tendon_cli.state_page.motor import cycle_results, cycle_section, motor_section, reversal_section
-from tendon_cli.studies.fields import nearest
+from tendon_cli.state_page.lines import PageLine, cycle_lines, motor_lines, one, reversal_lines, state_lines
+from tendon_cli.studies.axes import case_place
 from tendon_cli.studies.load import AnyStudy, any_study
-from tendon_cli.studies.people.person import Step, Worn, with_numbers, worn_by
+from tendon_cli.studies.people.person import Worn, with_numbers, worn_by
 from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import drawn
-from tendon_cli.units import shorten
 
 
 @dataclass(frozen=True, repr=False)
@@ -36,7 +34,7 @@ class StatePage(Displayed):
     title: str
     notes: tuple[str, ...]
     status: str
-    sections: tuple[PageSection, ...]
+    lines: tuple[PageLine, ...]
     columns: dict[str, float | None]
     study: Study
     """Whose arm it is."""
@@ -47,25 +45,16 @@ class StatePage(Displayed):
         """The page for a terminal."""
         wrap = partial(textwrap.fill, width=80, initial_indent="  ", subsequent_indent="   ", break_on_hyphens=False)
         parts = [self.title, *(wrap(f"({note})") for note in self.notes)]
-        for section in self.sections:
-            parts += ["", section.title, *(line.text for line in section.lines)]
+        for section, lines in itertools.groupby(self.lines, key=lambda line: line.section):
+            parts += ["", section, *(line.text for line in lines)]
         return "\n".join([*parts, "", f"Status: {self.status}"])
 
     @property
     def record(self) -> dict[str, Any]:
         """The page for a program."""
-        lines = [
-            {"section": section.title, "symbol": line.symbol, "formula": line.formula,
-             "values": [*map(null_if_nan, line.values)], "unit": line.unit, "source": line.source}
-            for section in self.sections for line in section.lines
-        ]  # fmt: skip
-        return {
-            "title": self.title,
-            "notes": list(self.notes),
-            "status": self.status,
-            "results": self.columns,
-            "lines": lines,
-        }
+        lines = [{**asdict(line), "values": [*map(_null_if_nan, line.values)]} for line in self.lines]
+        about = {"title": self.title, "notes": list(self.notes), "status": self.status}
+        return {**about, "results": self.columns, "lines": lines}
 
 
 def state_page(
@@ -82,33 +71,38 @@ def state_page(
     >>> page.status, round(page.columns["motor_torque"], 4)
     ('taut', 0.3892)
     """
-    study, plot = any_study(study), None if plot is None else result_path(plot)
+    study, target = any_study(study), None if plot is None else result_path(plot)
     names = study.people.nominal.names if study.people is not None else ()
     nominal, of_draw = _nominal(study) if draw is None else _drawn(study, draw)
     worn = worn_by(nominal, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else nominal)
     block = _only_state(plan, case)
-    state = State.of(plan.inputs(block))
-    angle = float(np.degrees(plan.elbow_angles[0]))
-    load = one(state.inputs.design.load_mass)
+    state, angle = State.of(plan.inputs(block)), float(plan.elbow_angles[0])
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
-    sections = [*(_from_body(worn) if worn is not None else ()), *sections_of(state, angle, table)]
+    lines = [*(_from_body(worn) if worn is not None else ()), *state_lines(state, angle, table)]
     status = STATUS_NAMES[int(state.status.flat[0])]
     has_equilibrium = int(state.status.flat[0]) != NO_EQUILIBRIUM
     if has_equilibrium:
-        sections += _of_the_motor(plan, state, reversal=reversal, plot=plot)
+        lines += _of_the_motor(plan, state, reversal=reversal)
     else:
         status += f": {_no_equilibrium(one(state.coupling.elbow_torque))}"
-        if plot is not None:
-            hint = "--set 'motion.elbow_angle=60 deg' chooses another state"
-            raise UsageError("this state has no equilibrium, so there is no motor to draw", where="--plot", hint=hint)
-    columns = {name: null_if_nan(one(values)) for name, values in state.columns().items()}
+    if target is not None:
+        from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
+
+        draw_motor(target, state, plan, turns=reversal)
+    columns = {name: _null_if_nan(one(values)) for name, values in state.columns().items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names[1:] else []
+    load = one(state.inputs.design.load_mass)
     return StatePage(
-        f"{study.name}: {plan.directions[0]} at {angle:.6g} deg, load {load:.6g} kg",
-        (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(sections), columns,
+        f"{study.name}: {plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg",
+        (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(lines), columns,
         plan.study, has_equilibrium,
     )  # fmt: skip
+
+
+def _null_if_nan(value: float) -> float | None:
+    """As JSON has it."""
+    return None if np.isnan(value) else value
 
 
 def _nominal(study: Study) -> tuple[Study, list[str]]:
@@ -141,43 +135,29 @@ def _no_equilibrium(elbow_torque: float) -> str:
     return "J is not above zero, so a balance may exist, but need not be the only one; the model does not answer"
 
 
-def _of_the_motor(plan: Plan, state: State, *, reversal: bool, plot: Path | None) -> list[PageSection]:
-    """The motor's sections: what a speed adds, and what a turn does; both drawn into `plot`."""
-    flexion, design, sections, loss = plan.directions[0] == "flexion", state.inputs.design, [], None
-    speed = plan.study.motion.speed
+def _of_the_motor(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]:
+    """What a speed adds, and what a turn does."""
+    flexion, speed, lines = plan.directions[0] == "flexion", plan.study.motion.speed, []
     if speed is not None:
-        results = cycle_results(design, plan, speed.single)
-        sections += [motor_section(design, state, speed.single, flexion=flexion), cycle_section(results, speed.single)]
-        loss = results["friction_loss"]
-    if reversal:
-        sections.append(reversal_section(design, state, float(plan.elbow_angles[0]), flexion=flexion))
-    if plot is not None:
-        from tendon_cli.state_page.plot import draw_motor  # only who draws pays for its import
-
-        draw_motor(plot, design, state, plan, loss=loss, turns=reversal)
-    return sections
+        lines += motor_lines(state, speed.single, flexion=flexion)
+        lines += cycle_lines(state.inputs.design, plan, speed.single)
+    return lines + (reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion) if reversal else [])
 
 
-def _from_body(worn: Worn) -> list[PageSection]:
+def _from_body(worn: Worn) -> list[PageLine]:
     """What the tape and the scale say, and the arm that follows."""
-
-    def line(step: Step) -> PageLine:
-        quantity = QUANTITIES[step.quantity]
-        return PageLine(quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
-
-    parts = ((f"Body: {worn.name}", worn.body), ("From body to arm", worn.arm))
-    return [PageSection(title, tuple(map(line, steps))) for title, steps in parts]
+    steps = [(f"Body: {worn.name}", step) for step in worn.body] + [("From body to arm", step) for step in worn.arm]
+    return [
+        PageLine(title, quantity.symbol, step.formula, (step.value,), quantity.unit, step.source)
+        for title, step in steps for quantity in [QUANTITIES[step.quantity]]
+    ]  # fmt: skip
 
 
 def _only_state(plan: Plan, case: str | None) -> Block:
     first = [slice(0, 1)] * len(plan.axes)
     if case is not None:
-        names = next((axis.names for axis in plan.axes if axis.key == CASE_AXIS), ())
-        if case not in names:
-            listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
-            hint = nearest(case, names) or listed
-            raise UsageError(f'there is no case "{shorten(case)}"', where="--case", hint=hint)
-        first[0] = slice(names.index(case), names.index(case) + 1)
+        at = case_place(plan.study, case)
+        first[0] = slice(at, at + 1)
     return Block(0, tuple(first), slice(0, 1), slice(0, 1))
 
 

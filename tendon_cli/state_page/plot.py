@@ -18,12 +18,16 @@ from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, format_of, house_style
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.motor import motor_rates
+from tendon_cli.model.motor import cycle, motor_rates
 from tendon_cli.model.reversal import reversal
+from tendon_cli.model.statics import NO_EQUILIBRIUM
+from tendon_cli.quantities import QUANTITIES
 
 Array = npt.NDArray[np.float64]
 
 _POINTS = 721
+_LIMITS = ("peak_motor_torque", "peak_motor_speed", "peak_motor_power")
+_BOTH = np.array([[True], [False]])
 _WAYS: dict[str, dict[str, Any]] = {
     "flexion": {"color": OKABE_ITO[0], "linestyle": "solid"},
     "extension": {"color": OKABE_ITO[1], "linestyle": (0, (3.2, 1.4))},
@@ -40,13 +44,15 @@ class Stroke:
     motor_torque: Array
 
 
-def draw_motor(path: Path, design: Design, state: State, plan: Plan, *, loss: float | None, turns: bool) -> Path:
-    """Draw a design's strokes if the study has a speed, and if `turns` the turn at the plan's first state.
+def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
+    """Draw the strokes of a state's design if the study has a speed, and if `turns` the turn at that state.
 
-    `loss` is what friction takes over the strokes (J). Raises OutputError, and UsageError if there is nothing to draw
-    or for an ending that no figure has.
+    Raises OutputError, and UsageError if there is nothing to draw or for an ending that no figure has.
     """
-    speed, limits = plan.study.motion.speed, plan.study.limits
+    speed, limits, design = plan.study.motion.speed, plan.study.limits, state.inputs.design
+    if int(state.status.flat[0]) == NO_EQUILIBRIUM:
+        hint = "--set 'motion.elbow_angle=60 deg' chooses another state"
+        raise UsageError("this state has no equilibrium, so there is no motor to draw", where="--plot", hint=hint)
     if speed is None and not turns:
         hint = "--set 'motion.speed=60 deg/s', or --reversal"
         raise UsageError("the study has no speed, so there is no motor to draw", where="--plot", hint=hint)
@@ -56,7 +62,7 @@ def draw_motor(path: Path, design: Design, state: State, plan: Plan, *, loss: fl
     title = f"{plan.study.name}: the motor, load {float(np.ravel(design.load_mass)[0]):.6g} kg{at}"
     with house_style():
         key = [Line2D([], [], label=way, **style) for way, style in _WAYS.items() if way in strokes]
-        page = framed(title, 74.0, key, _notes(strokes, limits, loss, turns=turns))
+        page = framed(title, 74.0, key, _notes(design, plan, turns=turns))
         panels = page.figure.subplots(1, 2 * bool(strokes) + turns, squeeze=False)[0]
         if strokes:
             _torque_and_speed(panels[0], strokes, limits)
@@ -91,43 +97,38 @@ def turn_of(design: Design, state: State, plan: Plan) -> tuple[Array, Array, dic
     return path, torque[:_POINTS], follows
 
 
-def _notes(strokes: Mapping[str, Stroke], limits: Mapping[str, float], loss: float | None, *, turns: bool) -> list[str]:
-    units = {"torque": "N m", "speed": "rad/s", "power": "W"}
-    bounds = [f"{limits[f'peak_motor_{name}']:.4g} {unit}" for name, unit in units.items()
-              if strokes and f"peak_motor_{name}" in limits]  # fmt: skip
-    notes = [f"Dotted: the limits, {', '.join(bounds)}."] if bounds else []
-    if loss is not None and np.isfinite(loss) and len(strokes) == 2:
-        notes.append(f"The shaded area is what friction takes over both strokes, {loss:.3g} J.")
+def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
+    speed, limits, notes = plan.study.motion.speed, plan.study.limits, list[str]()
+    if speed is not None:
+        bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
+        notes += [f"Dotted: the limits, {', '.join(bounds)}."] if bounds else []
+        loss = float(np.ravel(cycle(design, plan.elbow_angles[np.newaxis], _BOTH, speed.single).friction_loss)[0])
+        if np.isfinite(loss) and len(plan.directions) == 2:
+            notes.append(f"The shaded area is what friction takes over both strokes, {loss:.3g} J.")
     return notes + (["Dots: where the far end of each tendon follows the spool."] if turns else [])
 
 
 def _torque_and_speed(axes: Axes, strokes: Mapping[str, Stroke], limits: Mapping[str, float]) -> None:
+    """Torque against speed, with the motor's limits, which widen the view, so that one sees what is left of them."""
     for way, stroke in strokes.items():
         axes.plot(stroke.motor_speed, stroke.motor_torque, gid="curve", **_WAYS[way])
     axes.axhline(0.0, color=FAINT, linewidth=0.5)
     axes.axvline(0.0, color=FAINT, linewidth=0.5)
     axes.margins(0.08)
-    _limits(axes, limits)
-    axes.set(title="Torque against speed", xlabel="motor speed (rad/s)")
-
-
-def _limits(axes: Axes, limits: Mapping[str, float]) -> None:
-    """The motor's limits, as far as they are given; they widen the view, so that one sees what is left of them."""
     style: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1.0, 1.2)), "gid": "limit"}
-    torque, speed, power = (limits.get(f"peak_motor_{name}") for name in ("torque", "speed", "power"))
+    torque, speed, power = (limits.get(name) for name in _LIMITS)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    if speed is not None:
-        left, right = min(left, -1.12 * speed), max(right, 1.12 * speed)
-        for sign in (-1.0, 1.0):
+    for sign in (-1.0, 1.0):
+        if speed is not None:
+            left, right = min(left, -1.12 * speed), max(right, 1.12 * speed)
             axes.axvline(sign * speed, **style)
-    if torque is not None:
-        low, high = min(low, -1.12 * torque), max(high, 1.12 * torque)
-        for sign in (-1.0, 1.0):
+        if torque is not None:
+            low, high = min(low, -1.12 * torque), max(high, 1.12 * torque)
             axes.axhline(sign * torque, **style)
-    for start, stop, sign in ((1.0, right, 1.0), (-1.0, left, -1.0)) if power is not None else ():
-        turning = np.linspace(start * (power or 0.0) / high, stop, 200)
-        axes.plot(turning, (power or 0.0) / np.abs(turning) * sign, **style)
-    axes.set(xlim=(left, right), ylim=(low, high))
+    for sign, stop in ((1.0, right), (-1.0, left)) if power is not None else ():
+        turning = np.linspace(sign * (power or 0.0) / high, stop, 200)
+        axes.plot(turning, (power or 0.0) / turning, **style)
+    axes.set(title="Torque against speed", xlabel="motor speed (rad/s)", xlim=(left, right), ylim=(low, high))
 
 
 def _loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:

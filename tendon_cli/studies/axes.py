@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.errors import Fault
+from tendon_cli.errors import Fault, UsageError
 from tendon_cli.model.design import F0, READINGS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.setting import Reading
@@ -32,6 +32,7 @@ from tendon_cli.space.axis import (
 from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.contents import case_numbers, column_of
 from tendon_cli.studies.curves import curves_of
+from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Grid, drawn
 from tendon_cli.units import shorten
@@ -103,6 +104,16 @@ def case_axis(study: Study) -> Axis:
         if any(words):
             numbers[key] = _stacked(None if each is None else each == word for each in words)
     return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))
+
+
+def case_place(study: Study, name: str) -> int:
+    """The position of a case; raises UsageError if the study has none of this name."""
+    names = [str(getattr(case, "name", "")) for case in study.cases]
+    if name not in names:
+        listed = f"cases: {', '.join(names[:20])}" if names else "the study has no [[cases]]"
+        hint = nearest(name, names) or listed
+        raise UsageError(f'there is no case "{shorten(name)}"', where="--case", hint=hint)
+    return names.index(name)
 
 
 def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
