@@ -9,6 +9,7 @@ import tendon_cli as tendon
 from tendon_cli.answers import question as questions
 from tendon_cli.answers.between import estimated
 from tendon_cli.answers.question import question
+from tendon_cli.answers.solve import solve
 from tendon_cli.model import proof
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.limits import LIMITS
@@ -167,7 +168,7 @@ def check_estimates(seed, count):
         lines = None if LIMITS[name].lines is None else np.abs(LIMITS[name].lines(motor).at(at)).max()
         asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max() if lines is None else lines))
         windows = asked.windows({}, 1)
-        estimate = estimated(asked, {})
+        estimate = estimated(asked, {}, solve(asked, {}, 1))
         if estimate is None or not np.all(windows.is_open):
             continue
         some = Window(**{name: values[0] for name, values in vars(of_states).items()})
