@@ -21,25 +21,32 @@ if TYPE_CHECKING:
 def run_text(run: Run) -> str:
     """The summary of a finished run."""
     record = run.record
-    designs, states = record["designs"], record["states"]
-    head = f"{record['name']}: {counted(designs, 'design')}, {counted(states, 'state')}"
+    lines = [*run_facts(run), *(("warning", warning) for warning in record["warnings"])]
+    written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
+    lines += [("written to", f"{run.folder}: {', '.join(written)}")] if run.folder is not None else []
+    return "\n".join([run_head(run), *(f"  {what:<14} {text}" for what, text in lines)])
+
+
+def run_head(run: Run) -> str:
+    """What a run was of, and how long it took."""
+    record = run.record
     took = f" in {record['seconds']:.3g} s"
     took += f", figures in {record['figure_seconds']:.2g} s" if record.get("figure_seconds") else ""
-    lines = [head + (", up to date" if run.up_to_date else took)]
-    lines += [
-        f"  feasible       {say.share(record['feasible'], designs, 'design')}: taut, stable and within every limit"
-    ]
-    lines += [f"    taut         {say.share(record['taut'], designs, 'design')}"]
-    lines += [f"    stable       {say.share(record['stable'], designs, 'design')}"]
-    if record["choices"] != designs:
-        found = say.share(record["feasible_choices"], record["choices"], "choice")
-        lines += [f"  choices        {found} feasible at every {_conditions(record)}"]
-    lines += [f"  slack          {say.share(record['slack'], states, 'state')}"]
-    lines += [f"  warning        {warning}" for warning in record["warnings"]]
-    written = [*dict.fromkeys(entry["path"].split("/")[0] for entry in record["files"]), *record["figures"]]
-    lines += [f"  no slack map   {run.note}"] if run.note else []
-    lines += [f"  written to     {run.folder}: {', '.join(written)}"] if run.folder is not None else []
-    return "\n".join(lines)
+    head = f"{record['name']}: {counted(record['designs'], 'design')}, {counted(record['states'], 'state')}"
+    return head + (", up to date" if run.up_to_date else took)
+
+
+def run_facts(run: Run) -> list[tuple[str, str]]:
+    """What came out of a run, with the name of each."""
+    record = run.record
+    designs = {name: say.share(record[name], record["designs"], "design") for name in ("feasible", "taut", "stable")}
+    facts = [("feasible", f"{designs['feasible']}: taut, stable and within every limit")]
+    facts += [(f"  {name}", designs[name]) for name in ("taut", "stable")]
+    if record["choices"] != record["designs"]:
+        share = say.share(record["feasible_choices"], record["choices"], "choice")
+        facts.append(("choices", f"{share} feasible at every {_conditions(record)}"))
+    facts.append(("slack", say.share(record["slack"], record["states"], "state")))
+    return [*facts, *([("no slack map", run.note)] if run.note else [])]
 
 
 def _conditions(record: dict[str, Any]) -> str:

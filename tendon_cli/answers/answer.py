@@ -26,7 +26,7 @@ from tendon_cli.answers.candidates import (
     relevant,
 )
 from tendon_cli.answers.fixes import fixes, relaxation, sampled
-from tendon_cli.answers.front import SERVED, USUAL, Goal, compromise, front, goals_of, losses
+from tendon_cli.answers.front import Goal, compromise, front, goals_of, losses
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.refine import refined
 from tendon_cli.answers.relax import relaxations
@@ -97,12 +97,6 @@ def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
     }
 
 
-def goals_or_usual(problem: Problem) -> tuple[Goal, ...]:
-    """The goals of a study, or if it leaves them open those by each of which an answer names the best."""
-    usual = USUAL if problem.conditions.groups is None else (SERVED, *USUAL)
-    return goals_of(problem.study) or usual
-
-
 def findings(problem: Problem, notes: Sequence[Note], lost: Sequence[Solutions] = ()) -> Findings:
     """The answer, from the notes of all parts; choices that may matter are solved again, whoever solved them before.
 
@@ -118,7 +112,7 @@ def findings(problem: Problem, notes: Sequence[Note], lost: Sequence[Solutions] 
     choices, have = (sum(note[name] for note in notes) for name in ("choices", "feasible"))
     feasible, gains, on_front = kept.taken(kept["feasible"]), dict[str, float](), None
     bests: dict[str, Solutions] = {}
-    for goal in goals_or_usual(problem) if len(feasible) else ():
+    for goal in problem.goals if len(feasible) else ():
         start = feasible.taken([best_of(feasible, feasible.scores((goal,))[:, 0])])
         bests[goal.column] = refined(problem, (goal,), start) or start
         before, after = (one.scores((goal,)).item() for one in (start, bests[goal.column]))

@@ -8,7 +8,7 @@ upper end of a window the elbow is not held near one angle: `drift_of` says how 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -173,62 +173,3 @@ def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
     first, last = float(problem.angles.min()), float(problem.angles.max())
     ways = [drift(design, start, end) for end in (first, last) if end != start]
     return BEYOND * high, max(ways, key=lambda way: abs(way.end - way.start))
-
-
-# --- In words --------------------------------------------------------------------------------------------------------
-
-
-def reading_words(problem: Problem) -> tuple[str, str]:
-    """What is set, and where it is read: "tension" " in the flexor at the joint"; a pretension nowhere."""
-    side, _, end = problem.study.setting.read.partition(" at ")
-    return ("tension", f" in the {side} at the {end}") if end else ("pretension", "")
-
-
-def drift_words(drift: Mapping[str, Any] | None) -> str:
-    """How far the elbow goes beyond the upper end of its window, if it is stability that ends it."""
-    if drift is None:
-        return ""
-    start, end = (say.quantity("elbow_angle", drift[name]) for name in ("start", "end"))
-    if start == end:
-        return ": at 10 % more it still stays"
-    far = f"drifts from {start} to {end}" if drift["balanced"] else f"goes on from {start} beyond {end}"
-    return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"
-
-
-def _posture(setting: Mapping[str, Any], joint: str) -> str:
-    """The posture in which a pretension is set."""
-    angle, tilt, load = (setting[name] for name in ("angle", "upper_arm_angle", "load"))
-    if joint != "elbow":
-        limb, hand = f"{joint} at {say.quantity('elbow_angle', angle)}", "without a load"
-    else:
-        tilted = f", upper arm at {say.quantity('upper_arm_angle', tilt)}" if tilt else ""
-        limb = f"elbow at {say.quantity('elbow_angle', angle)}{tilted}" if angle or tilt else "arm hanging straight"
-        hand = "hand empty"
-    held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
-    return f"{limb}, {held}, after {setting['after']}"
-
-
-def bench_lines(problem: Problem, record: Mapping[str, Any], row: Mapping[str, Any]) -> Iterator[str]:
-    """What to set on the bench, and what speaks against building or wearing the suit."""
-    whose = " on the mean man" if PERSON_AXIS in problem.counts else ""
-    yield from ("", f"To set it{whose}: {_posture(record['setting'], say.joint_word(problem.study))}")
-    names = ([f"set_{side}_tension{end}" for side in ("flexor", "extensor")] for end in ("", "_motor"))
-    joint, motor = ([say.quantity(name, row[name], 4) for name in pair] for pair in names)
-    yield f"  {joint[0]} in the flexor and {joint[1]} in the extensor at the joint"
-    yield f"  {motor[0]} and {motor[1]} at the motor"
-    if whose:
-        spread = record["population"]["set"]
-        shown = [_spread(name, spread[name]) for name in SET[:2]]
-        persons = problem.counts[PERSON_AXIS]
-        whom = "nine persons of ten" if persons >= FEW else "these persons" if persons > 1 else "this person"
-        yield f"  on {whom} {shown[0]} in the flexor and {shown[1]} in the extensor at the joint"
-    length, per_mm = row["tolerance_length"], say.number(1e-3 * record["setting"]["newtons_per_metre"], 2)
-    window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
-    yield f"  1 mm taken from both tendons adds {per_mm} N{window}"
-    yield from ("", "Before you build it") if record["remarks"] else ()
-    yield from (f"  {remark['text']} ({remark['source']})" for remark in record["remarks"])
-
-
-def _spread(name: str, ends: Sequence[float]) -> str:
-    low, high = (say.quantity(name, end, 3) for end in ends)
-    return low if low == high else f"{low.partition(' ')[0]} to {high}"

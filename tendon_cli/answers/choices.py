@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 import pyarrow as pa
 
+from tendon_cli import say
 from tendon_cli.answers.answer import as_record, findings, named_rows, row_of, summarised
 from tendon_cli.answers.between import rows_to_prove
 from tendon_cli.answers.candidates import numbers_of, part_of
@@ -27,7 +28,7 @@ from tendon_cli.answers.tables import (
     person_columns,
     person_rows,
 )
-from tendon_cli.answers.text import text_of
+from tendon_cli.answers.text import blocks_of
 from tendon_cli.engine.task import LastFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import writer_of
@@ -161,7 +162,8 @@ class Choices(Task):
         if self.persons is not None:
             windows = self._windows_of(chosen.columns)
             record["population"] = population(self.problem, chosen, row_of(found, chosen), windows)
-        return record | {"text": text_of(self.problem, record)}
+        blocks = [*blocks_of(self.problem, record)]
+        return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:  # noqa: ARG002
         """None besides the notes of the record."""

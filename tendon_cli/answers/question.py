@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.answers.coverage import grouped, share_served
+from tendon_cli.answers.front import SERVED, USUAL, Goal, goals_of
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import Stopped
 from tendon_cli.model import between, window
@@ -67,6 +68,12 @@ class Problem:
     """What was left out of the question, and why."""
     stop: threading.Event = field(default_factory=threading.Event)
     """Set when whoever asked wants no answer any more."""
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """The goals of the study, or if it leaves them open those by each of which an answer names the best."""
+        usual = USUAL if self.conditions.groups is None else (SERVED, *USUAL)
+        return goals_of(self.study) or usual
 
     @cached_property
     def angles(self) -> Array:

@@ -25,7 +25,6 @@ _MOST_NAMED = 3
 _DIFFERENT = 0.5
 """Standard deviations from which on those not served are said to differ."""
 _NEEDS = {MORE: "would need more", LESS: "would need less", NEITHER: "cannot be served by any pretension"}
-_MOST_MOVES = 5
 _HOW_MANY = ("one suit", "two suits", "three suits")
 
 
@@ -73,7 +72,7 @@ def end_words(problem: Problem, row: Row, end: str) -> str:
     if limit is None:
         return "no lower limit: taut without pretension" if end == "from" else "no upper limit"
     word = "below" if end == "from" else "above"
-    return f"{word} {say.number(value)} N {broken(problem, limit)}{where_words(problem, row, end)}"
+    return f"{word} {say.number(value)} N {broken(problem, limit)}{where(problem, row, end)}"
 
 
 def broken(problem: Problem, limit: str) -> str:
@@ -81,7 +80,7 @@ def broken(problem: Problem, limit: str) -> str:
     return say.limit_words(limit, problem.study.limits).broken
 
 
-def where_words(problem: Problem, row: Row, end: str) -> str:
+def where(problem: Problem, row: Row, end: str) -> str:
     """The condition and the state that bind, in brackets."""
     words = [condition_words(problem.conditions, row[f"{end}_condition"])]
     if row[f"{end}_direction"] is not None:
@@ -102,25 +101,6 @@ def margins(problem: Problem, row: Row) -> str:
         return f"it is {say.number(at - high, 3)} N more than the window, {window}"
     upper = "" if np.isinf(high) else f" and {say.number(high - at, 3)} N below the upper end"
     return f"that is {say.number(at - low, 3)} N above the lower end{upper} of the window, {window}"
-
-
-def move_lines(moves: list[Row]) -> Iterator[str]:
-    """What moves the ends of the window most."""
-    if not moves:
-        return
-    yield from ("", "What moves the window most, per 1 %")
-    for end, word in (("from", "lower"), ("to", "upper")):
-        of_end = [each for each in moves if each["end"] == end and each["per_percent"]][:_MOST_MOVES]
-        if of_end:
-            yield f"  {word} end: {', '.join(map(_move, of_end))}"
-    if any(not each["steady"] for each in moves):
-        yield "  * within 1 % another limit or state takes over"
-
-
-def _move(each: Row) -> str:
-    key = each["key"].removeprefix("limits.")
-    name = keys()[each["key"]].number.quantity.symbol if each["key"] in keys() else say.column(key)
-    return f"{name} {each['per_percent']:+.2g} N{'' if each['steady'] else '*'}"
 
 
 # --- Persons and draws -----------------------------------------------------------------------------------------------
@@ -160,14 +140,15 @@ def population_share(population: Row) -> str:
     return say.sampled_share(served, count, noun, population["effective_count"])
 
 
-def population_lines(problem: Problem, population: Row) -> Iterator[str]:
-    """What the text of an answer says of persons or draws, in paragraphs."""
+def population_blocks(problem: Problem, population: Row) -> Iterator[say.Block]:
+    """What an answer says of persons or draws."""
     what = row_words(problem.choices, population["values"])
-    yield from ("", "For whom" if "person" in population["counts"] else "How sure")
-    yield f"  {what}: {_served(population)}" if what else f"  {_served(population)}"
-    if population["by"]:
-        yield f"  {'; '.join(map(_of_sex, population['by']))}"
-    yield from (f"  {_not_served(problem, population, reason)}" for reason in population["not_served"])
+    yield say.heading("For whom" if "person" in population["counts"] else "How sure")
+    yield from say.items([
+        f"{what}: {_served(population)}" if what else _served(population),
+        *(["; ".join(map(_of_sex, population["by"]))] if population["by"] else []),
+        *(_not_served(problem, population, reason) for reason in population["not_served"]),
+    ])  # fmt: skip
     if population["counts"].get("person", 0) > 1:
         for axis in problem.choices.axes:
             yield from _sizes(problem, axis, population["sizes"].get(axis.column), population["counts"]["person"])
@@ -211,35 +192,36 @@ def _not_served(problem: Problem, population: Row, reason: Row) -> str:
     return "; ".join([words, *bodies[:2], names])
 
 
-def _sizes(problem: Problem, axis: Axis, sizes: list[Row] | None, of_all: int) -> Iterator[str]:
+def _sizes(problem: Problem, axis: Axis, sizes: list[Row] | None, of_all: int) -> Iterator[say.Block]:
     if not sizes:
         return
     few = f", by the first {sizes[0]['persons']:,} persons" if sizes[0]["persons"] < of_all else ""
     thin = "" if sizes[0]["all_values"] else f", among {sizes[0]['values_tried']} of its values"
     of_draws = f" with at least {say.percent(problem.enough)} of their draws" if problem.counted == "pairs" else ""
-    yield from ("", f"Sizes of {axis.key}{few}{thin}")
+    yield say.heading(f"Sizes of {axis.key}{few}{thin}")
     for count, each in enumerate(sizes):
         if count and each["served"] == sizes[count - 1]["served"]:
-            yield "  further sizes serve nobody else"
+            yield from say.items(["further sizes serve nobody else"])
             break
         share = say.sampled_share(each["served"], each["persons"], "person") + of_draws
-        suits = (f"{value_words(axis, one['value'])} at {say.number(one['pretension'])} N" for one in each["choices"])
-        yield f"  {_HOW_MANY[count]:<11} {share}: {', '.join(suits) or 'none'}"
+        suits = [f"{value_words(axis, one['value'])} at {say.number(one['pretension'])} N" for one in each["choices"]]
+        yield from say.items([f"{_HOW_MANY[count]}: {share}, {' and '.join(suits) or 'none'}"])
 
 
-def _sobol(ends: list[Row]) -> Iterator[str]:
+def _sobol(ends: list[Row]) -> Iterator[say.Block]:
     if not ends:
         return
-    yield from ("", "Where the uncertainty of the window comes from (Sobol index: first order, total)")
+    yield say.heading("Where the uncertainty of the window comes from (Sobol index: first order, total)")
     for each in ends:
         end = "lower" if each["end"] == "pretension_from" else "upper"
         inputs = [
             f"{input_name(key)} {_index(index, 'first')}, {_index(index, 'total')}"
             for key, index in sorted(each["inputs"].items(), key=lambda item: -item[1]["total"])
         ]
-        yield f"  {end} end, standard deviation {say.number(each['standard_deviation'], 2)} N: {'; '.join(inputs)}"
+        deviation = say.number(each["standard_deviation"], 2)
+        yield from say.items([f"{end} end, standard deviation {deviation} N: {'; '.join(inputs)}"])
     if BODY in ends[0]["inputs"]:
-        yield "  the dimensions of a body are correlated and count as one input"
+        yield from say.items(["the dimensions of a body are correlated and count as one input"])
 
 
 def _index(index: Row, order: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from tendon_cli import say
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Columns, Values
 from tendon_cli.cube.cube import Cube, foreign
+from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.read import TableFiles, as_numpy
@@ -73,11 +75,61 @@ def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Val
     return texts
 
 
-def lines_texts(between: Mapping[str, Any], pretension: float) -> tuple[str, str]:
-    """What the lines over the angle stand for, that each limit of the choice named first has, and what is proved."""
-    proof = ": ".join(str(between[name]) for name in ("status", "scope") if between.get(name))
+def pretension_name(document: Mapping[str, Any]) -> str:
+    """What an axis of pretensions says, by the resolved study: "tension in the flexor at the joint"."""
+    noun, where = say.reading(document.get("setting", {}).get("read", "pretension"))
+    return f"{noun}{where or ' F₀'}"
+
+
+# --- The window over the angle ---------------------------------------------------------------------------------------
+
+_ROOM = 1.6
+"""How far above the window a picture goes, as a factor."""
+
+
+@dataclass(frozen=True)
+class OverAngle:
+    """What each limit asks of the choice named first over the elbow angle (deg), N: lower ends, then upper ones."""
+
+    angle: Array
+    ends: tuple[dict[str, Array], dict[str, Array]]
+    """By limit; NaN where it asks for nothing."""
+    tightest: tuple[Array, Array]
+    samples: Array
+    """The study's angles."""
+    at_samples: tuple[Array, Array]
+    """The tightest there; NaN outside of the picture."""
+    window: tuple[float, float]
+    """Infinite where nothing bounds it."""
+    top: float
+    """Of the picture."""
+    texts: tuple[str, str]
+    """What is proved, and what the lines stand for."""
+
+    def shown(self, values: Array) -> Array:
+        """Those that lie in the picture, others are NaN."""
+        return np.where((values >= 0.0) & (values <= 1.02 * self.top), values, np.nan)
+
+
+def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
+    """That of an answer's record; None if it has none."""
+    between, best = record.get("between_samples"), record["best"]
+    if not between or best is None:
+        return None
+    curves = between["curves"]
+    low, high = best["pretension_from"], math.inf if best["pretension_to"] is None else best["pretension_to"]
+    top = _ROOM * (high if math.isfinite(high) else max(2.0 * low, 1.0))
+    angle, samples = np.degrees(curves["elbow_angle"]), np.degrees(curves["samples"])
+    lower, upper = (
+        {name: np.array(values, dtype=np.float64) for name, values in curves[end].items()} for end in ("lower", "upper")
+    )
+    floor = np.fmax.reduce([*lower.values(), np.zeros(len(angle))])
+    roof = np.fmin.reduce([*upper.values(), np.full(len(angle), np.inf)])
+    at_samples = [np.interp(samples, angle, each) for each in (floor, roof)]
+    first, second = (np.where(each <= top, each, np.nan) for each in at_samples)
     stand = "Each line is the worst of all conditions and both directions."
-    if not between["curves"]["all_conditions"]:
-        served = f"that {say.quantity('pretension', pretension)} serves"
+    if not curves["all_conditions"]:
+        served = f"that {say.quantity('pretension', best['pretension'])} serves"
         stand = f"Each line is the worst of the conditions {served}; at the ends of the window others are served."
-    return stand, f"{proof}." if proof else ""
+    return OverAngle(angle, (lower, upper), (floor, roof), samples, (first, second), (low, high), top,
+                     (say.proof(between), stand))  # fmt: skip

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import evenly
-from tendon_cli.cube.choices import choices_of
+from tendon_cli.cube.choices import choices_of, pretension_name
 from tendon_cli.cube.cube import Cube
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.between import draw_between
@@ -102,6 +102,7 @@ def draw_windows(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     grid = page.figure.subplots(rows, columns, squeeze=False)
     for panel, axis, part in zip(grid.flat, along, parts, strict=False):
         _draw_window(panel, part)
+        panel.set_ylabel(f"{pretension_name(cube.study)} (N)")
         if chosen["feasible"]:
             at = place_of(cube, axis, chosen[axis.column], part.scales[0])
             panel.plot([at], [chosen["pretension"]], marker="*", color=INK, markersize=9, clip_on=False, zorder=5)
@@ -125,7 +126,7 @@ def _draw_window(panel: Axes, part: Slice) -> None:
     for values, (_, colour, _) in zip((low, high), _ENDS, strict=True):
         panel.plot(x.places, values, color=colour, marker="o" if len(x.places) < 12 else "", markersize=2.5)
     x.apply(panel, "x")
-    panel.set(ylim=(0.0, top), xlabel=x.label, ylabel="pretension F₀ (N)", title=part.title or " ")
+    panel.set(ylim=(0.0, top), xlabel=x.label, title=part.title or " ")
 
 
 def _name_limits(panel: Axes, part: Slice) -> None:

@@ -13,7 +13,7 @@ from tendon_cli import say
 from tendon_cli.answers.question import question
 from tendon_cli.answers.words import population_share
 from tendon_cli.cube.axes import evenly, thinned
-from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, lines_texts, position
+from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.cube.labels import Shown
@@ -65,7 +65,8 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     states, arms = _states(cube, axes, read["pretension"][: len(grid)])
     persons = folder / "persons.parquet"
     people = people_record(record, open_table(persons).read() if persons.exists() else None)
-    design, between = _answers(read, columns, labels, len(grid)), _between(record, bounds_of(cube))
+    design = _answers(read, columns, labels, len(grid), pretension_name(cube.study))
+    between = _between(record, bounds_of(cube))
     data = page_data(
         "design", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,
         table=_table(axes, read, columns, labels, len(grid)), start=_start(record, axes), people=people,
@@ -79,7 +80,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
 
 
 def _answers(
-    read: Mapping[str, Values], columns: Mapping[str, Values], labels: Mapping[str, Shown], cells: int
+    read: Mapping[str, Values], columns: Mapping[str, Values], labels: Mapping[str, Shown], cells: int, name: str
 ) -> dict[str, Any]:
     """Windows and front, a number a choice."""
     records = {name: number_record(labels[name], values) for name, values in columns.items()}
@@ -88,6 +89,7 @@ def _answers(
     shown = [goals.index(name) for name in ("max_tension", "tolerance") if name in goals]
     return {
         "columns": records,
+        "pretension": name,
         "texts": {name: read[name].tolist() for name in _WORDS},
         "rows": list(range(cells)),
         "cells": _cells(read, cells),
@@ -186,7 +188,7 @@ def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: 
     links = {"answer": "Answer", **{name: part[0] for name, part in there.items()}}
     return [
         html.head(title, f"an answer by tendon, study {record['study_hash'][:12]}", links),
-        html.section("answer", "The answer", html.prose(record["text"]) + html.notes(thinning), "answer"),
+        html.section("answer", "The answer", html.blocks(record["blocks"]) + html.notes(thinning), "answer"),
         *(html.section(name, heading, inner) for name, (_, heading, inner) in there.items()),
         *ending(record, record["study"]),
     ]
@@ -194,25 +196,20 @@ def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: 
 
 def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, Any] | None:
     """What each limit asks of the pretension over the angle, for the choice named first; None without such curves."""
-    between, best = record["between_samples"], record["best"]
-    if between is None or best is None:
+    drawn = over_angle(record)
+    if drawn is None:
         return None
-    curves, low, high = between["curves"], best["pretension_from"], best["pretension_to"]
-    top = 1.6 * (high if high is not None else max(2.0 * low, 1.0))
-    angle, samples = np.degrees(curves["elbow_angle"]), np.degrees(curves["samples"])
     lines, points = [], []
-    for end, name, of in (("from", "lower", np.fmax), ("to", "upper", np.fmin)):
-        values = np.array([list(each) for each in curves[name].values()], dtype=np.float64)
-        on_line = np.interp(samples, angle, of.reduce(values)) if len(values) else np.zeros(0)
-        points += [(float(x), float(y)) for x, y in zip(samples, on_line, strict=False) if 0.0 <= y <= top]
-        for limit, each in zip(curves[name], values, strict=True):
-            shown = [float(f"{value:.6g}") if 0.0 <= value <= 1.02 * top else None for value in each]
+    for end, of_end, on_line in zip(("from", "to"), drawn.ends, drawn.at_samples, strict=True):
+        points += [each for each in zip(drawn.samples.tolist(), on_line.tolist(), strict=True) if np.isfinite(each[1])]
+        for limit, values in of_end.items():
+            shown = [float(f"{value:.6g}") if np.isfinite(value) else None for value in drawn.shown(values).tolist()]
             lines.append({"label": say.limit_words(limit, bounds).label, "end": end, "values": shown})
-    stand, proof = lines_texts(between, best["pretension"])
+    low, high = drawn.window
     return {
-        "angles": angle.round(6).tolist(), "lines": lines, "window": [low, high], "top": top,
-        "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
-        "says": f"{proof} {stand} Shaded is what works at every angle.".lstrip(),
+        "angles": drawn.angle.round(6).tolist(), "lines": lines, "window": [low, None if np.isinf(high) else high],
+        "top": drawn.top, "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
+        "says": " ".join([*drawn.texts, "Shaded is what works at every angle."]),
     }  # fmt: skip
 
 

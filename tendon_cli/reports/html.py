@@ -6,21 +6,18 @@ import base64
 import hashlib
 import itertools
 import json
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any
 
 from tendon_cli import say
-from tendon_cli.say import WIDTH
+from tendon_cli.say import Block
 
 _SCRIPTS = ("base", "map", "states", "table", "answers", "start")
 MARK = '<meta name="generator" content="tendon">'
 """What tells a page of ours, near its beginning."""
 
-_GAP = re.compile(r"(?<=\S) {2,}")
-_IS_ROW = re.compile(r"\S {2,}\S|^ {8,}\S")
 _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
 
@@ -79,63 +76,16 @@ def head(title: str, under: str, links: Mapping[str, str]) -> str:
     return f'<header>{text}</header>\n<p id="fault" role="alert"></p>\n'
 
 
-def prose(text: str) -> str:
-    """An answer as a terminal has it, in 80 columns, as HTML: sentences, lists, small tables, notes; the same words."""
+def blocks(some: Iterable[Block]) -> str:
+    """What is said at length (`say.blocks`), for a screen of any width."""
     parts = []
-    for at, block in enumerate(re.split(r"\n[ ]*\n", text.strip("\n"))):
-        lines = _joined(block.split("\n"))
-        head = lines[0]
-        is_sentence = at == 0 or head.endswith((".", ":")) or head.startswith("  ")
-        parts.append(_paragraph(head) if is_sentence else f"<h3>{escape(head)}</h3>")
-        parts += _listed(lines[1:])
+    for kind, group in itertools.groupby(some, key=lambda block: next(iter(block))):
+        contents = [block[kind] for block in group]
+        if kind == "item":
+            parts.append(f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in contents)}</ul>")
+        else:
+            parts += [_OF_BLOCKS[kind](content) for content in contents]
     return "".join(parts)
-
-
-def _joined(lines: Sequence[str]) -> list[str]:
-    """Lines with those that go on with the one before: indented further, and too long to stand behind it."""
-    joined: list[tuple[str, int]] = []
-    for line in lines:
-        indent = len(line) - len(line.lstrip())
-        words = " ".join(line.split()[:3])
-        before = joined[-1] if joined else ("", 0)
-        is_more = indent > len(before[0]) - len(before[0].lstrip()) and before[1] + 1 + len(words) > WIDTH
-        if joined and is_more and not _IS_ROW.search(line):
-            joined[-1] = f"{before[0]} {line.strip()}", len(line)
-        else:
-            joined.append((line, len(line)))
-    return [line for line, _ in joined]
-
-
-def _listed(lines: Sequence[str]) -> Iterator[str]:
-    """Lines as lists and notes, and aligned rows as tables."""
-    for kind, group in itertools.groupby(lines, key=_kind):
-        rows = list(group)
-        if kind == "row" and len(rows) > 1:
-            cells = _columns(rows)
-            yield table(cells[0], cells[1:]) if not rows[0][2:3].strip() else table((), cells)
-        elif kind == "note":
-            yield "".join(_paragraph(line) for line in rows)
-        else:
-            items = "".join(f"<li>{escape(_GAP.sub(': ', line.strip()))}</li>" for line in rows)
-            yield f"<ul>{items}</ul>"
-
-
-def _kind(line: str) -> str:
-    return "note" if not line.startswith(" ") else "row" if _IS_ROW.search(line) else "item"
-
-
-def _columns(rows: Sequence[str]) -> list[list[str]]:
-    """Aligned rows by their columns, which two blanks in every row keep apart."""
-    width = max(map(len, rows))
-    blank = [all(row.ljust(width)[at] == " " for row in rows) for at in range(width)]
-    marks = "".join(" " if each else "x" for each in blank)
-    spans = [(match.start(), match.end()) for match in re.finditer(r"x+(?: x+)*", marks)]
-    return [[_GAP.sub(" ", row[start:stop]).strip() for start, stop in spans] for row in rows]
-
-
-def _paragraph(line: str) -> str:
-    kind = next((word for word in ("note", "warning") if line.lower().startswith(f"{word}:")), "")
-    return f'<p class="{kind}">{escape(line.strip())}</p>'
 
 
 def notes(texts: Sequence[str]) -> str:
@@ -171,6 +121,13 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     )
     return f'<div class="scroll" tabindex="0"><table>{top}<tbody>{body}</tbody></table></div>'
 
+
+_OF_BLOCKS: dict[str, Callable[[Any], str]] = {
+    "heading": lambda text: f"<h3>{escape(text)}</h3>",
+    "sentence": lambda text: f"<p>{escape(text)}</p>",
+    "note": lambda text: notes([f"Note: {text}"]),
+    "table": lambda rows: table(rows[0], rows[1:]),
+}
 
 MAP = (
     '<div id="choosers" class="controls"></div><div id="sliders" class="controls"></div>'

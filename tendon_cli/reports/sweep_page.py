@@ -28,7 +28,7 @@ from tendon_cli.reports.data import (
 from tendon_cli.reports.states import MOST_DESIGNS, curves_of_sweep, states_record
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
-from tendon_cli.summary import run_text
+from tendon_cli.summary import run_facts, run_head
 from tendon_cli.tables.read import open_table
 
 WORTH = (
@@ -87,9 +87,8 @@ def _sections(
 ) -> list[str]:  # fmt: skip
     record = run.record
     links = {"answer": "Answer", **({"map": "Map"} if has_map else {}), "design": "One design", "list": "Table"}
-    lines = run_text(run).split("\n")
-    kept = [line for line in lines if not line.startswith(("  warning", "  written to"))]
-    answer = html.prose("\n".join(kept)) + html.warnings(record["warnings"]) + html.notes(thinning)
+    answer = html.blocks([say.sentence(run_head(run))]) + html.table((), run_facts(run))
+    answer += html.warnings(record["warnings"]) + html.notes(thinning)
     return [
         html.head(
             title,

@@ -1,6 +1,7 @@
 """Numbers, quantities, shares, limits and columns in words: once, for every text, figure and page."""
 
 from tendon_cli.model.forms import LimitWords
+from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table
 from tendon_cli.say.limits import conflict, conflict_label, limit_words
 from tendon_cli.say.words import (
     WIDTH,
@@ -16,7 +17,9 @@ from tendon_cli.say.words import (
     of_joint,
     parameter,
     percent,
+    proof,
     quantity,
+    reading,
     sampled_share,
     share,
     side_of,
@@ -27,7 +30,8 @@ from tendon_cli.say.words import (
 from tendon_cli.units import counted
 
 __all__ = [
-    "WIDTH", "LimitWords", "aligned", "column", "conflict", "conflict_label", "counted", "duration", "factor_of",
-    "filled", "interval", "joint_word", "limit_words", "listed", "number", "of_joint", "parameter", "percent",
-    "quantity", "sampled_share", "share", "side_of", "size", "window", "within",
+    "WIDTH", "Block", "LimitWords", "aligned", "as_text", "column", "conflict", "conflict_label", "counted", "duration",
+    "factor_of", "filled", "heading", "interval", "items", "joint_word", "limit_words", "listed", "number", "of_joint",
+    "parameter", "percent", "proof", "quantity", "reading", "sampled_share", "sentence", "share", "side_of", "size",
+    "table", "window", "within",
 ]  # fmt: skip

@@ -187,6 +187,23 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}" if len(words) > 1 else "".join(words)
 
 
+def reading(read: str) -> tuple[str, str]:
+    """What is set, and where it is read: "tension" " in the flexor at the joint"; a pretension nowhere."""
+    side, _, end = read.partition(" at ")
+    return ("tension", f" in the {side} at the {end}") if end else ("pretension", "")
+
+
+def proof(between: Mapping[str, Any]) -> str:
+    """What holds between the samples of a window, of the record of an answer."""
+    status, scope = between["status"], between["scope"]
+    if status == "proven":
+        return f"Proved for {scope}."
+    if status == "open":
+        return f"Not proved for {scope}: {between['cells']:,} cells were not enough."
+    off = between["estimate"]
+    return f"Sampled for {scope}{'' if off is None else f': an end may be off by {number(off, 2)} N between them'}."
+
+
 def filled(text: str, indent: str = "") -> list[str]:
     """A sentence on as many lines of 80 columns as it takes; no line ends within a quantity."""
     lines = textwrap.wrap(

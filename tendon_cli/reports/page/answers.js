@@ -24,7 +24,7 @@ async function drawWindows() {
     { ...common, y: low, name: "from", line: { color: colour("extensor") }, marker: { symbol: "triangle-up", size: 9 }, hovertemplate: "from %{y:.5g} N: %{customdata[0]}<extra></extra>" },
     { ...common, y: high, name: "to", fill: "tonexty", fillcolor: colour("band"), line: { color: colour("flexor"), dash: "dash" }, marker: { symbol: "triangle-down", size: 9 }, hovertemplate: "to %{y:.5g} N: %{customdata[1]}<extra></extra>" },
   ];
-  const more = { title: { text: "Window of pretension", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(axis) }, type: kindOf(axis) }, yaxis: { title: { text: "pretension [N]" }, rangemode: "tozero" } };
+  const more = { title: { text: "Window of pretension", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(axis) }, type: kindOf(axis) }, yaxis: { title: { text: `${page.design.pretension} [N]` }, rangemode: "tozero" } };
   await draw("windows", traces, more, drawWindows);
   asTable("windows", [named(axis), "from [N]", "bound by", "to [N]", "bound by"], () => x.map((_, i) => [valueOf(axis, i), low[i] === null ? "none" : number(low[i]), by[i][0], high[i] === null ? "none" : number(high[i]), by[i][1]]));
 }
@@ -105,7 +105,7 @@ async function drawBetween() {
   }));
   traces.push({ type: "scatter", mode: "markers", x: samples.x, y: samples.y, name: "angle of the study", marker: { color: colour("text"), size: 5 }, hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>" });
   const band = { type: "rect", xref: "paper", x0: 0, x1: 1, y0: window[0], y1: Math.min(window[1] ?? top, top), fillcolor: colour("band"), line: { width: 0 }, layer: "below" };
-  const more = { title: { text: "The window over the angle", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: `${page.angle} [deg]` } }, yaxis: { title: { text: "pretension [N]" }, range: [0, top] }, shapes: [band] };
+  const more = { title: { text: "The window over the angle", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: `${page.angle} [deg]` } }, yaxis: { title: { text: `${page.design.pretension} [N]` }, range: [0, top] }, shapes: [band] };
   await draw("between", traces, more, drawBetween);
   asTable("between", [`${page.angle} [deg]`, ...lines.map(({ label, end }) => `${label}, ${end} [N]`)], () => angles.map((angle, at) => [number(angle), ...lines.map(({ values }) => (values[at] === null ? "none" : number(values[at])))]));
 }
