@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from heapq import heappush, heappushpop
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-import pyarrow as pa
-import pyarrow.compute as pc
 
-from tendon_cli.checks.compare import compare
-from tendon_cli.checks.shared import WORST, Checked, designs_in
-from tendon_cli.checks.text import NO_EQUILIBRIUM, SLACK, finite, verdict_text
+from tendon_cli.checks.compare import TOLERANCE, compare
+from tendon_cli.checks.text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite, verdict_text
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.engine.plan import Plan
-from tendon_cli.engine.results import AnyResult, folder_of, verified_record
+from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
@@ -29,8 +24,6 @@ from tendon_cli.tables.read import TableFiles, as_numpy
 
 Breach = dict[str, Any]
 """A limit that a design breaks, as in the record."""
-TOLERANCE = 1e-9
-"""The share of a column's scale by which numbers may differ."""
 
 
 def check(
@@ -55,7 +48,7 @@ def check(
     record = verified_record(folder)
     if record["verb"] == "design":
         return _answer(record)
-    table = designs_in(folder, record)
+    table = Run(record, folder).kept("designs")
     result = _check_designs(table, recorded_study(table.facts["study"]), worst)
     return Checked(result["holds"], verdict_text(result, cube_of(table), record["name"]), finite(result))
 
@@ -73,34 +66,20 @@ def _check_designs(table: TableFiles, study: Study, worst: int) -> dict[str, Any
     limits, plan = dict(study.limits.items()), Plan(study)
     names = ["design", "feasible", "taut", "margin", "required_pretension"]
     names += [name for limit in limits for name in _columns_of(limit)]
-    heap, order = list[tuple[float, int, int, Breach]](), itertools.count()
-    broken: dict[str, int] = {}
-    designs = feasible = 0
+    breaches, broken, designs, feasible = list[Breach](), Counter[str](), 0, 0
     for _, part in table.parts([name for name in dict.fromkeys(names) if name in table.schema.names]):
-        failing = part.filter(pc.invert(part.column("feasible")))
-        designs += part.num_rows
-        feasible += part.num_rows - failing.num_rows
-        for breach in _breaches(failing, limits):
-            broken[breach["limit"]] = broken.get(breach["limit"], 0) + 1
-            entry = (breach["excess"], -breach["design"], next(order), breach)
-            if len(heap) < worst:
-                heappush(heap, entry)
-            elif worst:
-                heappushpop(heap, entry)
-    worst_first = [breach for *_, breach in sorted(heap, key=lambda each: each[:2], reverse=True)]
+        columns = {name: as_numpy(part[name]) for name in part.column_names}
+        here = list(_breaches(columns, limits))
+        designs, feasible = designs + part.num_rows, feasible + int(columns["feasible"].sum())
+        broken.update(breach["limit"] for breach in here)
+        breaches = sorted([*breaches, *here], key=lambda breach: (-breach["excess"], breach["design"]))[:worst]
     return {
         "designs": designs,
         "feasible": feasible,
-        "breaches": [_with_state(breach, plan) for breach in worst_first],
-        "broken": dict(sorted(broken.items(), key=lambda each: -each[1])),
+        "breaches": [_with_state(breach, plan) for breach in breaches],
+        "broken": dict(broken.most_common()),
         "holds": feasible == designs,
     }
-
-
-def _breach(design: int, limit: str, value: float | None, bound: float | None, excess: float) -> Breach:
-    """A limit that a design breaks, in SI; of slack its margin of pretension."""
-    state = {"direction": None, "elbow_angle": None}
-    return {"design": design, "limit": limit, "value": value, "bound": bound, "excess": excess, **state}
 
 
 def _columns_of(limit: str) -> list[str]:
@@ -109,29 +88,24 @@ def _columns_of(limit: str) -> list[str]:
     return [column, *(f"{column}_{side}" for side in SIDES)]
 
 
-def _breaches(table: pa.Table, limits: Mapping[str, float]) -> Iterator[Breach]:
-    """Every limit that each of some designs breaks."""
-    if not table.num_rows:
-        return
-    columns = {name: as_numpy(table.column(name)) for name in table.schema.names}
-    numbers = columns["design"]
-    nowhere = np.isnan(columns["required_pretension"])
-    for row in np.flatnonzero(nowhere):
-        yield _breach(int(numbers[row]), NO_EQUILIBRIUM, None, None, float("inf"))
-    for row in np.flatnonzero(~nowhere & ~columns["taut"].astype(bool)):
-        margin, needed = float(columns["margin"][row]), float(columns["required_pretension"][row])
-        yield _breach(int(numbers[row]), SLACK, margin, 0.0, -margin / max(needed, 1e-300))
+def _breaches(columns: Mapping[str, Array], limits: Mapping[str, float]) -> Iterator[Breach]:
+    """Every limit that each of some designs breaks, in SI; of slack its margin of pretension."""
+    needed, margin = columns["required_pretension"], columns["margin"]
+    failing, nowhere = columns["feasible"] == 0.0, np.isnan(needed)
+    slack, nothing = (columns["taut"] == 0.0) & ~nowhere, np.full(len(needed), np.nan)
+    beyond = [(NO_EQUILIBRIUM, nothing, np.nan, np.where(nowhere, np.inf, -np.inf))]
+    beyond += [(SLACK, margin, 0.0, np.where(slack, -margin / np.maximum(needed, 1e-300), -np.inf))]
     for limit, bound in limits.items():
         for name in _columns_of(limit):
             if name in columns:
-                yield from _beyond(numbers, limit, bound, columns[name])
-
-
-def _beyond(numbers: npt.NDArray[Any], limit: str, bound: float, values: npt.NDArray[np.float64]) -> Iterator[Breach]:
-    short = LIMITS[limit].beyond(values, bound)
-    scale = abs(bound) or 1.0
-    for row in np.flatnonzero(short > SLACK_TOLERANCE * scale):
-        yield _breach(int(numbers[row]), limit, float(values[row]), bound, float(short[row] / scale))
+                excess = LIMITS[limit].beyond(columns[name], bound) / (abs(bound) or 1.0)
+                beyond.append((limit, columns[name], bound, np.where(excess > SLACK_TOLERANCE, excess, -np.inf)))
+    for limit, values, bound, excess in beyond:
+        for row in np.flatnonzero(failing & (excess > -np.inf)):
+            yield {
+                "design": int(columns["design"][row]), "limit": limit, "value": float(values[row]), "bound": bound,
+                "excess": float(excess[row]), "direction": None, "elbow_angle": None,
+            }  # fmt: skip
 
 
 def _with_state(breach: Breach, plan: Plan) -> Breach:

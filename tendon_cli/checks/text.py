@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from tendon_cli.cube.cube import Cube
@@ -13,8 +14,19 @@ from tendon_cli.quantities import QUANTITIES
 from tendon_cli.units import counted
 
 NO_EQUILIBRIUM, SLACK = "no equilibrium", "slack"
+WORST = 10
+"""How many breaches or flips are listed."""
 
 Record = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What came of a check."""
+
+    holds: bool
+    text: str
+    record: dict[str, Any]
 
 
 def finite(value: Any) -> Any:

@@ -36,7 +36,7 @@ def check(
 
     An answer of `tendon design` passes if at least one choice has a window of pretension.
     """
-    from tendon_cli.checks.check import TOLERANCE
+    from tendon_cli.checks.compare import TOLERANCE
     from tendon_cli.checks.text import as_markdown
 
     if tolerance is not None and not 0.0 <= tolerance < float("inf"):

@@ -25,7 +25,7 @@ from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.load import recorded_study
-from tendon_cli.tables.read import RECORDS
+from tendon_cli.tables.read import RECORDS, TableFiles, open_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,8 +55,6 @@ class Result(Displayed):
         """A table as Arrow has it, every byte verified; raises InputError."""
         if name in self.tables:
             return self.tables[name]
-        from tendon_cli.tables.read import open_table
-
         return open_table(Path(self.folder or "") / f"{name}.parquet").read()
 
 
@@ -83,12 +81,17 @@ class Run(Result):
 
     def table(self, name: str) -> pa.Table:
         """A table as Arrow has it, every byte verified; raises UsageError if the study leaves it out, InputError."""
+        if name == "states" and name not in self.record["study"]["output"]["tables"]:
+            return StatesOf(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
+        return self.tables[name] if name in self.tables else self.kept(name).read()
+
+    def kept(self, name: str) -> TableFiles:
+        """A table on the disk, every byte verified; raises as `table` does."""
+        where = str(self.folder or "in memory")
         if name not in self.record["study"]["output"]["tables"]:
-            if name == "states":
-                return StatesOf(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
             hint = f'[output] tables needs "{name}"'
-            raise UsageError(f"the run has no table {name}", where=str(self.folder or "in memory"), hint=hint)
-        return super().table(name)
+            raise UsageError(f"the run has no table of {name}", where=where, hint=hint)
+        return open_table(Path(where) / f"{name}.parquet")
 
 
 def framed(table: pa.Table) -> pd.DataFrame:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.checks.compare import _difference, compare
+from tendon_cli.checks.compare import difference, compare
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 
@@ -37,7 +37,7 @@ def test_a_key_that_no_study_has_is_told(plain, rougher, key, near):
     assert refused.value.hint == f'did you mean "{near}"?'
 
 
-def test_each_column_is_told_by_its_own_largest_difference(plain, rougher):
+def test_each_column_is_told_by_its_own_largestdifference(plain, rougher):
     before, now = tendon.open_run(plain), tendon.open_run(rougher)
     found = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"]).record["changes"]
     told = {(change["table"], change["column"]): change for change in found}
@@ -97,7 +97,7 @@ def test_what_only_one_run_keeps_is_a_change(plain, tmp_path, output, missing):
     assert f"not compared: {missing}" in found.text
 
 
-def test_a_difference_within_the_tolerance_is_told(plain, rougher):
+def test_adifference_within_the_tolerance_is_told(plain, rougher):
     wide = compare(rougher, plain, tolerance=1e9, apart=["sheath.friction"])
     exact = compare(rougher, plain, tolerance=0.0, apart=["sheath.friction"])
     assert exact.record["within"] is None
@@ -117,7 +117,7 @@ def test_runs_with_nothing_in_common_are_refused(plain, tmp_path):
 
 def test_a_null_against_a_number_is_a_change():
     first, second = np.array([1.0, np.nan, np.nan, 1.0]), np.array([np.nan, 1.0, np.nan, 1.0])
-    assert _difference(first, second, is_flag=False).tolist() == [np.inf, np.inf, 0.0, 0.0]
+    assert difference(first, second, is_flag=False).tolist() == [np.inf, np.inf, 0.0, 0.0]
 
 
 def test_flags_are_compared_exactly_whatever_the_tolerance(plain, tmp_path):
