@@ -227,8 +227,8 @@ def _only(key: str, here: int, there: int) -> str:
 
 def _common(axis: Axis, other: Axis) -> tuple[Ints, Ints]:
     """The positions on two axes at which both have the same value."""
-    values = [np.array([_token(value) for value in each.values]) for each in (axis, other)]
-    _, first, second = np.intersect1d(*values, return_indices=True)
+    mine, theirs = (np.array([_token(value) for value in each.values]) for each in (axis, other))
+    _, first, second = np.intersect1d(mine, theirs, return_indices=True)
     if not len(first):
         raise UsageError(f"the runs have no value of {axis.key} in common", hint="runs are compared by axis values")
     order = np.argsort(first)

@@ -11,23 +11,17 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from tendon_cli.cube.axes import ANGLE, LOAD, TIME, Ints, axes_of
-from tendon_cli.cube.columns import TRUTHS, Columns, Values, with_derived
+from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
+from tendon_cli.cube.columns import Columns, Values
 from tendon_cli.cube.labels import Shown
-from tendon_cli.engine.states import StatesOf
+from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.quantities import OF_CYCLES, QUANTITIES, Quantity
+from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.space.axis import SIDES, Axis
-from tendon_cli.studies.axes import named_axes
-from tendon_cli.studies.derived import DERIVED
-from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.filters import Condition
-from tendon_cli.studies.study import Study, keys
-from tendon_cli.tables.read import TableFiles, as_numpy
+from tendon_cli.studies.study import Study
+from tendon_cli.tables.read import Table, as_numpy
 from tendon_cli.units import parse_measure, shorten
-
-Table = TableFiles | StatesOf
-"""A table of designs or states, kept or worked out."""
 
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
 """Columns that every table has, and that say what a design is."""
@@ -159,8 +153,7 @@ class Cube:
         wanted = rows.ravel()[order]
         kinds = {name: self.files.schema.field(name).type for name in names}
         read = {name: np.full(rows.size, *_nothing(kind)) for name, kind in kinds.items()}
-        parts = self.files.parts(names, wanted) if isinstance(self.files, StatesOf) else self.files.parts(names)
-        for start, part in parts:
+        for start, part in self.files.parts(names, wanted):
             low, high = np.searchsorted(wanted, (start, start + part.num_rows))
             for name in names if high > low else ():
                 read[name][order[low:high]] = as_numpy(part.column(name))[wanted[low:high] - start]
@@ -194,27 +187,7 @@ def cube_of(table: Table) -> Cube:
 
 def cube_to_come(study: Study, kind: str) -> Cube:
     """The table of designs or states that a study will give, to plan its figures before anything is computed."""
-    known = [keys()[path] for path in study.numbers]
-    # What sides or cases say otherwise has columns, too; which, only the run itself knows.
-    numbers = {
-        key.column: key.number.quantity
-        for key in known
-        if study.cases or key.column in _ALWAYS or key.path in study.axes or key.column.endswith(SIDES)
-    }
-    is_states = kind == "states"
-    at = (ANGLE,) if study.trajectory is None else (TIME, ANGLE, "elbow_speed")
-    numbers |= {name: QUANTITIES[name] for name in at} if is_states else {}
-    unmoved = OF_CYCLES if study.motion.speed is None else ()
-    results = [name for name in (OF_STATES if is_states else OF_DESIGNS) if name not in (*DERIVED, *unmoved)]
-    columns: dict[str, Quantity | None] = {
-        **numbers,
-        **dict.fromkeys(("case", "direction", "status") if is_states else ("case", *TRUTHS)),
-        **{name: QUANTITIES[name] for name in results},
-    }
-    named = {axis.key: axis.names for axis in named_axes(study)}
-    record = study.record
-    axes = axes_of(record, kind, {**columns, **dict.fromkeys(named)}, named.__getitem__)
-    return Cube(kind, axes, Columns(with_derived(columns)), record["study"], study.hash)
+    return cube_of(WorkedOut(study.record, study.hash, kind=kind))
 
 
 def _is_study(document: Any) -> bool:
@@ -235,7 +208,7 @@ def _parts(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def _names_in(table: Table, key: str) -> list[str]:
     """The names along an axis, from the table's column."""
-    if isinstance(table, StatesOf):
+    if isinstance(table, WorkedOut):
         return list(next(axis.names for axis in table.plan.axes if axis.key == key))
     return list(dict.fromkeys(table.read([key]).column(key).cast(pa.string()).to_pylist()))
 
@@ -251,4 +224,6 @@ def _is_ours(schema: pa.Schema) -> bool:
 def foreign(table: Table) -> InputError:
     """The fault of a table of another kind."""
     hint = "figures are drawn from designs.parquet and states.parquet of a run"
-    return InputError("is not a table of designs or states", where=str(table.files[0]), hint=hint)
+    return InputError(
+        "is not a table of designs or states", where=str(table.files[0] if table.files else "in memory"), hint=hint
+    )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from tendon_cli.cube.columns import Columns, column_named
-from tendon_cli.engine.states import StatesOf
+from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import read_file
 from tendon_cli.model.body import DIMENSIONS
@@ -19,7 +18,7 @@ from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.reading import read_listed
-from tendon_cli.tables.read import TableFiles, open_table
+from tendon_cli.tables.read import Table, TableInMemory, open_table
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
@@ -29,29 +28,9 @@ _OF_A_RUN = ("designs", "states")
 _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
 
-@dataclass(frozen=True)
-class TableHeld:
-    """A table in memory, to be read as those on the disk are."""
-
-    whole: pa.Table
-
-    @property
-    def schema(self) -> pa.Schema:
-        """Columns with units and meaning."""
-        return self.whole.schema
-
-    def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
-        """Some columns, so many rows at a time, in the order of the rows."""
-        for batch in self.whole.select(list(columns)).to_batches(rows):
-            yield pa.Table.from_batches([batch])
-
-
-Source = TableFiles | TableHeld | StatesOf
-
-
 def table_in(
     path: Path, wanted: str | None = None, asked: Collection[str] = (), *, order: Sequence[str] = TABLES
-) -> Source:
+) -> Table:
     """A table, of the folder of a run or an answer the one that is wanted, or a file of people; every byte verified.
 
     Without a wish it is the first in `order` that has the columns `asked` for; states that a run did not keep are
@@ -62,7 +41,7 @@ def table_in(
 
 def table_at(
     path: Path, wanted: str | None = None, asked: Collection[str] = (), *, order: Sequence[str] = TABLES
-) -> TableFiles | StatesOf:
+) -> Table:
     """As `table_in`, of tables alone."""
     asked = {column_named(name) for name in asked}
     is_folder = path.is_dir() and path.suffix != ".parquet"
@@ -80,7 +59,7 @@ def table_at(
     return open_table(file_of(path, wanted, order=order))
 
 
-def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> TableFiles | StatesOf:
+def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> Table:
     """A table of designs or states, to be drawn; raises as `table_in` does."""
     if path.is_dir() and path.suffix != ".parquet" and not _tables_of(path, _OF_A_RUN):
         hint = "run `tendon sweep`"
@@ -111,7 +90,7 @@ def _tables_of(folder: Path, order: Sequence[str]) -> list[str]:
     return [name for name in order if (folder / f"{name}.parquet").exists()]
 
 
-def _states_in(path: Path, asked: Collection[str]) -> TableFiles | StatesOf | None:
+def _states_in(path: Path, asked: Collection[str]) -> Table | None:
     """The states of a run or of the study of a table, worked out unless they are kept; None if there are none."""
     if path.is_dir() and path.suffix != ".parquet":
         names = _tables_of(path, ("states", "designs"))
@@ -129,10 +108,10 @@ def _states_in(path: Path, asked: Collection[str]) -> TableFiles | StatesOf | No
         raise InputError(
             "is of a version with other results, its states cannot be worked out", where=str(path), hint=hint
         )
-    return StatesOf(table.facts["study"], str(table.facts["study_hash"]), table.files)
+    return WorkedOut(table.facts["study"], str(table.facts["study_hash"]), table.files)
 
 
-def _people_in(path: Path) -> TableHeld:
+def _people_in(path: Path) -> TableInMemory:
     """A CSV of people as tendon reads it, in SI; raises InputError."""
     where = shorten(str(path), 1000)
     try:
@@ -152,4 +131,4 @@ def _people_in(path: Path) -> TableHeld:
         fields.append(column.field)
         numbers = listed.values[:, DIMENSIONS.index(name)] if is_body else listed.weighting
         values.append(pa.array(numbers, from_pandas=True))
-    return TableHeld(pa.table(values, schema=pa.schema(fields)))
+    return TableInMemory(pa.table(values, schema=pa.schema(fields)))

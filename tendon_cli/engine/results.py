@@ -20,7 +20,7 @@ from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.records import lost, read_record
-from tendon_cli.engine.states import StatesOf
+from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import FolderError, InputError, UsageError, install_hint
 from tendon_cli.files import result_path
 from tendon_cli.quantities import QUANTITIES
@@ -82,7 +82,7 @@ class Run(Result):
     def table(self, name: str) -> pa.Table:
         """A table as Arrow has it, every byte verified; raises UsageError if the study leaves it out, InputError."""
         if name == "states" and name not in self.record["study"]["output"]["tables"]:
-            return StatesOf(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
+            return WorkedOut(self.record, self.record["study_hash"], (self.folder or Path(),)).read()
         return self.tables[name] if name in self.tables else self.kept(name).read()
 
     def kept(self, name: str) -> TableFiles:

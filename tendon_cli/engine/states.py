@@ -18,7 +18,7 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.engine.sweep import Sweep, state_rows
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import AnyStudy, any_study, recorded_study, varied_study
-from tendon_cli.tables.read import as_numpy
+from tendon_cli.tables.read import Table, as_numpy
 from tendon_cli.tables.write import RowsInMemory
 
 _MOVES = ("flexion", "extension")
@@ -26,14 +26,15 @@ _LEADING = ("design", "direction", "elbow_angle")
 
 
 @dataclass(frozen=True, eq=False)
-class StatesOf:
-    """All states of a recorded study with all their columns, read as those of a table on the disk are."""
+class WorkedOut(Table):
+    """All rows and columns that a recorded study gives in a table of designs or states, kept or not."""
 
     record: Mapping[str, Any]
     """Of the study, as a run or a table keeps it."""
     study_hash: str
-    files: tuple[Path, ...]
+    files: tuple[Path, ...] = ()
     """What is named if something is wrong: the run's folder."""
+    kind: str = "states"
 
     @cached_property
     def sweep(self) -> Sweep:
@@ -49,21 +50,17 @@ class StatesOf:
     @property
     def schema(self) -> pa.Schema:
         """Columns with units and meaning."""
-        return self.sweep.layout("states", 0).schema
+        return self.sweep.layout(self.kind, 0).schema
 
     @property
     def facts(self) -> dict[str, Any]:
         """What a table knows of itself."""
-        return {"table": "states", "study": self.record, "study_hash": self.study_hash}
+        return {"table": self.kind, "study": self.record, "study_hash": self.study_hash}
 
     @property
     def rows(self) -> int:
-        """Number of states."""
-        return self.plan.states
-
-    def read(self, columns: Sequence[str] | None = None) -> pa.Table:
-        """The whole table, or some of its columns."""
-        return pa.concat_tables(part for _, part in self.parts(columns))
+        """Number of rows."""
+        return self.plan.rows(self.kind, range(self.plan.designs))
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 16) -> Iterator[pa.Table]:
         """Some columns, at most so many rows at a time, in the order of the rows and in constant memory."""
@@ -73,7 +70,7 @@ class StatesOf:
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
-        """Block by block, each with the number of its first row; with `wanted` only the designs that have such rows."""
+        """States block by block, each with the number of its first row; only of designs that have `wanted` rows."""
         each, names = self.plan.states_per_design, columns or self.schema.names
         for designs in _runs(range(self.plan.designs) if wanted is None else np.unique(wanted // each).tolist()):
             start = designs.start * each
@@ -124,7 +121,7 @@ def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True
     asked = varied_study(any_study(design), {
         "motion.elbow_angle": [f"{value!r} rad" for value in different.tolist()], "motion.direction": list(_MOVES),
     })  # fmt: skip
-    every = StatesOf(asked.record, asked.hash, ())
+    every = WorkedOut(asked.record, asked.hash, ())
     table, shape = every.read(), (*every.plan.shape, *angles.shape)
     rows = np.where(moves, 0, 1).ravel() * len(different) + at.ravel()
     by_state = {name: as_numpy(table[name]).reshape(every.plan.designs, -1) for name in table.column_names}

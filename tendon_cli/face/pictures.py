@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 import base64
-import contextlib
-import tempfile
-from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import pyarrow.parquet as pq
 
 from tendon_cli.answers.result import Answer
 from tendon_cli.cube.choices import choices_of
@@ -20,7 +14,7 @@ from tendon_cli.files import result_path
 from tendon_cli.state_page.page import StatePage
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import TableFiles, open_table
+from tendon_cli.tables.read import Table, TableInMemory, open_table
 from tendon_cli.units import described
 
 if TYPE_CHECKING:
@@ -88,19 +82,11 @@ def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     return fit_page(result)
 
 
-@contextlib.contextmanager
-def _tables(result: Run | Answer) -> Iterator[Callable[[str], TableFiles]]:
-    """What gives a table of a result by its name; one in memory is written to where it is read from."""
-    if result.folder is not None:
-        yield lambda name: open_table(Path(result.folder or "") / f"{name}.parquet")
-        return
-    with tempfile.TemporaryDirectory(prefix="tendon-") as folder:
-
-        def written(name: str) -> TableFiles:
-            pq.write_table(result.tables[name], Path(folder) / name)
-            return TableFiles((Path(folder) / name,))
-
-        yield written
+def _table(result: Run | Answer, name: str) -> Table:
+    """A table of a result by its name."""
+    if result.folder is None:
+        return TableInMemory(result.tables[name])
+    return open_table(result.folder / f"{name}.parquet")
 
 
 def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
@@ -114,11 +100,10 @@ def _of_run(run: Run, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     if run.folder is not None:
         return pages_of(table_of(run.folder, spec, wanted), spec)[0]
     asked = {*spec.quantity, *filter(None, (spec.x, spec.colour, spec.panels)), *(each.name for each in spec.filters)}
-    with _tables(run) as table_named:
-        names = [name for name in ("states", "designs") if name in run.tables and wanted in (None, name)]
-        tables = [table_named(name) for name in names or run.tables]
-        fitting = [table for table in tables if asked <= set(Columns.of(table.schema).held)]
-        return pages_of((fitting or tables)[0], spec)[0]
+    names = [name for name in ("states", "designs") if name in run.tables and wanted in (None, name)]
+    tables = [_table(run, name) for name in names or run.tables]
+    fitting = [table for table in tables if asked <= set(Columns.of(table.schema).held)]
+    return pages_of((fitting or tables)[0], spec)[0]
 
 
 def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Page:
@@ -129,9 +114,8 @@ def _of_answer(answer: Answer, what: tuple[str, ...], how: dict[str, Any]) -> Pa
         if name not in FIGURES:
             hint = nearest(name, FIGURES) or ", ".join(FIGURES)
             raise UsageError(f"an answer has no figure {described(name)}", hint=hint)
-    with _tables(answer) as table_named:
-        for name in what or FIGURES:
-            page = answer_figure(name, choices_of(table_named("choices")), answer.record)
-            if page is not None:
-                return page
+    for name in what or FIGURES:
+        page = answer_figure(name, choices_of(_table(answer, "choices")), answer.record)
+        if page is not None:
+            return page
     raise UsageError("this answer has no such figure: a map needs two axes, a front two goals, the rest a window")

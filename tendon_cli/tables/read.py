@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
@@ -25,43 +27,102 @@ RECORDS = {"sweep": "run.json", "design": "design.json"}
 _LONGEST_RECORD = 2**30
 
 
-@dataclass(frozen=True)
-class TableFiles:
-    """A table on the disk: one file, or the parts of a folder, in the order of the rows. All verified."""
+class Table(ABC):
+    """Rows in the order of their product: on the disk, in memory, or worked out when they are read."""
 
-    files: tuple[Path, ...]
+    files: tuple[Path, ...] = ()
+    """What is named if something is wrong."""
 
-    @cached_property
+    @property
+    @abstractmethod
     def schema(self) -> pa.Schema:
         """Columns with units and meaning."""
-        return pq.read_schema(self.files[0])
+
+    @property
+    @abstractmethod
+    def rows(self) -> int:
+        """Number of rows."""
+
+    @abstractmethod
+    def parts(
+        self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
+    ) -> Iterator[tuple[int, pa.Table]]:
+        """Part by part, each with the number of its first row; with `wanted` only those that have such rows."""
+
+    @abstractmethod
+    def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
+        """Some columns, at most so many rows at a time, in constant memory."""
 
     @cached_property
     def facts(self) -> dict[str, Any]:
         """What the table knows of itself: `table`, `study`, `study_hash`, `versions`, `part`."""
         return _facts(self.schema)
 
-    @cached_property
-    def rows(self) -> int:
-        """Number of rows of all parts."""
-        return sum(pq.read_metadata(file).num_rows for file in self.files)
-
     def read(self, columns: Sequence[str] | None = None) -> pa.Table:
         """The whole table, or some of its columns."""
         return pa.concat_tables(part for _, part in self.parts(columns))
 
-    def parts(self, columns: Sequence[str] | None = None) -> Iterator[tuple[int, pa.Table]]:
-        """Part by part, each with the number of its first row."""
-        first = 0
-        for file in self.files:
-            # Not pq.read_table, which imports pandas.
-            with _damage_in(file), pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as whole:
-                part = whole.read(columns=list(columns) if columns else None)
-            yield first, part
-            first += part.num_rows
+
+@dataclass(frozen=True)
+class TableInMemory(Table):
+    """A table in memory, read as those on the disk are."""
+
+    whole: pa.Table
+
+    @property
+    def schema(self) -> pa.Schema:
+        return self.whole.schema
+
+    @property
+    def rows(self) -> int:
+        return int(self.whole.num_rows)
+
+    def parts(
+        self,
+        columns: Sequence[str] | None = None,
+        wanted: npt.NDArray[np.int64] | None = None,  # noqa: ARG002
+    ) -> Iterator[tuple[int, pa.Table]]:
+        yield 0, self.whole.select(list(columns)) if columns else self.whole
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
-        """Some columns, so many rows at a time, in the order of the rows and in constant memory."""
+        for batch in self.whole.select(list(columns)).to_batches(rows):
+            yield pa.Table.from_batches([batch])
+
+
+@dataclass(frozen=True)
+class TableFiles(Table):
+    """A table on the disk: one file, or the parts of a folder, in the order of the rows. All verified."""
+
+    files: tuple[Path, ...]
+
+    @cached_property
+    def schema(self) -> pa.Schema:
+        return pq.read_schema(self.files[0])
+
+    @cached_property
+    def rows(self) -> int:
+        return sum(self._lengths)
+
+    @cached_property
+    def _lengths(self) -> list[int]:
+        return [pq.read_metadata(file).num_rows for file in self.files]
+
+    def parts(
+        self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
+    ) -> Iterator[tuple[int, pa.Table]]:
+        first = 0
+        for file, length in zip(self.files, self._lengths, strict=True):
+            if wanted is None or ((first <= wanted) & (wanted < first + length)).any():
+                # Not pq.read_table, which imports pandas.
+                with (
+                    _damage_in(file),
+                    pq.ParquetFile(pa.memory_map(str(file)), page_checksum_verification=True) as all_,
+                ):
+                    part = all_.read(columns=list(columns) if columns else None)
+                yield first, part
+            first += length
+
+    def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
         how = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
         for file in self.files:
             with _damage_in(file), pq.ParquetFile(str(file), **how) as whole:
@@ -199,31 +260,20 @@ def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArr
 
 
 def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    """Numbers and truths with NaN for null, words with "". Not by the ways of pyarrow, which import pandas."""
-    return np.concatenate([*_chunks(column)]) if column.num_chunks else np.zeros(0)
+    """Numbers and truths with NaN for null, words with ""; by ways of pyarrow that do not import pandas."""
+    if pa.types.is_string(column.type):
+        return np.array([word or "" for word in column.to_pylist()], dtype=object)
+    if pa.types.is_dictionary(column.type):
+        return np.concatenate([_NO_WORDS, *map(_words, column.chunks)])
+    numbers = pc.fill_null(column.cast(pa.float64()), _NAN).combine_chunks()
+    return np.array(np.from_dlpack(numbers))
 
 
-def _chunks(column: pa.ChunkedArray) -> Iterator[npt.NDArray[Any]]:
-    for each in column.chunks:
-        if pa.types.is_string(column.type):
-            yield np.array([word or "" for word in each.to_pylist()], dtype=object)
-        elif pa.types.is_dictionary(column.type):
-            known = np.array([*each.dictionary.to_pylist(), ""], dtype=object)
-            yield known[np.nan_to_num(_floats(each.indices), nan=-1.0).astype(np.int64)]
-        else:
-            yield _floats(each)
+_NAN = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]
+_NO_WORDS = np.zeros(0, dtype=object)
 
 
-def _floats(chunk: pa.Array) -> npt.NDArray[np.float64]:
-    valid, data = chunk.buffers()
-    here = slice(chunk.offset, chunk.offset + len(chunk))
-    stored = _bits(data) if chunk.type == pa.bool_() else np.frombuffer(data, chunk.type.to_pandas_dtype())
-    numbers = stored[here].astype(np.float64)
-    if valid is not None:
-        numbers[_bits(valid)[here] == 0] = np.nan
-    return numbers
-
-
-def _bits(buffer: pa.Buffer) -> npt.NDArray[np.uint8]:
-    """Arrow's bits, the lowest first."""
-    return np.unpackbits(np.frombuffer(buffer, np.uint8), bitorder="little")
+def _words(chunk: pa.DictionaryArray) -> npt.NDArray[Any]:
+    known = np.array(["", *chunk.dictionary.to_pylist()], dtype=object)
+    places = as_numpy(pa.chunked_array([chunk.indices]))
+    return np.asarray(known[np.nan_to_num(places + 1.0).astype(np.int64)])

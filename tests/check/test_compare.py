@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.checks.compare import difference, compare
+from tendon_cli.checks.compare import compare, difference
 from tendon_cli.errors import UsageError
 from tests.check.conftest import swept
 
