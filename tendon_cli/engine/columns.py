@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -15,8 +16,8 @@ from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, split_side
-from tendon_cli.space.space import Varying
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, SLACK, split_side
+from tendon_cli.space.space import ANCHORS, Varying
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column
 
@@ -38,6 +39,9 @@ JUDGEMENTS = {
 """Truths of `designs`, with what they mean; the record counts each."""
 
 _AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
+
+_MOST_LOOKED_INTO = 2**18
+"""Arms at angles."""
 
 Values = Callable[[Block], npt.ArrayLike]
 
@@ -96,7 +100,23 @@ class Tables:
         return (*self.leading, *self.of_states, *(column for column in results if column.name in kept))
 
     def _result(self, quantity: Quantity) -> Column:
-        return self._as_read(Column.of(quantity, nullable=self.plan.may_be_null(quantity.null)))
+        return self._as_read(Column.of(quantity, nullable=self._may_be_null(quantity.null)))
+
+    def _may_be_null(self, when: str) -> bool:
+        """Whether a result that is null under a condition may be so anywhere in the study; see `Quantity.null`."""
+        if when == "slack" and np.any(self.plan.space.number(SLACK).within(self.plan.space.whole)):
+            return True
+        return when == "often" or (when != "never" and not self._always_balanced)
+
+    @cached_property
+    def _always_balanced(self) -> bool:
+        """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
+        axes = {axis for name in ANCHORS for axis in self.plan.space.number(f"arm.{name}").axes}
+        box = tuple(slice(0, length if axis in axes else 1) for axis, length in enumerate(self.plan.shape))
+        if math.prod(each.stop for each in box) * len(self.plan.elbow_angles) > _MOST_LOOKED_INTO:
+            return False
+        motion = self.plan.space.design(box).arm.joint.motion(self.plan.elbow_angles)
+        return not np.isnan(motion.pulling_arm).any()
 
     def _as_read(self, column: Column) -> Column:
         """A column that says how a pretension is read, if it is one."""

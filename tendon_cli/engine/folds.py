@@ -6,9 +6,9 @@ import base64
 import binascii
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -33,13 +33,8 @@ COUNTED = ("taut", "stable", "feasible", "slack", "no_equilibrium", "unstable")
 
 
 def small_blocks(plan: Plan, block: Block) -> Iterator[Block]:
-    """The block, or halves of it and of these, so that what is worked out for it takes little memory."""
-    axis = _to_cut(plan, block)
-    if axis is None:
-        yield block
-        return
-    for half in block.halves(axis):
-        yield from small_blocks(plan, half)
+    """The block in pieces, so that what is worked out for each takes little memory."""
+    return block.cut(partial(_to_cut, plan))
 
 
 def _to_cut(plan: Plan, block: Block) -> int | None:
@@ -92,9 +87,9 @@ class Folds:
     @cached_property
     def known_windows(self) -> Found | None:
         """Those of the whole plan, if blocks share them and they are few."""
-        plan, free = self.plan, self.plan.only_pretension
-        designs = tuple(slice(0, 1 if axis in free else length) for axis, length in enumerate(plan.shape))
-        every = Block(0, designs, slice(0, len(plan.directions)), slice(0, len(plan.elbow_angles)))
+        plan = self.plan
+        (whole,) = plan.blocks(range(plan.designs))
+        every = whole.first_along(plan.only_pretension)
         states, most = math.prod(every.shape), _MOST_BEFORE if kernel.kind() else _MOST_BEFORE // 16
         if every.design_count == plan.designs or every.design_count > _MOST_KEPT or states > most:
             return None
@@ -121,8 +116,9 @@ class Folds:
         return {"pretension_from": ends.low, "pretension_to": np.where(np.isinf(ends.high), np.nan, ends.high)}
 
     def _stretches(self, block: Block) -> Iterator[Block]:
-        """The block in what is best taken at once; the results do not depend on it."""
-        return block.by_angles(VALUES_AT_ONCE if kernel.kind() else self.plan.block_states)
+        """The block cut along its angles into what is best taken at once; the results do not depend on it."""
+        most = VALUES_AT_ONCE if kernel.kind() else self.plan.block_states
+        return block.cut(lambda piece: len(piece.shape) - 1 if piece.shape[-1] > most else None)
 
     def _by_numpy(self, block: Block, design: Design) -> Found:
         """What compiled code does not know: columns that a speed of the elbow adds, and those of forms of states."""
@@ -143,9 +139,7 @@ class Folds:
 # --- Choices ---------------------------------------------------------------------------------------------------------
 #
 # A choice is a combination of the axes that are no condition, feasible if its designs are so under all conditions at
-# once; these may be spread over the whole run. Each part notes which of its choices have only feasible designs in it, a
-# bit each, packed; a choice is feasible if every part says so. That takes a bit of memory for each, and is the same
-# after an interruption and on a cluster.
+# once; these may be spread over the whole run. So each part notes which of its designs are feasible, a bit each.
 
 
 def _chosen(plan: Plan) -> list[int]:
@@ -158,48 +152,33 @@ def choices(plan: Plan) -> int:
     return math.prod(plan.shape[axis] for axis in _chosen(plan))
 
 
-def choices_of(plan: Plan, block: Block) -> range:
-    """The choices of a block of consecutive designs, which are consecutive, too."""
-    chosen, first = _chosen(plan), 0
-    for axis in chosen:
-        first = first * plan.shape[axis] + block.designs[axis].start
-    return range(first, first + math.prod(block.shape[axis] for axis in chosen))
+def noted(feasible: Flags) -> str:
+    """Which designs of a part are feasible, as text."""
+    return base64.b64encode(zlib.compress(np.packbits(feasible).tobytes(), 6)).decode()
 
 
-def noted(plan: Plan, blocks: Sequence[tuple[Block, Flags]]) -> str:
-    """Which choices of a part have only feasible designs in it, from the designs of its blocks; as text."""
-    conditions = tuple(set(range(len(plan.shape))) - set(_chosen(plan)))
-    bits = [np.logical_and.reduce(feasible, axis=conditions).ravel() for _, feasible in blocks]
-    packed = np.packbits(np.concatenate(bits)) if bits else np.zeros(0, np.uint8)
-    return base64.b64encode(zlib.compress(packed.tobytes(), 6)).decode()
-
-
-def is_flags(plan: Plan, designs: range, note: Any) -> bool:
-    """Whether a text says of each choice of a part whether it is feasible."""
-    return _flags(note, sum(len(choices_of(plan, block)) for block in plan.blocks_of_designs(designs))) is not None
-
-
-def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
-    """How many choices are feasible in a run, from what all its parts say of theirs, in their order."""
-    still = np.packbits(np.ones(choices(plan), np.bool_))
-    for index, note in enumerate(notes):
-        ranges = [choices_of(plan, block) for block in plan.blocks_of_designs(plan.part(index))]
-        flags = _flags(note, sum(map(len, ranges)))
-        if flags is None:
-            raise ValueError(f"part {index} does not say which choices are feasible")
-        for here in ranges:
-            whole = slice(here.start // 8, -(-here.stop // 8))
-            bits = np.unpackbits(still[whole])
-            bits[here.start - 8 * whole.start : here.stop - 8 * whole.start] &= flags[: len(here)]
-            still[whole], flags = np.packbits(bits), flags[len(here) :]
-    return int(np.bitwise_count(still).sum())
-
-
-def _flags(note: Any, count: int) -> npt.NDArray[np.uint8] | None:
-    """The flags of a text, zero or one; nothing where it does not hold just so many."""
+def flags(note: Any, count: int) -> Flags | None:
+    """Which of so many designs a text says are feasible; None if it does not say it of just so many."""
     size = -(-count // 8)
     try:
         packed = zlib.decompressobj().decompress(base64.b64decode(note, validate=True), size + 1)
     except (zlib.error, binascii.Error, ValueError, TypeError):
         return None
-    return np.unpackbits(np.frombuffer(packed, np.uint8))[:count] if len(packed) == size else None
+    return np.unpackbits(np.frombuffer(packed, np.uint8))[:count] > 0 if len(packed) == size else None
+
+
+def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
+    """How many choices are feasible in a run, from what all its parts say of their designs, in their order."""
+    chosen, still = _chosen(plan), np.ones(choices(plan), np.bool_)
+    for index, note in enumerate(notes):
+        designs = plan.part(index)
+        feasible = flags(note, len(designs))
+        if feasible is None:
+            raise ValueError(f"part {index} does not say which designs are feasible")
+        failing = designs.start + np.flatnonzero(~feasible)
+        choice = np.zeros_like(failing)
+        for axis in chosen:
+            along = failing // math.prod(plan.shape[axis + 1 :]) % plan.shape[axis]
+            choice = choice * plan.shape[axis] + along
+        still[choice] = False
+    return int(still.sum())

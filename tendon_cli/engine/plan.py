@@ -9,7 +9,7 @@ never in memory.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from functools import cached_property
@@ -24,8 +24,8 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
-from tendon_cli.space.axis import PRETENSION, SLACK, Axis
-from tendon_cli.space.space import ANCHORS, Space
+from tendon_cli.space.axis import PRETENSION, Axis
+from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import lengths_of, space_of
 from tendon_cli.studies.checks import is_stated
 from tendon_cli.studies.study import Study
@@ -42,7 +42,6 @@ DESIGNS_AT_ONCE = 2**18
 """Rows of designs that are collected before they are written, since designs do not come in their order."""
 
 _MOST_STATES = 2**63 - 1
-_MOST_LOOKED_INTO = 2**18
 
 
 @dataclass(frozen=True)
@@ -74,18 +73,23 @@ class Block:
         first = (slice(part.start, part.start + 1) if at in axes else part for at, part in enumerate(self.designs))
         return replace(self, designs=tuple(first))
 
-    def halves(self, axis: int) -> tuple[Block, Block]:
-        """The block cut in two along a design axis; unless it is the first that varies, the halves interlock."""
-        whole, before, after = self.designs[axis], self.designs[:axis], self.designs[axis + 1 :]
-        middle = (whole.start + whole.stop) // 2
-        parts = slice(whole.start, middle), slice(middle, whole.stop)
-        first, second = (replace(self, designs=(*before, part, *after)) for part in parts)
-        return first, second
+    def cut(self, where: Callable[[Block], int | None]) -> Iterator[Block]:
+        """The block, or halves of it and of these: `where` says along which axis one is cut, if at all.
 
-    def by_angles(self, most: int) -> Iterator[Block]:
-        """The block in stretches of at most so many elbow angles."""
-        for start in range(self.angles.start, self.angles.stop, most):
-            yield replace(self, angles=slice(start, min(start + most, self.angles.stop)))
+        Along the first axis that varies they come in the order of the rows; else they interlock.
+        """
+        axis = where(self)
+        if axis is None:
+            yield self
+            return
+        slices = [*self.designs, self.directions, self.angles]
+        whole, first = slices[axis], self.first_design
+        middle = (whole.start + whole.stop) // 2
+        for part in (slice(whole.start, middle), slice(middle, whole.stop)):
+            slices[axis] = part
+            half = Block(first, tuple(slices[:-2]), *slices[-2:])
+            yield from half.cut(where)
+            first += half.design_count if axis < len(self.designs) else 0
 
 
 @dataclass(frozen=True)
@@ -99,8 +103,8 @@ class Plan:
     def __post_init__(self) -> None:
         if self.states > _MOST_STATES:
             raise SizeError(
-                f"{_count(self.designs)} designs of {self.states_per_design} states are {_count(self.states)} states, "
-                "more than the 2^63 that can be numbered",
+                f"{Decimal(self.designs):.3g} designs of {self.states_per_design} states are "
+                f"{Decimal(self.states):.3g} states, more than the 2^63 that can be numbered",
                 hint="fewer values on an axis, or fewer axes: " + ", ".join(self.study.axes),
             )
 
@@ -198,23 +202,20 @@ class Plan:
         return len(designs) * (self.states_per_design if table == "states" else 1)
 
     def blocks(self, designs: range, states: int | None = None) -> Iterator[Block]:
-        """Cut a range of designs into the fewest blocks, in the order of the rows, of at most `states` states each.
+        """Cut a range of designs into blocks, in the order of the rows, of at most `states` states each."""
 
-        Blocks are of whole designs, but where one design alone has more states than that.
-        """
-        if states is not None and self.states_per_design > states:
-            for design in designs:
-                yield from self._blocks_within(design, states)
-            return
-        most = len(designs) if states is None else states // self.states_per_design
+        def where(block: Block) -> int | None:
+            too_many = states is not None and math.prod(block.shape) > states
+            return next(axis for axis, length in enumerate(block.shape) if length > 1) if too_many else None
+
         at = designs.start
         while at < designs.stop:
-            block = self._block_from(at, min(designs.stop - at, most))
-            yield block
+            block = self._block_from(at, designs.stop - at)
+            yield from block.cut(where)
             at += block.design_count
 
     def blocks_of_designs(self, designs: range) -> Iterator[Block]:
-        """Cut a range of designs into the fewest blocks that do not go beyond what is collected at once."""
+        """Cut a range of designs into the fewest blocks, none of which goes beyond what is collected at once."""
         for start in range(0, len(designs), DESIGNS_AT_ONCE):
             yield from self.blocks(designs[start : start + DESIGNS_AT_ONCE])
 
@@ -246,22 +247,6 @@ class Plan:
         """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
         return self.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
 
-    def may_be_null(self, when: str) -> bool:
-        """Whether a result that is null under a condition may be so anywhere in the study; see `Quantity.null`."""
-        if when == "slack" and np.any(self.space.number(SLACK).within(self.space.whole)):
-            return True
-        return when == "often" or (when != "never" and not self.always_balanced)
-
-    @cached_property
-    def always_balanced(self) -> bool:
-        """Whether the flexor can balance a load in every state; not looked into, and false, for very many arms."""
-        axes = {axis for name in ANCHORS for axis in self.space.number(f"arm.{name}").axes}
-        box = tuple(slice(0, length if axis in axes else 1) for axis, length in enumerate(self.shape))
-        if math.prod(each.stop for each in box) * len(self.elbow_angles) > _MOST_LOOKED_INTO:
-            return False
-        motion = self.space.design(box).arm.joint.motion(self.elbow_angles)
-        return not np.isnan(motion.pulling_arm).any()
-
     def _block_from(self, design: int, most: int) -> Block:
         """The largest block of at most `most` designs that starts at a design and covers consecutive ones."""
         position = self.coordinates(design)
@@ -274,17 +259,6 @@ class Plan:
             along = min(self.shape[axis - 1] - position[axis - 1], most // whole)
             slices[axis - 1] = slice(position[axis - 1], position[axis - 1] + along)
         return Block(design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles)))
-
-    def _blocks_within(self, design: int, states: int) -> Iterator[Block]:
-        """One design whose states are too many for a block: cut along its directions and angles."""
-        whole = self._block_from(design, 1)
-        for direction in range(len(self.directions)):
-            yield from replace(whole, directions=slice(direction, direction + 1)).by_angles(states)
-
-
-def _count(number: int) -> str:
-    """A number of any size, short."""
-    return str(number) if number < 10**6 else f"{Decimal(number):.3g}".replace("e+", "e")
 
 
 def bounds_of(study: Study) -> Bounds:

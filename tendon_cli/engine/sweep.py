@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
-from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, is_flags, noted, small_blocks
+from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, flags, noted, small_blocks
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
@@ -95,16 +95,16 @@ class Sweep(Task):
         for block in self.plan.blocks(designs, states) if "states" in tables else ():
             self.go_on()
             tables["states"].fill(math.prod(block.shape), state_rows(self.plan, block, self.keys("states", block)))
-        totals, judged = dict.fromkeys(COUNTED, 0), []
+        totals, feasible = dict.fromkeys(COUNTED, 0), np.zeros(len(designs), np.bool_)
         for block in self.plan.blocks_of_designs(designs):
-            feasible = np.zeros(block.shape[:-2], np.bool_)
-            write = self._design_rows(block, totals, feasible)
+            start = block.first_design - designs.start
+            here = feasible[start : start + block.design_count].reshape(block.shape[:-2])
+            write = self._design_rows(block, totals, here)
             if "designs" in tables:
                 tables["designs"].fill(block.design_count, write)
             else:
                 write({}, range(block.design_count))
-            judged.append((block, feasible))
-        return {"totals": totals, "choices": noted(self.plan, judged)}
+        return {"totals": totals, "feasible": noted(feasible)}
 
     def _design_rows(self, block: Block, totals: dict[str, int], feasible: npt.NDArray[np.bool_]) -> Filler:
         """What writes all rows of a block at once, for they come in another order; counts, and judges each design."""
@@ -133,7 +133,7 @@ class Sweep(Task):
     def is_note(self, index: int, note: Any) -> bool:
         """Whether the note of a part is as `fill` gives it."""
         try:
-            counts, known = note["totals"], is_flags(self.plan, self.plan.part(index), note["choices"])
+            counts, known = note["totals"], flags(note["feasible"], len(self.plan.part(index))) is not None
             return known and set(counts) == set(COUNTED) and all(type(n) is int and n >= 0 for n in counts.values())
         except (KeyError, TypeError, AttributeError):
             return False
@@ -154,7 +154,7 @@ class Sweep(Task):
             "states": self.plan.states,
             **{name: sum(note["totals"][name] for note in notes) for name in COUNTED},
             "choices": choices(self.plan),
-            "feasible_choices": feasible_choices(self.plan, (note["choices"] for note in notes)),
+            "feasible_choices": feasible_choices(self.plan, (note["feasible"] for note in notes)),
         }
 
     def warnings(self, record: Mapping[str, Any]) -> list[str]:

@@ -71,10 +71,12 @@ class TableInMemory(Table):
 
     @property
     def schema(self) -> pa.Schema:
+        """Columns with units and meaning."""
         return self.whole.schema
 
     @property
     def rows(self) -> int:
+        """Number of rows."""
         return int(self.whole.num_rows)
 
     def parts(
@@ -82,9 +84,11 @@ class TableInMemory(Table):
         columns: Sequence[str] | None = None,
         wanted: npt.NDArray[np.int64] | None = None,  # noqa: ARG002
     ) -> Iterator[tuple[int, pa.Table]]:
+        """As of any table."""
         yield 0, self.whole.select(list(columns)) if columns else self.whole
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
+        """As of any table."""
         for batch in self.whole.select(list(columns)).to_batches(rows):
             yield pa.Table.from_batches([batch])
 
@@ -97,10 +101,12 @@ class TableFiles(Table):
 
     @cached_property
     def schema(self) -> pa.Schema:
+        """Columns with units and meaning."""
         return pq.read_schema(self.files[0])
 
     @cached_property
     def rows(self) -> int:
+        """Number of rows."""
         return sum(self._lengths)
 
     @cached_property
@@ -110,6 +116,7 @@ class TableFiles(Table):
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
+        """As of any table."""
         first = 0
         for file, length in zip(self.files, self._lengths, strict=True):
             if wanted is None or ((first <= wanted) & (wanted < first + length)).any():
@@ -123,6 +130,7 @@ class TableFiles(Table):
             first += length
 
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
+        """As of any table."""
         how = {"page_checksum_verification": True, "buffer_size": 1 << 20, "pre_buffer": False}
         for file in self.files:
             with _damage_in(file), pq.ParquetFile(str(file), **how) as whole:

@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
-from tendon_cli.engine.folds import choices, choices_of, feasible_choices, is_flags, noted
+from tendon_cli.engine.folds import choices, feasible_choices, flags, noted
 from tendon_cli.engine.plan import Plan
 from tendon_cli.studies.load import study_from
 
@@ -55,24 +55,19 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
     feasible = rng.random(plan.shape) < 0.8
     notes = []
     for index in range(plan.parts):
-        blocks = list(plan.blocks_of_designs(plan.part(index)))
-        notes.append(noted(plan, [(block, feasible[block.designs]) for block in blocks]))
-        assert is_flags(plan, plan.part(index), notes[-1])
+        part = plan.part(index)
+        notes.append(noted(feasible.ravel()[part.start : part.stop]))
+        assert flags(notes[-1], len(part)) is not None
     conditions = tuple(at for at, key in enumerate(plan.study.axes) if key in plan.study.conditions)
     by_hand = feasible.all(axis=conditions)
     assert choices(plan) == by_hand.size
     assert feasible_choices(plan, notes) == by_hand.sum()
-    numbers = np.arange(by_hand.size).reshape(by_hand.shape)
-    for block in plan.blocks_of_designs(range(plan.designs)):
-        chosen = tuple(part for at, part in enumerate(block.designs) if at not in conditions)
-        assert list(choices_of(plan, block)) == sorted(numbers[chosen].ravel())
 
 
 @pytest.mark.parametrize("note", ["", "AAAA", "!", "eJwDAAAAAAE=", "eJw" + "A" * 4000])
 def test_what_is_no_note_is_not_taken_for_one(note):
-    plan = Plan(study_from({"name": "choices", "load": {"mass": [0.0, 1.0]}, "spool": {"ratio": [0.5, 0.7]}}))
-    assert not is_flags(plan, plan.part(0), note)
-    assert is_flags(plan, plan.part(0), noted(plan, [(next(plan.blocks(range(4))), np.ones((2, 2), np.bool_))]))
+    assert flags(note, 4) is None
+    assert flags(noted(np.ones(4, np.bool_)), 4).all()
 
 
 LOADS = {"load": {"mass": ["0 kg", "5 kg"]}}
