@@ -18,10 +18,10 @@ from tendon_cli.cube.cube import Cube, foreign
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.read import Table, as_numpy
+from tendon_cli.tables.read import AnyTable, as_numpy
 
 
-def choices_of(table: Table) -> Cube:
+def choices_of(table: AnyTable) -> Cube:
     """The choices of an answer by the axes of their grid; raises InputError for another table."""
     try:
         held, record = Columns.of(table.schema), table.facts["study"]

@@ -20,7 +20,7 @@ from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import Table, as_numpy
+from tendon_cli.tables.read import AnyTable, as_numpy
 from tendon_cli.units import parse_measure, shorten
 
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
@@ -41,7 +41,7 @@ class Cube:
     study: Mapping[str, Any]
     """The resolved study as a document."""
     study_hash: str
-    files: Table | None = None
+    files: AnyTable | None = None
 
     @property
     def columns(self) -> Mapping[str, Quantity | None]:
@@ -171,7 +171,7 @@ def _nothing(kind: pa.DataType) -> tuple[Any, Any]:
     return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
 
 
-def cube_of(table: Table) -> Cube:
+def cube_of(table: AnyTable) -> Cube:
     """A table by what it knows of its study; raises InputError for a table of another kind."""
     try:
         kind, record = table.facts["table"], table.facts["study"]
@@ -206,7 +206,7 @@ def _parts(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     return [document, *document.get("cases", ())]
 
 
-def _names_in(table: Table, key: str) -> list[str]:
+def _names_in(table: AnyTable, key: str) -> list[str]:
     """The names along an axis, from the table's column."""
     if isinstance(table, WorkedOut):
         return list(next(axis.names for axis in table.plan.axes if axis.key == key))
@@ -221,7 +221,7 @@ def _is_ours(schema: pa.Schema) -> bool:
     return len(set(schema.names)) == len(schema.names) == len(numbers) + len(words)
 
 
-def foreign(table: Table) -> InputError:
+def foreign(table: AnyTable) -> InputError:
     """The fault of a table of another kind."""
     hint = "figures are drawn from designs.parquet and states.parquet of a run"
     return InputError(

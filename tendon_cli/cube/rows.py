@@ -21,7 +21,7 @@ from tendon_cli.quantities import Quantity
 from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
-from tendon_cli.tables.read import Table, as_numpy
+from tendon_cli.tables.read import AnyTable, as_numpy
 from tendon_cli.tables.schema import Column
 from tendon_cli.tables.write import array_of
 from tendon_cli.units import factor_of, shorten
@@ -34,7 +34,7 @@ _FORMULA = r"^([=+\-@\t\r])"
 class TableRows:
     """Some rows and columns of a table; raises UsageError for columns that it has not."""
 
-    table: Table
+    table: AnyTable
     where: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     """In this order; all without any."""
@@ -167,7 +167,7 @@ def rows_in(
     return TableRows(table_in(path, table, asked), tuple(where), tuple(columns))
 
 
-def _is_rigid(table: Table, name: str, quantity: Quantity | None) -> bool:
+def _is_rigid(table: AnyTable, name: str, quantity: Quantity | None) -> bool:
     """Whether a column of springs or anchors has a rigid one anywhere."""
     if quantity is None or quantity.dimension != "stiffness":
         return False

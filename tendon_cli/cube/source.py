@@ -18,7 +18,7 @@ from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.figures import OF_STATES
 from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.reading import read_listed
-from tendon_cli.tables.read import Table, TableInMemory, open_table
+from tendon_cli.tables.read import AnyTable, TableInMemory, open_table
 from tendon_cli.tables.schema import Column
 from tendon_cli.units import shorten
 from tendon_cli.version import RESULTS_VERSION
@@ -30,7 +30,7 @@ _ONLY_IN_STATES = {"direction", "elbow_angle", "status", *OF_STATES}
 
 def table_in(
     path: Path, wanted: str | None = None, asked: Collection[str] = (), *, order: Sequence[str] = TABLES
-) -> Table:
+) -> AnyTable:
     """A table, of the folder of a run or an answer the one that is wanted, or a file of people; every byte verified.
 
     Without a wish it is the first in `order` that has the columns `asked` for; states that a run did not keep are
@@ -41,7 +41,7 @@ def table_in(
 
 def table_at(
     path: Path, wanted: str | None = None, asked: Collection[str] = (), *, order: Sequence[str] = TABLES
-) -> Table:
+) -> AnyTable:
     """As `table_in`, of tables alone."""
     asked = {column_named(name) for name in asked}
     is_folder = path.is_dir() and path.suffix != ".parquet"
@@ -59,7 +59,7 @@ def table_at(
     return open_table(file_of(path, wanted, order=order))
 
 
-def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> Table:
+def table_of_study(path: Path, wanted: str | None = None, asked: Collection[str] = ()) -> AnyTable:
     """A table of designs or states, to be drawn; raises as `table_in` does."""
     if path.is_dir() and path.suffix != ".parquet" and not _tables_of(path, _OF_A_RUN):
         hint = "run `tendon sweep`"
@@ -90,7 +90,7 @@ def _tables_of(folder: Path, order: Sequence[str]) -> list[str]:
     return [name for name in order if (folder / f"{name}.parquet").exists()]
 
 
-def _states_in(path: Path, asked: Collection[str]) -> Table | None:
+def _states_in(path: Path, asked: Collection[str]) -> AnyTable | None:
     """The states of a run or of the study of a table, worked out unless they are kept; None if there are none."""
     if path.is_dir() and path.suffix != ".parquet":
         names = _tables_of(path, ("states", "designs"))

@@ -18,7 +18,7 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.engine.sweep import Sweep, state_rows
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import AnyStudy, any_study, recorded_study, varied_study
-from tendon_cli.tables.read import Table, as_numpy
+from tendon_cli.tables.read import AnyTable, as_numpy
 from tendon_cli.tables.write import RowsInMemory
 
 _MOVES = ("flexion", "extension")
@@ -26,7 +26,7 @@ _LEADING = ("design", "direction", "elbow_angle")
 
 
 @dataclass(frozen=True, eq=False)
-class WorkedOut(Table):
+class WorkedOut(AnyTable):
     """All rows and columns that a recorded study gives in a table of designs or states, kept or not."""
 
     record: Mapping[str, Any]

@@ -14,7 +14,7 @@ from tendon_cli.files import result_path
 from tendon_cli.state_page.page import StatePage
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import Table, TableInMemory, open_table
+from tendon_cli.tables.read import AnyTable, TableInMemory, open_table
 from tendon_cli.units import described
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def _page(result: Any, what: tuple[str, ...], how: dict[str, Any]) -> Page:
     return fit_page(result)
 
 
-def _table(result: Run | Answer, name: str) -> Table:
+def _table(result: Run | Answer, name: str) -> AnyTable:
     """A table of a result by its name."""
     if result.folder is None:
         return TableInMemory(result.tables[name])

@@ -18,7 +18,7 @@ from tendon_cli.figures.plan import CurvePlan, MapPlan, long_axes, plan_curves, 
 from tendon_cli.studies.figures import FigureSpec, read_size
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import Table, open_table
+from tendon_cli.tables.read import AnyTable, open_table
 
 if TYPE_CHECKING:
     from tendon_cli.figures.engine import Figure
@@ -41,7 +41,7 @@ class Drawn:
     """Why there is no slack map, where there is none."""
 
 
-def plot(source: Path | Table, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
+def plot(source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
     """Draw a table, or of a run folder the one that has what is asked for; returns the files, page by page.
 
     `out` is a file (its ending gives the format), or a folder; by default the working directory. Further pages get
@@ -53,7 +53,7 @@ def plot(source: Path | Table, spec: FigureSpec | None = None, out: Path | None 
     return _written(pages_of(table, spec), targets)
 
 
-def pages_of(table: Table, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
+def pages_of(table: AnyTable, spec: FigureSpec | None = None, finish: Finish | None = None) -> list[Page]:
     """The pages of a figure; raises UsageError where it does not fit the table, InputError for one of another kind.
 
     Without a wish states are drawn as curves, and designs as slack maps where they have two axes for one.
@@ -131,7 +131,7 @@ def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: 
     return _written(pages, targets)
 
 
-def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> Table:
+def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> AnyTable:
     """The table that a path means, or of a run folder the one that has what is asked for; raises as `table_in`."""
     asked = [*spec.quantity, *filter(None, (spec.x, spec.colour, spec.panels)), *(each.name for each in spec.filters)]
     return table_of_study(path, wanted, asked)
@@ -179,7 +179,7 @@ def _written(pages: list[Page], targets: list[Path]) -> list[Path]:
     ]  # fmt: skip
 
 
-def _targets(table: Table, spec: FigureSpec, out: Path | None) -> list[Path]:
+def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
     """The first file to write in each format."""
     from tendon_cli.figures.style import format_of
 

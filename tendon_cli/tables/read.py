@@ -27,7 +27,7 @@ RECORDS = {"sweep": "run.json", "design": "design.json"}
 _LONGEST_RECORD = 2**30
 
 
-class Table(ABC):
+class AnyTable(ABC):
     """Rows in the order of their product: on the disk, in memory, or worked out when they are read."""
 
     files: tuple[Path, ...] = ()
@@ -64,7 +64,7 @@ class Table(ABC):
 
 
 @dataclass(frozen=True)
-class TableInMemory(Table):
+class TableInMemory(AnyTable):
     """A table in memory, read as those on the disk are."""
 
     whole: pa.Table
@@ -94,7 +94,7 @@ class TableInMemory(Table):
 
 
 @dataclass(frozen=True)
-class TableFiles(Table):
+class TableFiles(AnyTable):
     """A table on the disk: one file, or the parts of a folder, in the order of the rows. All verified."""
 
     files: tuple[Path, ...]
