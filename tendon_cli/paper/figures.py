@@ -60,8 +60,7 @@ def _mark_ratio(axes: Axes) -> None:
 
 def _mark_crossings(page: Figure, run: PaperTables) -> None:
     """The first angles of flexion, where the motor torque is the larger one."""
-    for mark, axes, load in zip("abcdefgh", page.axes, run.loads, strict=False):
-        angle = run.crossing(load_mass=load)
+    for mark, axes, angle in zip("abcdefgh", page.axes, run.crossings(), strict=False):
         axes.set_title(f"({mark}) {axes.get_title()}")
         if np.isfinite(angle):
             axes.axvspan(0.0, angle, facecolor="#efefef", linewidth=0.0, zorder=0.4, gid="first angles")
@@ -85,7 +84,7 @@ class _Line:
 def _panels(paper: Paper) -> dict[str, tuple[str, Sequence[_Line]]]:
     """What is shown of each slip that has curves, by the title of its panel: the label of y, and its lines."""
     fig07, tension = paper["fig07"], "tension at the elbow (N)"
-    heavy, idle = fig07.row(load_mass=5.0), fig07.row(load_mass=0.0)
+    heavy, idle = (np.flatnonzero(fig07.places(load_mass=load)).item() for load in (5.0, 0.0))
     sides = dict(zip(("flexor", "extensor"), eq_12_as_printed(*fig07.inputs()), strict=True))
     eq_12 = [
         _Line(values, colour, side, at, above)

@@ -1,11 +1,12 @@
-"""`tendon paper` without its printing: every study, figure and finding of the paper, each judged."""
+"""`tendon paper` without its printing: all studies, figures and statements of the paper, judged, as page and data."""
 
 from __future__ import annotations
 
+import json
 import tempfile
 import threading
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,13 @@ from tendon_cli.figures.draw import draw_declared
 from tendon_cli.figures.friction import draw as draw_fit
 from tendon_cli.files import output_errors, write_whole
 from tendon_cli.friction import fit_friction
-from tendon_cli.paper.claims import CLAIMS
 from tendon_cli.paper.figures import draw_slips, finisher
-from tendon_cli.paper.findings import FINDINGS, failing_by_place
-from tendon_cli.paper.page import Places, Verdicts
+from tendon_cli.paper.findings import CLAIMS, FINDINGS, failing_by_place
 from tendon_cli.paper.runs import READINGS, STUDIES, VARIANTS, Paper, swept
 from tendon_cli.paper.slips import SLIPS
-from tendon_cli.paper.statements import judged
+from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, Entry, content, judged
+from tendon_cli.tables.schema import versions
+from tendon_cli.version import RESULTS_VERSION
 
 Progress = Callable[[int, int], None]
 """Called with the number of finished steps and of all steps."""
@@ -27,6 +28,83 @@ Progress = Callable[[int, int], None]
 WRAP_ANGLE, PRINTED_ANGLE = "144 deg", "180 deg"
 """What Table A.1's coefficients imply, and the only angle that the paper prints."""
 _PAGE, _DATA = "ledger.md", "ledger.json"
+
+
+@dataclass(frozen=True)
+class Places:
+    """Which findings fail, by the distance from the elbow at which the load is held (m, rising)."""
+
+    failing: Mapping[float, Sequence[str]]
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """The nearest and the farthest place at which all findings hold, all those between them too; None for none."""
+        holding = [place for place, failed in self.failing.items() if not failed]
+        if not holding or any(self.failing[place] for place in self.failing if holding[0] < place < holding[-1]):
+            return None
+        return holding[0], holding[-1]
+
+    def text(self) -> str:
+        """The span in words, with what fails beyond it."""
+        if self.span is None:
+            return "The findings hold together over no one range of load distances."
+        near, far = self.span
+        places = list(self.failing)
+        ends = (("nearer", places.index(near) - 1), ("farther", places.index(far) + 1))
+        beyond = [f"{way}, not {', '.join(self.failing[places[at]])}" for way, at in ends if 0 <= at < len(places)]
+        span = f"All findings hold together for loads held {1e3 * near:.0f} to {1e3 * far:.0f} mm from the elbow"
+        return "; ".join([span, *beyond]) + "."
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """All statements, and over which load distances the findings hold."""
+
+    findings: Sequence[Entry]
+    claims: Sequence[Entry]
+    slips: Sequence[Entry]
+    places: Places
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """Findings, claims and slips."""
+        return (*self.findings, *self.claims, *self.slips)
+
+    def data(self) -> list[dict[str, Any]]:
+        """The entries for a program."""
+        return [asdict(entry) | {"holds": entry.holds} for entry in self.entries]
+
+    def json(self) -> str:
+        """The entries as a JSON list."""
+        return json.dumps(self.data(), indent=2, ensure_ascii=False) + "\n"
+
+    def counts(self) -> list[str]:
+        """What came out, a line each."""
+        hold, shown = (f"{sum(entry.holds for entry in part)} of {len(part)}" for part in (self.findings, self.slips))
+        verdicts = [entry.verdict for entry in self.claims]
+        count = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in (TRUE, IN_PART, FALSE))
+        recorded = "all" if all(entry.as_recorded for entry in self.claims) else "not all"
+        return [
+            f"{hold} findings of the paper hold.",
+            f"Of its {len(verdicts)} claims {count}; {recorded} as on record.",
+            f"{shown} slips of its letter are shown.",
+            self.places.text(),
+        ]
+
+    def page(self) -> str:
+        """All of it as a page of Markdown."""
+        known, written, figures = versions(), content(), ""
+        libraries = ", ".join(f"{name} {known[name]}" for name in ("python", "numpy", "pyarrow"))
+        for figure in dict.fromkeys(entry.figure for entry in self.entries if entry.figure):
+            caption = written["captions"][figure.partition(".")[0]]
+            ids = ", ".join(entry.id for entry in self.entries if entry.figure == figure)
+            figures += f"![{caption}]({figure})\n\n*{caption}* Shows {ids}.\n\n"
+        return str(written["page"]).format(
+            counts="\n".join(f"- {line}" for line in self.counts()),
+            versions=f"tendon {known['tendon']} (results version {RESULTS_VERSION}), {libraries}",
+            findings=_table(self.findings, "finding", "numbers"), claims=_table(self.claims, "claim", "numbers"),
+            figures=figures, slips=_table(self.slips, "slip", "evidence"),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -116,3 +194,15 @@ def _draw(paper: Paper, out: Path, step: Callable[[], None]) -> list[str]:
     files += ["table_a1.png", draw_slips(paper, out / "slips.png").name]
     step()
     return files
+
+
+def _table(entries: Sequence[Entry], what: str, numbers: str) -> str:
+    rows = [f"| id | verdict | {what} | {numbers} | figure |", "|---|---|---|---|---|"]
+    for entry in entries:
+        mark = entry.verdict if entry.as_recorded else f"✗ {entry.verdict}, on record {entry.recorded}"
+        texts = (text.replace("|", "\\|").replace("_", "\\_") for text in (entry.finding, entry.value))
+        name = (entry.figure or "").partition(".")[0]
+        called = f"Fig. {int(name[3:])}" if name.startswith("fig") else {"table_a1": "Table A.1"}.get(name, name)
+        link = f"[{called}]({entry.figure})" if entry.figure else ""
+        rows.append(f"| {' | '.join((entry.id, mark, *texts, link))} |")
+    return "\n".join(rows) + "\n"

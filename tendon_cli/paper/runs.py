@@ -47,13 +47,12 @@ VARIANTS = PLACES | {
 }
 """Studies of which some keys are as the letter of the paper, the reading used, or a claim has them."""
 
-DIRECTIONS = ("flexion", "extension")
 SIDES = ("flexor", "extensor")
 
 
 @dataclass(frozen=True)
 class PaperTables:
-    """A study of the paper and its tables; `fixed` chooses the one design with these values."""
+    """A study of the paper and its tables; `fixed` chooses the designs with these values, in the order of the study."""
 
     study: Study
     folder: Path
@@ -65,42 +64,41 @@ class PaperTables:
         """The elbow angles, rising, deg."""
         return np.degrees(np.sort(self.study.motion.elbow_angle.array))
 
-    def values(self, axis: str) -> list[float]:
+    def values(self, axis: str) -> Array:
         """The different values of a column of `designs`, in the order of the study."""
-        return [float(value) for value in dict.fromkeys(self.designs[axis])]
+        return self.designs[axis].unique().astype(np.float64)
 
     @property
-    def loads(self) -> list[float]:
+    def loads(self) -> Array:
         """kg."""
         return self.values("load_mass")
 
-    def _rows(self, **fixed: float) -> npt.NDArray[np.bool_]:
+    def places(self, **fixed: float) -> npt.NDArray[np.bool_]:
+        """Where the designs are."""
         rows = np.ones(len(self.designs), dtype=np.bool_)
         for axis, value in fixed.items():
             rows &= np.isclose(self.designs[axis].to_numpy(np.float64), value)
         return rows
 
-    def row(self, **fixed: float) -> int:
-        """The place of the one design."""
-        (row,) = np.flatnonzero(self._rows(**fixed))
-        return int(row)
-
-    def line(self, column: str, direction: str = "flexion", **fixed: float) -> Array:
-        """A column of the states of one design and direction, by rising elbow angle."""
+    def curves(self, column: str, **fixed: float) -> Array:
+        """A column of states: designs, directions, rising elbow angles."""
         angles = self.study.motion.elbow_angle.array
         shape = len(self.designs), len(self.study.motion.direction), len(angles)
         values = self.states[column].to_numpy(np.float64).reshape(shape)
-        way = [*map(str, self.study.motion.direction)].index(direction)
-        line: Array = values[self.row(**fixed), way][np.argsort(angles)]
-        return line
+        return np.asarray(values[self.places(**fixed)][..., np.argsort(angles)])
 
-    def design(self, column: str, **fixed: float) -> float:
-        """A column of the one design."""
-        return float(self.designs[column].to_numpy(np.float64)[self.row(**fixed)])
+    def line(self, column: str, direction: str = "flexion", **fixed: float) -> Array:
+        """A column of the states of one design and direction, by rising elbow angle."""
+        (curve,) = self.curves(column, **fixed)
+        return np.asarray(curve[[*map(str, self.study.motion.direction)].index(direction)])
+
+    def design(self, column: str, **fixed: float) -> Array:
+        """A column of designs."""
+        return self.designs[column].to_numpy(np.float64)[self.places(**fixed)]
 
     def at(self, **fixed: float) -> PaperTables:
         """The run of the designs with these values alone."""
-        rows = self._rows(**fixed)
+        rows = self.places(**fixed)
         per_design = len(self.states) // len(self.designs)
         return replace(self, states=self.states[np.repeat(rows, per_design)], designs=self.designs[rows])
 
@@ -112,37 +110,36 @@ class PaperTables:
 
     # --- Measures of curves ------------------------------------------------------------------------------------------
 
-    def gain(self, direction: str, **fixed: float) -> Array:
-        """τ_a − τ_m by elbow angle, N m."""
-        return self.line("elbow_torque", direction, **fixed) - self.line("motor_torque", direction, **fixed)
+    def gain(self, **fixed: float) -> Array:
+        """τ_a − τ_m, N m: designs, directions, elbow angles."""
+        return self.curves("elbow_torque", **fixed) - self.curves("motor_torque", **fixed)
 
-    def crossing(self, **fixed: float) -> float:
+    def crossings(self, **fixed: float) -> list[float]:
         """The elbow angle of flexion at which the elbow torque comes to exceed the motor torque, deg; NaN for none."""
-        gained = self.gain("flexion", **fixed)
-        below = np.flatnonzero(gained <= 0.0)
-        if not len(below) or below[-1] + 1 == len(gained):
-            return float("nan")
-        last = slice(below[-1], below[-1] + 2)
-        return float(np.interp(0.0, gained[last], self.degrees[last]))
+        angles = []
+        for gained in self.gain(**fixed)[:, 0]:
+            below = np.flatnonzero(gained <= 0.0)
+            crosses = len(below) > 0 and below[-1] + 1 < len(gained)
+            last = slice(below[-1], below[-1] + 2) if crosses else slice(0)
+            angles.append(float(np.interp(0.0, gained[last], self.degrees[last])) if crosses else np.nan)
+        return angles
 
-    def least(self, column: str, **fixed: float) -> float:
-        """The smallest value of a column of states in both directions."""
-        return float(min(self.line(column, way, **fixed).min() for way in DIRECTIONS))
+    def least(self, column: str, **fixed: float) -> Array:
+        """The smallest value of a column of states, by design."""
+        return np.asarray(self.curves(column, **fixed).min(axis=(1, 2)))
 
-    def depth(self, **fixed: float) -> float:
+    def depth(self, **fixed: float) -> Array:
         """How deep the extensor's slack is: -(least distal tension) / K, mm; negative where it stays in tension."""
         return -1e3 * self.least("extensor_tension_distal", **fixed) / self.design("spring_stiffness", **fixed)
 
-    def apart(self, quantity: str, **fixed: float) -> list[float]:
-        """Largest difference between flexion and extension over the peak, in %, of flexor and extensor."""
-        sides = ([self.line(f"{side}_{quantity}", way, **fixed) for way in DIRECTIONS] for side in SIDES)
-        return [float(apart(np.array(both)).max()) for both in sides]
+    def apart(self, quantity: str, **fixed: float) -> Array:
+        """Largest difference between flexion and extension, in % of the peak, by side and design."""
+        return np.array([apart(self.curves(f"{side}_{quantity}", **fixed)).max(axis=-1) for side in SIDES])
 
-    def window(self, **fixed: float) -> tuple[float, float]:
-        """The pretensions at which every state of a design is taut and stable, N; empty where the first is larger."""
-        solved = window_of(*self.inputs(), Bounds())
-        low, high = (float(np.ravel(end)[self.row(**fixed)]) for end in (solved.low, solved.high))
-        return low, high
+    def windows(self, **fixed: float) -> tuple[Array, Array]:
+        """The pretensions at which every state of a design is taut and stable, N; empty if the first is larger."""
+        solved, places = window_of(*self.inputs(), Bounds()), self.places(**fixed)
+        return np.ravel(solved.low)[places], np.ravel(solved.high)[places]
 
 
 @dataclass(frozen=True)
@@ -160,28 +157,23 @@ class Paper:
 
 
 def apart(both: Array) -> Array:
-    """The difference between two lines at each place, in % of their peak."""
-    peak = np.abs(both).max()
-    return np.asarray(100.0 * np.abs(both[0] - both[1]) / peak) if peak else np.zeros(both.shape[1:])
+    """The difference between lines of flexion and extension, (..., 2, angles), at each angle, in % of their peak."""
+    peak = np.abs(both).max(axis=(-2, -1))[..., np.newaxis]
+    return np.asarray(100.0 * np.abs(both[..., 0, :] - both[..., 1, :]) / np.where(peak > 0.0, peak, 1.0))
 
 
-def shared(windows: list[tuple[float, float]]) -> tuple[float, float]:
-    """What is common to windows; empty where the first is the larger."""
-    return max(low for low, _ in windows), min(high for _, high in windows)
-
-
-def served(people: int, stiffness: float, ratio: float, loads: list[float]) -> float:
+def served(people: int, stiffness: float, ratio: float, loads: Array) -> float:
     """The share of men and women drawn from the survey whom one pretension serves for all loads, every 5°."""
     motion = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}}
-    choice = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}, "load": {"mass": loads}}
+    choice = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}, "load": {"mass": list(loads)}}
     asked = question(study_from({"people": {"count": people}, "motion": motion, **choice}))
     windows = asked.windows({}, 1)
     return float(share_served(*grouped(windows.low, windows.high, asked.groups), asked.weighting).served[0])
 
 
-def falls(values: Array | list[float]) -> bool:
+def falls(values: npt.ArrayLike) -> bool:
     """Whether each value is smaller than the one before."""
-    return bool((np.diff(values) < 0.0).all())
+    return bool((np.diff(np.asarray(values)) < 0.0).all())
 
 
 def load(name: str) -> Study:

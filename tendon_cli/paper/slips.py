@@ -14,7 +14,7 @@ import numpy.typing as npt
 from tendon_cli.model import statics
 from tendon_cli.model.actuator import Situation
 from tendon_cli.model.design import Design
-from tendon_cli.paper.runs import Array, Paper, PaperTables, apart
+from tendon_cli.paper.runs import SIDES, Array, Paper, PaperTables, apart
 from tendon_cli.paper.statements import Check, Evidence
 
 _TAUT, _FAR_ABOVE = 0.0, 1.5
@@ -28,25 +28,22 @@ Tensions = tuple[Array, Array]
 
 def _eq_12(paper: Paper) -> Evidence:
     run = paper["fig07"]
-    at, sides = run.row(load_mass=5.0), eq_12_as_printed(*run.inputs())
-    lowest = min(float(side.min()) for side in sides)
-    ends = np.array([side[at, 0, [0, -1]] for side in sides])
-    ours = min(float(run.line("extensor_tension_distal", load_mass=load).min()) for load in run.loads)
+    at, sides = run.places(load_mass=5.0), np.array(eq_12_as_printed(*run.inputs()))
+    ends, lowest, ours = sides[:, at, 0][..., [0, -1]].reshape(2, 2), sides.min(), _least_extensor(run).min()
     return [lowest > _TAUT and (ends[:, 1] / ends[:, 0]).min() > _FAR_ABOVE and ours < 0.0], lowest, *ends.ravel(), ours
 
 
 def _eq_11(paper: Paper) -> Evidence:
     run = paper["fig07"]
-    flexor, extensor = (side[run.row(load_mass=0.0)] for side in eq_11_first(*run.inputs()))
-    share = max(float(apart(side).max()) for side in (flexor, extensor))
+    flexor, extensor = np.array(eq_11_first(*run.inputs()))[:, run.places(load_mass=0.0)][:, 0]
+    share, used = apart(np.array([flexor, extensor])).max(), run.apart("tension_distal", load_mass=0.0).max()
     ours = run.line("flexor_tension_distal", load_mass=0.0)
-    used = max(run.apart("tension_distal", load_mass=0.0))
     rises = flexor[0, 1] > flexor[0, 0] and extensor[0, 1] < extensor[0, 0]
     return [rises and share > 10.0 and ours[1] < ours[0]], flexor[0, :2], extensor[0, :2], share, ours[:2], used
 
 
 def _labels(paper: Paper) -> Evidence:
-    flexor, extensor = (float(paper["fig04"].line(f"{side}_travel")[-1]) for side in ("flexor", "extensor"))
+    flexor, extensor = (float(paper["fig04"].line(f"{side}_travel")[-1]) for side in SIDES)
     printed, used = flexor / extensor, extensor / flexor
     missed = [abs(1e3 * (extensor - ratio * flexor)) for ratio in (printed, used)]
     return [missed[0] > 1.0 > missed[1] and printed > 1.0 > used], printed, used, *missed
@@ -60,12 +57,12 @@ def _reference(paper: Paper) -> Evidence:
 
 
 def _stiffness(paper: Paper) -> Evidence:
-    loads = paper["fig06"].loads
-    with_30, with_3 = (
-        [paper[name].least("extensor_tension_distal", load_mass=load) for load in loads]
-        for name in ("fig06-30kN", "fig06")
-    )
-    return [max(with_30) < _NEGATIVE < min(with_3)], with_30, with_3, loads
+    with_30, with_3 = (_least_extensor(paper[name]) for name in ("fig06-30kN", "fig06"))
+    return [with_30.max() < _NEGATIVE < with_3.min()], with_30, with_3, paper["fig06"].loads
+
+
+def _least_extensor(run: PaperTables) -> Array:
+    return run.least("extensor_tension_distal")
 
 
 def _a_9(_: Paper) -> Evidence:

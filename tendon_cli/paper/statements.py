@@ -53,12 +53,14 @@ class Entry:
 
 
 @cache
+def content() -> dict[str, Any]:
+    """What is written of the paper: its page, the captions of its figures, and all statements."""
+    return tomllib.loads((Path(__file__).parent / "statements.toml").read_text(encoding="utf-8"))
+
+
 def statements(kind: str) -> list[dict[str, str]]:
     """The findings, claims or slips in the order of the paper: id, figure, text, value and perhaps recorded."""
-    content: dict[str, list[dict[str, str]]] = tomllib.loads(
-        (Path(__file__).parent / "statements.toml").read_text(encoding="utf-8")
-    )
-    return content[kind]
+    return list(content()[kind])
 
 
 def judged(kind: str, checks: Mapping[str, Check], paper: Paper) -> list[Entry]:

@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from tendon_cli.model import actuator, sheath
-from tendon_cli.model.kinematics import Anchors
-from tendon_cli.paper.page import Places
-from tendon_cli.paper.reproduce import evaluate
+from tendon_cli.model.kinematics import Anchors, Travels
+from tendon_cli.paper.reproduce import Places, Reproduction, evaluate
 from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, judge
 
 NUMBERS = {
@@ -117,6 +116,20 @@ def no_elongation_of_the_tendon(monkeypatch):
     monkeypatch.setattr(sheath, "tendon_compliance", lambda *given: 0.0 * right(*given))
 
 
+def reverse_friction(monkeypatch):
+    monkeypatch.setattr(sheath, "TOWARD_MOTOR", sheath.TOWARD_ELBOW)
+    monkeypatch.setattr(sheath, "TOWARD_ELBOW", -sheath.TOWARD_ELBOW)
+
+
+def forget_friction(monkeypatch):
+    monkeypatch.setattr(sheath, "capstan_ratio", lambda *given: np.ones(np.shape(given[-1])))
+
+
+def add_the_travels(monkeypatch):
+    """Eq. 12 as it is printed."""
+    monkeypatch.setattr(Travels, "mismatch", lambda at, ratio: at.extensor_travel + ratio * at.flexor_travel)
+
+
 def scaled(by, *names):
     def mutate(monkeypatch):
         def moved(arm, angle):
@@ -140,20 +153,27 @@ def travel_from_the_straight_arm(monkeypatch):
 
 
 MUTATIONS = {
-    "wrong sign of the elongation's exponent": wrong_sign_of_the_elongations_exponent,
-    "no elongation of the tendon": no_elongation_of_the_tendon,
-    "moment arm + 10 %": scaled(1.1, "flexor_moment_arm", "pulling_arm"),
-    "H_f - 5 %": scaled(0.95, "flexor_travel"),
-    "H_e + 10 %": scaled(1.1, "extensor_travel"),
-    "g = 9": weaker_gravity,
-    "travel from L_c(0)": travel_from_the_straight_arm,
+    "wrong sign of the elongation's exponent": (wrong_sign_of_the_elongations_exponent, set()),
+    "no elongation of the tendon": (no_elongation_of_the_tendon, set()),
+    "moment arm + 10 %": (scaled(1.1, "flexor_moment_arm", "pulling_arm"), set()),
+    "H_f - 5 %": (scaled(0.95, "flexor_travel"), set()),
+    "H_e + 10 %": (scaled(1.1, "extensor_travel"), set()),
+    "g = 9": (weaker_gravity, set()),
+    "travel from L_c(0)": (travel_from_the_straight_arm, set()),
+    "friction the other way": (reverse_friction, {"F6a"}),
+    "no friction": (forget_friction, {"F8a"}),
+    "Eq. 12 as printed": (add_the_travels, {"F7c", "F8b", "F9", "F10", "F11"}),
 }
+"""Each with the findings that fail."""
 
 
-@pytest.mark.parametrize("mutate", MUTATIONS.values(), ids=MUTATIONS)
-def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, mutate):
+@pytest.mark.parametrize(("mutate", "fails"), MUTATIONS.values(), ids=MUTATIONS)
+def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, mutate, fails):
     mutate(monkeypatch)
     monkeypatch.setattr("tendon_cli.kernel.kind", lambda: None)  # compiled code would still be whole
-    wrong = off(evaluate(tmp_path)[1])
+    verdicts = evaluate(tmp_path)[1]
+    wrong = off(verdicts)
     assert {id_ for id_ in wrong if id_.startswith("F")}
     assert {id_ for id_ in wrong if id_.startswith("C")}
+    assert fails <= {entry.id for entry in verdicts.findings if not entry.holds}
+    assert not Reproduction(tmp_path, verdicts, ()).holds or not fails
