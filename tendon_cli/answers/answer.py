@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.bench import bench_record
-from tendon_cli.answers.between import Certificate, Proofs, between_record, rows_to_prove
+from tendon_cli.answers.between import Proofs, between_record, rows_to_prove
 from tendon_cli.answers.candidates import (
     Pair,
     best_of,
@@ -27,6 +27,7 @@ from tendon_cli.answers.candidates import (
 )
 from tendon_cli.answers.fixes import fixes, relaxation, sampled
 from tendon_cli.answers.front import Goal, compromise, front, goals_of, losses
+from tendon_cli.answers.proofs import Certificate
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.refine import refined
 from tendon_cli.answers.relax import relaxations

@@ -41,6 +41,8 @@ LINEAR = (
     "joint.rest_angle",
 )  # fmt: skip
 """Every limit on states is linear in each of these, so that what suits both ends suits all between."""
+LOADS = LINEAR[:2]
+"""Of these a list is meant with all between; of others that hold an interval alone is."""
 LEAN = "arm.upper_arm_angle"
 """And linear in sine and cosine of this."""
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
@@ -175,6 +177,29 @@ class Problem:
         points = Axis.of_points(over(_taken(numbers, rows), under), len(rows))
         return Space((points,), self.choices.single).design()
 
+    @cached_property
+    def box(self) -> tuple[Axis, ...]:
+        """Intervals that proofs hold for as a box; of the others those in which limits are not linear are sampled."""
+        provable = self._is_f0 and self.study.trajectory is None
+        return tuple(axis for axis in self._curved if provable and not axis.key.startswith("setting."))
+
+    @property
+    def _curved(self) -> list[Axis]:
+        """Intervals in which limits are not linear."""
+        return [
+            axis for axis in self.conditions.axes if axis.is_interval and split_side(axis.key)[0] not in _ENDS_SUFFICE
+        ]
+
+    @property
+    def sampled_intervals(self) -> tuple[str, ...]:
+        """The keys of those that are solved at their ends alone."""
+        return tuple(axis.key for axis in self._curved if axis not in self.box)
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether something that is asked has no proof."""
+        return bool(self.bounds.of_motion or self.sampled_intervals or self.study.trajectory)
+
     @property
     def loads(self) -> tuple[float, float] | None:
         """The least and the largest load, kg, if there are several."""
@@ -286,7 +311,7 @@ def _near(ends: Array, of: list[Array], share: float) -> Flags:
 def question(study: Study) -> Problem:
     """What a study asks of `tendon design`."""
     space = space_of(study).unset()
-    return Problem(
+    problem = Problem(
         study=study,
         choices=space.choices,
         conditions=space.conditions,
@@ -294,12 +319,13 @@ def question(study: Study) -> Problem:
         enough=study.serve,
         middle=study.design.pretension == "middle",
         given=study.design.pretension.single if isinstance(study.design.pretension, Values) else None,
-        notes=(*study.warnings, *_left_out(study)),
     )
+    return replace(problem, notes=(*study.warnings, *_left_out(problem)))
 
 
-def _left_out(study: Study) -> Iterator[str]:
+def _left_out(problem: Problem) -> Iterator[str]:
     """What the study says of pretension, which is solved for; what is assumed of persons; what is not drawn."""
+    study = problem.study
     given = [key for key in study.numbers if split_side(key)[0] == PRETENSION]
     if any(split_side(key)[1] for key in given):
         yield "the study's pretensions per side are left out: one of both sides is solved for"
@@ -307,7 +333,7 @@ def _left_out(study: Study) -> Iterator[str]:
         yield "the study's values of pretension are left out: the window is solved exactly, without them"
     if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
         yield "the pretensions of the study's cases are left out: one of all is solved for"
-    if ends := [key for key in study.intervals if split_side(key)[0] not in _ENDS_SUFFICE]:
+    if ends := problem.sampled_intervals:
         yield f"{', '.join(ends)}: solved at both ends of the interval; what lies between is not proved"
     if several := [name for name in study.limits if name in _SEVERAL]:
         yield f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used"

@@ -36,7 +36,8 @@ def spool_to_tendon(design: Design) -> Array:
 
 def contact_pressure(design: Design, extensor_tension: Array) -> Array:
     """p = T / (R w) of the extensor's strap (Pa), T its distal tension (N) and R its radius of curvature."""
-    return np.asarray(extensor_tension / (design.arm.strap_radius * design.arm.contact_width))
+    pressure: Array = extensor_tension / (design.arm.strap_radius * design.arm.contact_width)  # or series, in proofs
+    return pressure
 
 
 def _least_end(capstan: Array) -> Array:

@@ -5,12 +5,16 @@ the smallest of g(m) + g'(m) t + t²/2 inf g'' over |t| <= h; a cell where that 
 pretension and in what the load asks for together, it holds between two of either if it does at both. All is by the
 general balance, x = (τ c_e + J_e D)/det, y = (J_f D - η c_f τ)/det, D = H_e - η H_f + (η c_f + c_e)_0 F, so that joints
 and bends that follow measured curves are enclosed, too; cells end at their knots. SI units, angles in radians.
+
+Numbers of a design may be any within a box: a cell then has a range of each, as a share p of the way from the box's
+middle to its end, and a limit falls from the middle of that by at most the sum of |∂g/∂p| over the cell times half the
+range; what contributes most is halved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -31,7 +35,9 @@ FIRST_CELLS = 8
 MOST_CELLS = 2**20
 _AT_ONCE = 2**14
 _NARROWEST = 1e-9
-"""rad; what is not decided there is left."""
+"""rad, and of the way to the end of a box; what is not decided there is left."""
+_USUAL = 0.1
+"""rad; half of a cell of the angle that is as wide as a whole box, if nothing else says which to halve."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,20 +51,25 @@ class Cells:
     """Whether it is the upper end of the window that is held."""
     low: Array
     high: Array
-    """From angle to angle, rad."""
+    """From where to where, (cells, 1 + numbers in a box): of the angle, rad, and of each number from -1 to 1."""
 
     def __len__(self) -> int:
         return len(self.row)
+
+    @property
+    def middle(self) -> Array:
+        """Of each."""
+        return np.asarray(0.5 * (self.low + self.high))
 
     def taken(self, which: Any) -> Cells:
         """Some of them."""
         return Cells(**{name: values[which] for name, values in vars(self).items()})
 
-    def halved(self) -> Cells:
-        """Each in two."""
-        middle, twice = 0.5 * (self.low + self.high), np.tile
-        ends = {"low": np.concatenate([self.low, middle]), "high": np.concatenate([middle, self.high])}
-        return Cells(**{name: twice(values, 2) for name, values in vars(self).items()} | ends)
+    def halved(self, along: Rows) -> Cells:
+        """Each in two, along the variable at a place."""
+        first, second, each = self.high.copy(), self.low.copy(), np.arange(len(self))
+        first[each, along] = second[each, along] = self.middle[each, along]
+        return joined([replace(self, high=first), replace(self, low=second)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,15 +83,19 @@ class Proof:
     """That are not decided, for they are too many or too narrow."""
 
 
-def cells_of(count: int, angles: tuple[float, float], flexion: Flags, knots: Array) -> Cells:
-    """The first cells of designs from angle to angle, in each direction, at both ends of their windows."""
+def cells_of(count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0) -> Cells:
+    """The first cells of designs from angle to angle, in each direction, at both ends of windows, of whole boxes."""
     low, high = angles
     inner = knots[(knots > low) & (knots < high)]
     edges = np.unique(np.concatenate([np.linspace(low, high, FIRST_CELLS + 1), inner]))
     last = len(edges) - 1 if high > low else 1
     grids = np.meshgrid(np.arange(count), flexion.ravel(), [False, True], np.arange(last), indexing="ij")
     row, ways, upper, place = (grid.ravel() for grid in grids)
-    return Cells(row, ways, upper, edges[place], edges[np.minimum(place + 1, len(edges) - 1)])
+    box = np.ones((len(row), numbers))
+    return Cells(
+        row, ways, upper, np.column_stack([edges[place], -box]),
+        np.column_stack([edges[np.minimum(place + 1, len(edges) - 1)], box]),
+    )  # fmt: skip
 
 
 def knots_of(design: Design) -> Array:
@@ -91,27 +106,35 @@ def knots_of(design: Design) -> Array:
     return np.unique(np.concatenate([np.zeros(0), *(each.knots for each in curves if isinstance(each, Spline))]))
 
 
-def prove(design: Design, cells: Cells, low: Array, high: Array, bounds: Bounds) -> Proof:
-    """Whether designs, (designs, 1, 1), keep all limits on states from `low` to `high` (N) in cells."""
+def prove(design: Design, cells: Cells, low: Array, high: Array, bounds: Bounds, ends: Sequence[Design] = ()) -> Proof:
+    """Whether designs, (designs, 1, 1), keep all limits on states from `low` to `high` (N) in cells.
+
+    `ends` has, of a box about them, for each number the designs in which this one is at its upper end.
+    """
     begun, count = len(low), 0
     none = cells.taken(slice(0))
     broken, left, todo = [none], [none], cells
+    at_once, most = (_AT_ONCE // (1 + len(ends)), MOST_CELLS // (1 + 7 * bool(ends)))
     with np.errstate(all="ignore"):
         while len(todo):
-            if count + len(todo) > MOST_CELLS:
+            if count + len(todo) > most:
                 left.append(todo)
                 break
             count += len(todo)
-            undecided = []
-            for part in (todo.taken(slice(at, at + _AT_ONCE)) for at in range(0, len(todo), _AT_ONCE)):
-                some = taken(design, (begun, 1, 1), (part.row, 0, 0))  # type: ignore[arg-type]
-                kept, fails = _kept(some, part, np.where(part.upper, high[part.row], low[part.row]), bounds)
+            rest = [none]
+            for part in (todo.taken(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
+                some, *of_ends = (
+                    taken(each, (begun, 1, 1), (part.row, 0, 0))  # type: ignore[arg-type]
+                    for each in (design, *ends)
+                )
+                pretension = np.where(part.upper, high[part.row], low[part.row])
+                kept, fails, along = _kept(some, of_ends, part, pretension, bounds)
                 broken.append(part.taken(fails))
-                undecided.append(part.taken(~kept & ~fails))
-            rest = joined(undecided)
-            narrow = rest.high - rest.low < _NARROWEST
-            left.append(rest.taken(narrow))
-            todo = rest.taken(~narrow).halved()
+                open_ = ~kept & ~fails
+                narrow = (part.high - part.low < _NARROWEST).all(axis=1)
+                left.append(part.taken(open_ & narrow))
+                rest.append(part.taken(open_ & ~narrow).halved(along[open_ & ~narrow]))
+            todo = joined(rest)
     return Proof(count, joined(broken), joined(left))
 
 
@@ -120,24 +143,64 @@ def joined(parts: list[Cells]) -> Cells:
     return Cells(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
 
-def _kept(design: Design, cells: Cells, pretension: Array, bounds: Bounds) -> tuple[Flags, Flags]:
-    """Whether all limits are kept in all of each cell, and whether one is broken in its middle."""
-    middle = 0.5 * (cells.low + cells.high)
-    half = np.maximum(cells.high - middle, middle - cells.low) * (1.0 + 1e-15)
-    at_middle = _held(enclosed(design, middle, np.zeros(()), cells.flexion, pretension, ORDER - 1), bounds)
-    over_cell = _held(enclosed(design, middle, half, cells.flexion, pretension, ORDER), bounds)
+def _kept(
+    design: Design, ends: Sequence[Design], cells: Cells, pretension: Array, bounds: Bounds
+) -> tuple[Flags, Flags, Rows]:
+    """Whether all limits are kept in all of each cell, whether one is broken in its middle, and what to halve."""
+    middle, halves = cells.middle, np.maximum(cells.high - cells.middle, cells.middle - cells.low) * (1.0 + 1e-15)
+    angle, half, about = middle[:, 0], halves[:, 0], halves[:, 1:]
+    at_point, over_box = (within(design, ends, middle[:, 1:], size) for size in (0.0 * about, about))
+    at_middle = _held(enclosed(at_point, angle, np.zeros(()), cells.flexion, pretension, ORDER - 1), bounds)
+    over_cell = _held(enclosed(over_box, angle, half, cells.flexion, pretension, ORDER), bounds)
     kept, fails = np.ones(len(cells), dtype=np.bool_), np.zeros(len(cells), dtype=np.bool_)
+    worst, falls = np.full(len(cells), np.inf), np.zeros(middle.shape)
     for point, whole in zip(at_middle, over_cell, strict=True):
-        (value, about), (slope, slope_about) = (term or (0.0, 0.0) for term in point.terms[:2])
+        (value, near), (slope, slope_about) = (term or (0.0, 0.0) for term in point.terms[:2])
         bend, bend_about = whole.terms[2] or (0.0, 0.0)
-        least, steep, bend = value - about, abs(slope) + slope_about, bend - bend_about
+        least, steep, bend = value - near, abs(slope) + slope_about, bend - bend_about
         vertex = steep / np.asarray(2.0 * bend)
         at_vertex, at_edge = steep * vertex - bend * vertex * vertex, steep * half - bend * half * half
-        fall = np.where((bend > 0.0) & (vertex < half), at_vertex, at_edge)
+        fall = np.broadcast_to(np.where((bend > 0.0) & (vertex < half), at_vertex, at_edge), kept.shape)
+        moves = [fall, *np.zeros((len(ends), len(cells)))]
+        for place, partial in whole.partials.items():
+            slope, slope_about = partial.terms[0] or (0.0, 0.0)
+            moves[1 + place] = (abs(slope) + slope_about) * about[:, place] * (1.0 + 1e-15)
         rounding = 1e-15 * (abs(value) + steep * half + abs(bend) * half * half)
-        kept &= least - fall - rounding >= 0.0
-        fails |= value + about < 0.0
-    return kept, fails
+        lowest = np.broadcast_to(least - sum(moves) - rounding, kept.shape)
+        kept &= lowest >= 0.0
+        fails |= value + near < 0.0
+        lowest = np.where(np.isnan(lowest), -np.inf, lowest)
+        falls[lowest < worst] = np.transpose(moves)[lowest < worst]
+        worst = np.minimum(worst, lowest)
+    sizes = halves / np.append(_USUAL, np.ones(len(ends)))
+    falls = np.where(np.isfinite(falls).all(axis=1, keepdims=True), falls, sizes)
+    return kept, fails, np.where(cells.high - cells.low > 0.0, falls, -1.0).argmax(axis=1)
+
+
+def within(design: Any, ends: Sequence[Any], middle: Array, half: Array) -> Any:
+    """A design, or part of one, whose numbers in a box are series, within `half` of their middle, (cells, numbers).
+
+    Numbers are straight lines of the share of the way to the end of the box.
+    """
+    if isinstance(design, np.ndarray):
+        for place, end in enumerate(ends):
+            if design.dtype == np.float64 and np.any(apart := _apart(design, end)):
+                size = np.abs(apart) * half[:, place]
+                return Series.number(design + apart * middle[:, place], size, apart, place)
+        return design
+    if isinstance(design, Mapping):
+        return {key: within(each, [end[key] for end in ends], middle, half) for key, each in design.items()}
+    if not ends or not is_dataclass(design) or isinstance(design, type):
+        return design
+    names = [each.name for each in fields(design)]
+    changes = {
+        name: within(getattr(design, name), [getattr(end, name) for end in ends], middle, half) for name in names
+    }
+    return replace(design, **changes)
+
+
+def _apart(design: Array, end: Array) -> Array:
+    return np.where((design == end) | np.isnan(design), 0.0, end - design)
 
 
 def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
@@ -241,11 +304,13 @@ def _torque(design: Design, angle: Series) -> Series:
 def _side(side: Side, angle: Series, pulled: Flags) -> SimpleNamespace:
     """A sheathed tendon that is pulled toward the motor, or else dragged to the joint: what forms ask of it."""
     toward = np.where(pulled, TOWARD_MOTOR, TOWARD_ELBOW)
-    if not isinstance(side.bend_angle, Spline):
+    if not any(isinstance(value, (Series, Spline)) for value in vars(side).values()):
         plain = sheath_of(side, toward, 0.0)
         return SimpleNamespace(capstan=plain.capstan, spring=plain.spring, compliance=Series.near(plain.compliance))
-    exponent = -toward * (side.friction * _curve(side.bend_angle, angle))
-    straight = sheath_of(replace(side, bend_angle=0.0), toward, 0.0)
-    spring = straight.spring * (np.where(side.spring_at_motor, 1.0, 0.0) * exponent).exp()
-    compliance = Series.near(straight.tendon) * exponent.elongation() + spring + straight.anchor
+    bend = _curve(side.bend_angle, angle) if isinstance(side.bend_angle, Spline) else Series.of(side.bend_angle)
+    exponent = -toward * (Series.of(side.friction) * bend)
+    area = Series.near(np.pi / 4.0) * side.diameter * side.diameter
+    tendon = Series.of(side.length) / (area * side.youngs_modulus) * exponent.elongation()
+    spring = 1.0 / Series.of(side.spring_stiffness) * (np.where(side.spring_at_motor, 1.0, 0.0) * exponent).exp()
+    compliance = tendon + spring + 1.0 / Series.of(side.anchor_stiffness)
     return SimpleNamespace(capstan=(-exponent).exp(), spring=spring, compliance=compliance)

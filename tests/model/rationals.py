@@ -93,7 +93,7 @@ def elongation(exponent):
 
 
 def state(p, angle, flexion, pretension):
-    """x, y, k and the motor's torque of a taut state at an angle, by flat numbers as `designs.baseline` has them."""
+    """Tensions at both ends, k, the motor's torque of a taut state at an angle, by flat numbers as in `designs`."""
     p = {name: Exact.of(value) for name, value in p.items() if not isinstance(value, bool)} | {"angle": Exact.of(angle)}
     sides = {}
     for side, way in (("flexor", -1 if flexion else 1), ("extensor", 1 if flexion else -1)):
@@ -120,4 +120,7 @@ def state(p, angle, flexion, pretension):
     x, y = (torque * extensor + radius * apart) / det, (arm * apart - turned * torque) / det
     stiffness = arm * arm / flexor + radius * radius / extensor + torque_slope - slope * x
     motor = p["flexor_radius"] * (x / flexor_end - ratio * y / extensor_end)
-    return {"x": x, "y": y, "stiffness": stiffness, "motor": motor}
+    return {
+        "x": x, "y": y, "stiffness": stiffness, "motor": motor,
+        "x_proximal": x / flexor_end, "y_proximal": y / extensor_end,
+    }  # fmt: skip

@@ -67,7 +67,7 @@ def test_an_interval_is_two_ends_and_always_a_condition():
     assert study_from(json.loads(json.dumps(study.document()))).hash == study.hash
     with pytest.raises(StudyError, match=r'from = "2 kN/m", to = "3 N/mm", num = 5'):
         tendon.sweep(study)
-    assert "spring.stiffness: solved at both ends" in " ".join(question(study).notes)
+    assert not question(study).notes
 
 
 def test_an_interval_is_answered_for_as_the_list_of_its_ends():
