@@ -17,7 +17,6 @@ from tendon_cli.figures.map_data import MARGIN, margin_shown, meaning_of_margin
 from tendon_cli.figures.plan import CurvePlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
 from tendon_cli.figures.style import OKABE_ITO, Colour, load_colours, sequence
-from tendon_cli.quantities import Quantity
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.filters import Condition, Truth
 
@@ -31,11 +30,21 @@ _OF_GEOMETRY = ("flexor_moment_arm", "flexor_travel", "extensor_travel", "radius
 _OF_A_TENDON = ("_tension_distal", "_tension_proximal", "_elongation", "_extensor_tension", "_flexor_tension")
 
 
-@dataclass(frozen=True)
-class Curves:
-    """One quantity over panels, colours, dashes and x."""
+_PARTS = ("values", "slack", "turned", "unstable")
 
-    quantity: Shown
+
+@dataclass(frozen=True)
+class CurveData:
+    """Everything that the pages of curves show; arrays over quantities, panels, colours, dashes and x."""
+
+    title: str
+    study: str
+    x: Scale | None
+    """None where x is not an axis but a column that changes along one."""
+    x_label: str
+    x_values: Floats
+    """Over panels, colours, dashes and x."""
+    quantities: tuple[Shown, ...]
     values: Floats
     """In the unit shown, NaN where there is none."""
     slack: Truth
@@ -44,23 +53,6 @@ class Curves:
     """Where any tendon is slack: where this changes, the line has a kink."""
     unstable: Truth
     """Where the elbow stiffness is below its limit."""
-
-
-_PARTS = ("values", "slack", "turned", "unstable")
-
-
-@dataclass(frozen=True)
-class CurveData:
-    """Everything that the pages of curves show."""
-
-    title: str
-    study: str
-    x: Scale | None
-    """None where x is not an axis but a column that changes along one."""
-    x_label: str
-    x_values: Floats
-    """Of the shape of the curves."""
-    curves: tuple[Curves, ...]
     colours: tuple[tuple[str, Colour], ...]
     """What each stands for, and how it looks; one at least."""
     dashes: tuple[str, ...]
@@ -72,6 +64,11 @@ class CurveData:
     """Why a line may have no value."""
     notes: tuple[str, ...]
 
+    @property
+    def is_line(self) -> bool:
+        """Whether values along x have places between them; names have none."""
+        return not (self.x and self.x.names)
+
 
 def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: FigureSpec) -> CurveData:
     """Read the lines of a plan; raises UsageError where the filters, or nulls, leave nothing to draw."""
@@ -79,12 +76,16 @@ def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: Fi
     names = [*plan.quantities, "status", _STIFFNESS, "taut", "stable", *(each.column for each in masks), plan.x_column]
     names += [*cube.defining, *(axis.column for axis in cube.axes if axis.is_text)]
     read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
-    kept = np.ones(read[plan.x_column].shape, dtype=np.bool_)
-    for each in masks:
-        kept &= each.holds(read[each.column])
-    curves = tuple(_curves(cube, spec, read, name, kept) for name in plan.quantities)
-    if not any(np.isfinite(each.values).any() for each in curves):
+    kept = np.logical_and.reduce(
+        [np.ones(read[plan.x_column].shape), *(each.holds(read[each.column]) for each in masks)]
+    )
+    quantities = [margin_shown(cube, spec) if name == MARGIN else cube.shown(name, spec.units)
+                  for name in plan.quantities]  # fmt: skip
+    values = np.array([np.where(kept, how.scaled(read[how.column]), np.nan) for how in quantities])
+    if not np.isfinite(values).any():
         _raise_empty(plan, asked)
+    marks = np.array([_marks(cube, read, name) for name in plan.quantities]) & np.isfinite(values)[:, np.newaxis]
+    slack, turned, unstable = np.moveaxis(marks, 1, 0)
     lines, _ = caption(cube, spec, read, varied=[axis.column for axis in plan.parts if axis is not None])
     meaning = [meaning_of_margin(cube)] if MARGIN in plan.quantities else []
     panels, colours, dashes = (
@@ -95,17 +96,19 @@ def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: Fi
     below_zero = all(name.endswith((MARGIN, *_OF_A_TENDON) if cube.pushes else MARGIN) for name in plan.quantities)
     missing = "no value" if set(plan.quantities) <= {"first_slack_angle", "max_slack"} else "no equilibrium"
     data = CurveData(
-        spec.title or cube.title, cube.source, *_along_x(cube, plan, read, spec), curves,
-        tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)), dashes, panels, not cube.pushes,
-        below_zero, "no value, or left out by the filter" if masks else missing, (*meaning, *lines, *plan.notes),
+        spec.title or cube.title, cube.source, *_along_x(cube, plan, read, spec), tuple(quantities), values,
+        slack, turned, unstable, tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)), dashes,
+        panels, not cube.pushes, below_zero, "no value, or left out by the filter" if masks else missing,
+        (*meaning, *lines, *plan.notes),
     )  # fmt: skip
     return _each_panel_once(_overlaid(data) if spec.overlay else data)
 
 
-def _curves(cube: Cube, spec: FigureSpec, read: Mapping[str, Values], name: str, kept: Truth) -> Curves:
-    quantity = margin_shown(cube, spec) if name == MARGIN else cube.shown(name, spec.units)
-    values = np.where(kept, quantity.scaled(read[name]), np.nan)
-    nowhere = np.zeros(values.shape, dtype=np.bool_)
+def _marks(cube: Cube, read: Mapping[str, Values], name: str) -> tuple[Truth, Truth, Truth]:
+    """Where the lines of a column are slack, where any tendon is, and where the elbow is unstable."""
+    nowhere = np.zeros(read[name].shape, dtype=np.bool_)
+    if name in _OF_GEOMETRY:
+        return nowhere, nowhere, nowhere
     turned = slack = read["taut"] == 0.0 if "taut" in read and name != MARGIN else nowhere
     if "status" in read:
         side = next((side for side in _SLACK_OF if name.startswith(side)), "")
@@ -114,8 +117,7 @@ def _curves(cube: Cube, spec: FigureSpec, read: Mapping[str, Values], name: str,
     if _STIFFNESS in read:
         stiffness, limit = read[_STIFFNESS], cube.limit("min_elbow_stiffness")
         unstable = stiffness < limit - 1e-9 * np.nanmax(np.abs(stiffness), initial=0.0)
-    known = np.isfinite(values) & (name not in _OF_GEOMETRY)
-    return Curves(quantity, values, slack & known, turned & known, unstable & known)
+    return slack, turned, unstable
 
 
 def _along_x(
@@ -143,28 +145,28 @@ def _colours(plan: CurvePlan, count: int) -> Sequence[Colour]:
 
 def _overlaid(data: CurveData) -> CurveData:
     """All quantities in each panel, a colour each."""
-    first = data.curves[0].quantity
-    same = Quantity(first.quantity.dimension, "", first.quantity.dimension, first.unit, first.unit, "")
-    parts = [np.concatenate([getattr(each, part) for each in data.curves], axis=1) for part in _PARTS]
-    names = [each.quantity.titled for each in data.curves]
+    first = data.quantities[0]
+    same = replace(first.quantity, name=first.quantity.dimension, symbol="", shown_in=first.unit)
+    names = [each.titled for each in data.quantities]
     return replace(
         data,
-        curves=(Curves(Shown(same.name, same, first.unit, first.factor), *parts),),
-        x_values=np.concatenate([data.x_values] * len(data.curves), axis=1),
+        quantities=(Shown(same.name, same, first.unit, first.factor),),
+        x_values=np.repeat(data.x_values, len(names), axis=1),
         colours=tuple((name, OKABE_ITO[at % len(OKABE_ITO)]) for at, name in enumerate(names)),
+        **{part: np.swapaxes(getattr(data, part), 0, 2) for part in _PARTS},
     )
 
 
 def _each_panel_once(data: CurveData) -> CurveData:
     """Panels that would all repeat the same picture are drawn once, and a note says so."""
-    parts = [data.x_values, *(getattr(each, part) for each in data.curves for part in _PARTS)]
+    parts = {part: getattr(data, part) for part in _PARTS} | {"x_values": data.x_values[np.newaxis]}
+    first = {name: part[:, :1] for name, part in parts.items()}
     if len(data.panels) < 2 or not all(
-        np.array_equal(one, one[:1].repeat(len(one), 0), equal_nan=True) for one in parts
+        np.array_equal(part, np.broadcast_to(first[name], part.shape), equal_nan=True) for name, part in parts.items()
     ):
         return data
-    first = [replace(each, **{part: getattr(each, part)[:1] for part in _PARTS}) for each in data.curves]
     note = f"The same picture for {', '.join(data.panels)}."
-    return replace(data, curves=tuple(first), x_values=data.x_values[:1], panels=(), notes=(*data.notes, note))
+    return replace(data, **first | {"x_values": data.x_values[:1]}, panels=(), notes=(*data.notes, note))
 
 
 def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:

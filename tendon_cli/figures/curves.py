@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.figures.curve_data import CurveData, Curves, Floats
+from tendon_cli.cube.labels import Shown
+from tendon_cli.figures.curve_data import CurveData, Floats
 from tendon_cli.figures.engine import Axes, Line2D
-from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, settle
+from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
 from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import COLUMN_WIDTH, INK, MARKERS, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
 from tendon_cli.studies.filters import Truth
@@ -25,20 +26,20 @@ _MOST_UNLIKE = 5.0
 """Panels whose values differ more than that do not share an axis."""
 _SLACK_AREA, _SLACK_WORD = "#fbeae0", "#8a3b12"
 
-Cell = tuple[Curves, int]
-"""A quantity, and which panel of it."""
+Cell = tuple[int, int]
+"""A panel on a page: which quantity, and which of the data's panels."""
 
 
 def draw_curves(data: CurveData, width: float, height: float | None) -> list[Page]:
     """One page; where several quantities meet several panels in more than a row each, a page per panel."""
-    panels = max(1, len(data.panels))
-    cells = [(curves, at) for curves in data.curves for at in range(panels)]
-    if len(data.curves) > 1 and panels > 1:
-        if len(cells) <= _MOST_CELLS:
-            return [_page(data, cells, panels, "", width, height)]
-        pages = [[(curves, at) for curves in data.curves] for at in range(panels)]
-        return [_page(data, cells, 2, data.panels[at], width, height) for at, cells in enumerate(pages)]
-    columns = 2 if len(data.curves) > 1 else grid_shape(len(cells))[1]
+    quantities, panels = data.values.shape[:2]
+    cells = list(np.ndindex(quantities, panels))
+    if quantities > 1 and panels > 1 and len(cells) > _MOST_CELLS:
+        return [
+            _page(data, [(each, at) for each in range(quantities)], 2, data.panels[at], width, height)
+            for at in range(panels)
+        ]
+    columns = grid_shape(len(cells))[1] if quantities == 1 else panels if panels > 1 else 2
     return [_page(data, cells, columns, "", width, height)]
 
 
@@ -49,22 +50,18 @@ def _page(
     rows = -(-len(cells) // columns)
     each = (width - 16.0) / columns
     usual = min(PAGE_HEIGHT, rows * min(0.62 * each + 6.0, 70.0) + 8.0)
+    shown = np.array([data.values[cell] for cell in cells])
     page = framed(data.title, usual, _key(data, cells), data.notes, width=width, height=height, subtitle=subtitle,
                   study=data.study)  # fmt: skip
-    grid = empty_panels(page, rows, columns, sharex=True)
-    for (curves, panel), axes in zip(cells, grid.flat, strict=False):
-        _draw(axes, data, curves, panel)
-        axes.set_title(wrapped(_title(data, curves, panel), int(each / 1.7)))
-    for at, axes in enumerate(grid.flat):
-        axes.set_visible(at < len(cells))
-        is_lowest = at + columns >= len(cells)
-        axes.tick_params(labelbottom=is_lowest)
-        if is_lowest:
-            axes.set_xlabel(broken(data.x_label, int(each / 1.5)))
-    like_left = _share_y(grid, cells, columns)
-    for at, (curves, _) in enumerate(cells):
-        _finish(grid.flat[at], data, curves, labelled=not like_left[at], width=int(0.8 * page.inner / rows / 1.5))
-    shown = np.concatenate([curves.values[at].ravel() for curves, at in cells])
+    grid = empty_panels(page, rows, columns, len(cells), sharex=True)
+    for cell, axes in zip(cells, grid.flat, strict=False):
+        _draw(axes, data, cell)
+        axes.set_title(wrapped(_title(data, cell), int(each / 1.7)))
+    for axes in lowest(grid, len(cells)):
+        axes.set_xlabel(broken(data.x_label, int(each / 1.5)))
+    like_left = _share_y(grid, data, cells, columns)
+    for axes, (quantity, _), is_like in zip(grid.flat, cells, like_left, strict=False):
+        _finish(axes, data, data.quantities[quantity], labelled=not is_like, width=int(0.8 * page.inner / rows / 1.5))
     reaches_below = np.nanmin(shown, initial=0.0) < -0.01 * np.nanmax(shown, initial=0.0)  # so far that it is seen
     for axes in grid.flat[: len(cells)] if data.is_slack_below_zero and reaches_below else ():
         shade_slack(axes)
@@ -72,35 +69,33 @@ def _page(
     return page
 
 
-def _draw(axes: Axes, data: CurveData, curves: Curves, panel: int) -> None:
+def _draw(axes: Axes, data: CurveData, cell: Cell) -> None:
     """All lines of one panel; along x, by colour and by dashes."""
-    values = curves.values[panel]
-    for colour, dash in np.ndindex(values.shape[0], values.shape[1]):
-        at = (panel, colour, dash)
-        order = np.argsort(data.x_values[at], kind="stable") if data.x else np.arange(values.shape[2])
-        x, y, slack, turned, unstable = (
-            each[at][order] for each in (data.x_values, curves.values, curves.slack, curves.turned, curves.unstable)
-        )
+    values = data.values[cell]
+    for colour, dash in np.ndindex(*values.shape[:2]):
+        at = (*cell, colour, dash)
+        order = np.argsort(data.x_values[at[1:]], kind="stable") if data.x else np.arange(values.shape[2])
+        x, y = data.x_values[at[1:]][order], data.values[at][order]
+        slack, turned, unstable = (marks[at][order] for marks in (data.slack, data.turned, data.unstable))
         sign = _sign(data, colour, dash, len(x))
-        is_line = not (data.x and data.x.names)
-        if slack.any() and is_line:
+        if slack.any() and data.is_line:
             style = {"color": sign["color"], "alpha": 0.25, "linewidth": _BAND, "solid_capstyle": "butt"}
             axes.plot(*_stretches(x, y, slack), **style, gid="slack")
         names = (data.colours[colour][0], data.dashes[dash] if data.dashes else "")
         axes.plot(x, y, **sign, gid="curve", label=", ".join(filter(None, names)) or "_line")
-        if unstable.any() and is_line:
+        if unstable.any() and data.is_line:
             axes.plot(*_stretches(x, y, unstable), **_UNSTABLE, gid="unstable")
-        if data.has_kinks and is_line and data.x:  # half way between the last taut state and the first slack one
+        if data.has_kinks and data.is_line and data.x:  # half way between the last taut state and the first slack one
             change = turned[:-1] != turned[1:]
             axes.plot(_middle(x)[change], _middle(y)[change], **_KINK, gid="kink")
-    if data.x is not None:
-        data.x.apply(axes, "x")
-        unknown = ~np.isfinite(values).any(axis=(0, 1))[data.x.order]  # where no line has a value
-        changes = np.flatnonzero(np.diff(np.concatenate(([False], unknown, [False])).astype(np.int8)))
-        for start, stop in changes.reshape(-1, 2):
-            axes.axvspan(*data.x.edges[[start, stop]], zorder=0.6, **unknown_hatch())
-    else:
+    if data.x is None:
         axes.xaxis.set_major_formatter(plain_numbers())
+        return
+    data.x.apply(axes, "x")
+    unknown = ~np.isfinite(values).any(axis=(0, 1))[data.x.order]  # where no line has a value
+    changes = np.flatnonzero(np.diff(np.concatenate(([False], unknown, [False])).astype(np.int8)))
+    for start, stop in changes.reshape(-1, 2):
+        axes.axvspan(*data.x.edges[[start, stop]], zorder=0.6, **unknown_hatch())
 
 
 def _stretches(x: Floats, y: Floats, holds: Truth) -> tuple[Floats, Floats]:
@@ -126,7 +121,7 @@ def _sign(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any
     chosen = data.colours[colour][1]
     return {
         "color": chosen,
-        "linestyle": "none" if data.x is not None and data.x.names else _DASHES[dash],
+        "linestyle": _DASHES[dash] if data.is_line else "none",
         "marker": MARKERS[colour % len(MARKERS)] if lines > 1 or points <= _FEW_POINTS else "none",
         "markersize": 2.8,
         "markevery": every,
@@ -138,7 +133,9 @@ def _sign(data: CurveData, colour: int, dash: int, points: int) -> dict[str, Any
 def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     """Colours, then dashes with filled and open markers, then slack, instability and what has no value."""
     points = data.x_values.shape[-1]
-    is_line = not (data.x and data.x.names)
+    values, slack, turned, unstable = (
+        np.array([part[cell] for cell in cells]) for part in (data.values, data.slack, data.turned, data.unstable)
+    )
     key: list[Any] = []
     for at, (text, _) in enumerate(data.colours):
         if text:
@@ -147,40 +144,39 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
         sign = {**_sign(data, 0, at, points), "markevery": 1, "color": INK, "markerfacecolor": ("black", "white")[at]}
         marked = "" if sign["marker"] == "none" else f", {('filled', 'open')[at]}"
         key.append(Line2D([], [], **{**sign, "marker": "o" if marked else "none"}, label=f"{text}{marked}"))
-    if is_line and any(curves.slack[at].any() for curves, at in cells):
+    if data.is_line and slack.any():
         key.append(Line2D([], [], color=INK, alpha=0.25, linewidth=_BAND, label="a tendon is slack"))
-    turns = any((curves.turned[at][..., 1:] != curves.turned[at][..., :-1]).any() for curves, at in cells)
-    if is_line and turns and data.has_kinks and data.x:
+    if data.is_line and data.has_kinks and data.x and (turned[..., 1:] != turned[..., :-1]).any():
         key.append(Line2D([], [], **_KINK, label="one goes slack"))
-    if is_line and any(curves.unstable[at].any() for curves, at in cells):
+    if data.is_line and unstable.any():
         key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))
-    if data.x is not None and any(~np.isfinite(curves.values[at]).any(axis=(0, 1)).all() for curves, at in cells):
+    if data.x is not None and not np.isfinite(values).any(axis=(1, 2)).all():
         key.append(hatch_key(data.missing))
     return key
 
 
-def _title(data: CurveData, curves: Curves, panel: int) -> str:
-    several = len(data.curves) > 1
-    texts = [curves.quantity.titled] if several else []
-    if data.panels and not (several and len(data.curves) * len(data.panels) > _MOST_CELLS):
-        texts.append(data.panels[panel])
+def _title(data: CurveData, cell: Cell) -> str:
+    quantities, panels = data.values.shape[:2]
+    texts = [data.quantities[cell[0]].titled] if quantities > 1 else []
+    if data.panels and not (quantities > 1 and quantities * panels > _MOST_CELLS):
+        texts.append(data.panels[cell[1]])
     return ", ".join(texts)
 
 
-def _share_y(grid: Any, cells: Sequence[Cell], columns: int) -> list[bool]:
+def _share_y(grid: Any, data: CurveData, cells: Sequence[Cell], columns: int) -> list[bool]:
     """Panels of one quantity share y, and those in a row of one unit and like size; who has the labels on the left.
 
     True stands for a panel whose y axis is that of its left neighbour, which then labels both.
     """
-    is_one = len({curves.quantity.column for curves, _ in cells}) == 1
-    sizes = [float(np.nanmax(np.abs(curves.values[at]), initial=0.0)) for curves, at in cells]
+    is_one = len({quantity for quantity, _ in cells}) == 1
+    sizes = [float(np.nanmax(np.abs(data.values[cell]), initial=0.0)) for cell in cells]
+    units = [data.quantities[quantity].dimension_shown for quantity, _ in cells]
     like_left = []
     for at, axes in enumerate(grid.flat[: len(cells)]):
         row = at - at % columns
         first = 0 if is_one else row
         small, large = sorted((sizes[first], sizes[at]))
-        same = cells[first][0].quantity.dimension_shown == cells[at][0].quantity.dimension_shown
-        same = same and (is_one or large <= _MOST_UNLIKE * small)
+        same = units[first] == units[at] and (is_one or large <= _MOST_UNLIKE * small)
         if same and at != first:
             axes.sharey(grid.flat[first])
         like_left.append(same and at != row)
@@ -188,7 +184,7 @@ def _share_y(grid: Any, cells: Sequence[Cell], columns: int) -> list[bool]:
     return like_left
 
 
-def _finish(axes: Axes, data: CurveData, curves: Curves, *, labelled: bool, width: int) -> None:
+def _finish(axes: Axes, data: CurveData, quantity: Shown, *, labelled: bool, width: int) -> None:
     """Label y, and draw where it is zero."""
     axes.yaxis.set_major_formatter(plain_numbers())
     axes.autoscale(axis="y")
@@ -197,8 +193,7 @@ def _finish(axes: Axes, data: CurveData, curves: Curves, *, labelled: bool, widt
     if low < 0.0 < high:
         axes.axhline(0.0, color=INK, linewidth=0.5, zorder=1.2)
     if labelled:
-        quantity = curves.quantity
-        axes.set_ylabel(broken(quantity.label if len(data.curves) == 1 else quantity.short_label, width))
+        axes.set_ylabel(broken(quantity.label if len(data.quantities) == 1 else quantity.short_label, width))
 
 
 def shade_slack(axes: Axes) -> None:

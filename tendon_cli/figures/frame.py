@@ -119,14 +119,24 @@ _SMALLEST = 4.0
 """Side of a panel, mm."""
 
 
-def empty_panels(page: Page, rows: int, columns: int, **shared: Any) -> Any:
-    """Axes in an array of shape (rows, columns), for `settle`; `shared` are `sharex` and `sharey`."""
+def empty_panels(page: Page, rows: int, columns: int, count: int, **shared: Any) -> Any:
+    """Axes in an array of shape (rows, columns), `count` of them seen; `shared` are `sharex` and `sharey`."""
     page.figure.set_layout_engine("none")
     sides = {
         "left": 14.0 / page.width, "right": 1.0 - 3.0 / page.width,
         "bottom": (page.foot + 8.0) / page.height, "top": 1.0 - (page.head + 5.0) / page.height,
     }  # fmt: skip
-    return page.figure.subplots(rows, columns, squeeze=False, gridspec_kw=sides, **shared)
+    grid = page.figure.subplots(rows, columns, squeeze=False, gridspec_kw=sides, **shared)
+    for axes in grid.flat[count:]:
+        axes.set_visible(False)
+    for axes in lowest(grid, count):
+        axes.tick_params(labelbottom=True)
+    return grid
+
+
+def lowest(grid: Any, count: int) -> list[Axes]:
+    """Those of the first `count` panels that have none below them."""
+    return list(grid.flat[max(0, count - grid.shape[1]) : count])
 
 
 def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = True) -> None:
@@ -135,26 +145,10 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
     Constrained layout does the same by drawing everything twice. Raises UsageError where there is no room.
     """
     FigureCanvasAgg(page.figure)
-    boxes = {
-        axes: (axes.bbox, axes.xaxis.get_tightbbox(), axes.yaxis.get_tightbbox())
-        for axes in (*grid.flat, *([bar] if bar else [])) if axes.get_visible()
-    }  # fmt: skip
-
-    def reach(axes: Any, side: str) -> float:
-        """How far labels reach beyond a panel, mm."""
-        panel, under, beside = boxes.get(axes, (None, None, None))
-        box = under if side in ("below", "over") else beside
-        if panel is None or box is None:
-            return 0.0
-        pixels = {"left": panel.x0 - box.x0, "right": box.x1 - panel.x1, "over": box.x1 - panel.x1,
-                  "below": panel.y0 - box.y0}[side]  # fmt: skip
-        return float(max(0.0, pixels / page.figure.dpi / MM)) + (0.3 if side == "over" else 0.0)
-
-    left = np.array([max(reach(axes, "left") for axes in column) for column in grid.T])
-    below = np.array([max(reach(axes, "below") for axes in row) for row in grid])
-    above = np.array([max(_title_height(axes) for axes in row) for row in grid])
-    over = max(_EDGE, *(reach(axes, "over") for axes in grid[:, -1]))
-    at_bar = 0.0 if bar is None else _BAR_GAP + _BAR + reach(bar, "right")
+    reach = np.array([[_reach(page, axes) for axes in row] for row in grid])  # left, below, right, above
+    left, over = reach[..., 0].max(axis=0), max(_EDGE, reach[:, -1, 2].max() + 0.3)
+    below, above = reach[..., 1].max(axis=1), reach[..., 3].max(axis=1)
+    at_bar = 0.0 if bar is None else _BAR_GAP + _BAR + _reach(page, bar)[2]
     rows, columns = grid.shape
     width = (page.width - _EDGE - left.sum() - _GAP * (columns - 1) - over - at_bar) / columns
     height = (page.inner - below.sum() - above.sum() - _GAP * (rows - 1)) / rows
@@ -172,6 +166,15 @@ def settle(page: Page, grid: Any, bar: Axes | None = None, *, must_fit: bool = T
         bar.set_position(np.array([page.width - at_bar - _EDGE + _BAR_GAP, low, _BAR, top - above[0] - low]) / scale)
 
 
-def _title_height(axes: Axes) -> float:
-    text = axes.get_title() if axes.get_visible() else ""
-    return _PANEL_PAD + _PANEL_LINE * (text.count("\n") + 1) if text else _EDGE
+def _reach(page: Page, axes: Axes) -> tuple[float, float, float, float]:
+    """How far the labels of a panel reach beyond it at its left, below, at its right, and its title above, mm."""
+    if not axes.get_visible():
+        return 0.0, 0.0, 0.0, _EDGE
+    panel, under, aside = axes.bbox, axes.xaxis.get_tightbbox(), axes.yaxis.get_tightbbox()
+    left, right = (panel.x0 - aside.x0, aside.x1 - panel.x1) if aside else (0.0, 0.0)
+    below, over = (panel.y0 - under.y0, under.x1 - panel.x1) if under else (0.0, 0.0)
+    title = axes.get_title()
+    above = _PANEL_PAD + _PANEL_LINE * (title.count("\n") + 1) if title else _EDGE
+    beyond = over if axes.get_label() != "<colorbar>" else right
+    to_mm = 1.0 / page.figure.dpi / MM
+    return max(0.0, left * to_mm), max(0.0, below * to_mm), max(0.0, beyond * to_mm), above

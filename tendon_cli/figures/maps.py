@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.figures.engine import Axes, Line2D, Patch, TickedStroke, TwoSlopeNorm, mpl, withStroke
-from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, settle
+from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
 from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData, Panel
 from tendon_cli.figures.plan import PANELS_PER_PAGE
 from tendon_cli.figures.scales import Scale
@@ -45,22 +45,18 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     page = framed(title, usual, key, notes, width=width, height=height, study=data.study)
     limit, levels, extend = colour_scale([panel.margin for panel in data.panels])
     colour = mpl.cm.ScalarMappable(TwoSlopeNorm(0.0, -limit, limit), DIVERGING)
-    grid = empty_panels(page, rows, columns, sharex=True, sharey=True)
+    grid = empty_panels(page, rows, columns, len(panels), sharex=True, sharey=True)
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data, panel, colour, levels, ticks=max(2, min(6, int(each / 9.0))))
         axes.set_title(wrapped(panel.title, int(each / 1.9)), y=1.0)  # placed without a search
     # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
-    is_full = columns > 2 and rows * columns == len(panels)
-    if is_full:
+    if columns > 2 and rows * columns == len(panels):
         grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=0.5 if columns % 2 else 1.07)
-    for at, axes in enumerate(grid.flat):
-        axes.set_visible(at < len(panels))
-        is_lowest = at + columns >= len(panels)
-        axes.tick_params(labelbottom=is_lowest)
-        if is_lowest and not is_full:
+    else:
+        for axes in lowest(grid, len(panels)):
             axes.set_xlabel(broken(data.x.label, int(each / 1.9)))
-        if at % columns == 0:
-            axes.set_ylabel(broken(data.y.label, int(0.7 * page.inner / rows / 1.5)))
+    for axes in grid[:, 0]:
+        axes.set_ylabel(broken(data.y.label, int(0.7 * page.inner / rows / 1.5)))
     place = page.figure.add_axes((0.85, 0.2, 0.03, 0.6), label="<colorbar>")
     bar = page.figure.colorbar(colour, cax=place, extend=extend, spacing="proportional", ticks=levels)
     bar.set_label(f"{data.margin.label}\n←  slack             taut  →", linespacing=1.4)
