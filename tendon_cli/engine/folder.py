@@ -128,7 +128,7 @@ class RunFolder:
         record, journal = read_record(self.path), Journal.read(self.path)
         if record is not None:  # until the new run has its journal, this one says whose files these are
             tables = sorted({entry["path"].partition(".")[0] for entry in record["files"]})
-            kept = {key: record.get(key) for key in ("verb", "study_hash", "results_version", "study", "axes")}
+            kept = {key: record.get(key) for key in self.task.identity}
             journal.figures = (*record["figures"], *journal.figures)
             journal.start({**kept, "parts": record.get("parts", 1), "tables": tables})
         with output_errors(self.path):

@@ -1,7 +1,10 @@
 """`tendon fit-friction` and `tendon paper`, as they are called."""
 
+import errno
+import fcntl
 import math
 import threading
+from unittest import mock
 
 import pandas as pd
 import pytest
@@ -85,9 +88,11 @@ def test_the_paper_is_reproduced_into_a_folder_and_a_finding_that_fails_is_exit_
         made.extend([] if made else [reproduce(out, jobs=None, progress=lambda *_: None, stop=threading.Event())])
         return made[0]
 
-    reproduce = reproduction.reproduce
+    reproduce, no_locks = reproduction.reproduce, mock.Mock(side_effect=OSError(errno.ENOLCK, "no locks"))
     monkeypatch.setattr(reproduction, "reproduce", once)
-    ran = tendon("paper", "--json")
+    with monkeypatch.context() as patch:  # its runs stand in a temporary folder that nobody else has
+        patch.setattr(fcntl, "flock", no_locks)
+        ran = tendon("paper", "--json")
     assert ran.exit == 0
     assert ran.json["holds"] is True
     assert {file.name for file in (workplace / "results/paper").iterdir()} == set(ran.json["files"])

@@ -4,16 +4,25 @@ import pytest
 
 from tendon_cli import terminal
 
-from .tools import STATES, STUDY, SWEEP, launched, study_in
+from .tools import QUESTION, QUIET, SMALL, STUDY, launched, study_in
+
+STUDIES = {"sweep": STUDY, "design": QUESTION}
 
 
 @pytest.fixture(scope="session")
-def uninterrupted(tmp_path_factory, hashes_in):
-    """SHA-256 of every table of a run that nobody disturbed."""
-    folder = study_in(tmp_path_factory.mktemp("uninterrupted"), STUDY)
-    code, _, said = launched(folder, {"states": STATES}, *SWEEP)
-    assert code == 0, said
-    return hashes_in(folder / "run")
+def undisturbed(tmp_path_factory, hashes_in):
+    """SHA-256 of every table of a run that nobody disturbed, by its command."""
+    known = {}
+
+    def of(verb):
+        if verb not in known:
+            folder = study_in(tmp_path_factory.mktemp(verb), STUDIES[verb])
+            code, out, said = launched(folder, SMALL, verb, "study.toml", *QUIET)
+            assert code == 0, out + said
+            known[verb] = hashes_in(folder / "run")
+        return known[verb]
+
+    return of
 
 
 @pytest.fixture

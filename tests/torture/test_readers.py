@@ -1,5 +1,6 @@
-"""Every reader of tables, not `plot` alone, names the table that was harmed and takes nothing from it."""
+"""Every reader of tables names the one that was harmed, and takes nothing from it."""
 
+import random
 import re
 from pathlib import Path
 
@@ -8,50 +9,65 @@ import pytest
 import tendon_cli
 from tendon_cli.engine import run as verb
 from tendon_cli.engine.run import worked_out
+from tendon_cli.errors import InputError
+from tendon_cli.tables.read import open_table
 
-from .test_damage import flip, parts_of, truncate
+from .folders import HARMS, STUDY, delete, flip, truncate
 from .tools import STATES, some, study_in
 
 PACKAGE = Path(tendon_cli.__file__).parent
 OPENS = re.compile(r"pq\.|read_parquet|ParquetFile|parquet\.read|pyarrow\.dataset|memory_map")
-FIGURE = """
-[[figure]]
-name = "curves"
-quantity = "motor_torque"
-"""
+FIGURE = '\n[[figure]]\nname = "curves"\nquantity = "motor_torque"\n'
 
 
 def test_tables_are_opened_in_few_places_only():
     """Whoever opens one elsewhere goes round what verifies it: the reader, its counts, the writer's check, memory."""
-    found = {
-        str(file.relative_to(PACKAGE))
-        for file in PACKAGE.rglob("*.py")
-        if OPENS.search(re.sub(r"import .*", "", file.read_text(encoding="utf-8")))
-    }
-    assert found == {"tables/read.py", "tables/write.py", "face/pictures.py"}
+    sources = {file: re.sub(r"import .*", "", file.read_text(encoding="utf-8")) for file in PACKAGE.rglob("*.py")}
+    openers = {str(file.relative_to(PACKAGE)) for file, source in sources.items() if OPENS.search(source)}
+    assert openers == {"tables/read.py", "tables/write.py", "face/pictures.py"}
 
 
-class Chance:
-    """Always the same byte, somewhere in the pages."""
+def fold(file, _chance):
+    """A folder where the file was."""
+    delete(file, None)
+    file.mkdir()
 
-    def randrange(self, stop):
-        return min(stop - 1, 100)
+
+@pytest.mark.parametrize("harm", [*HARMS, fold], ids=lambda harm: harm.__name__)
+@pytest.mark.parametrize("table", some(["states"], ["designs"]))
+def test_a_harmed_part_is_refused_by_name(tendon, workplace, new_sweep, small_parts, harm, table):
+    small_parts(1)
+    run = new_sweep(STUDY, workplace).folder
+    file = run / f"{table}.parquet/part-00002.parquet"
+    harm(file, random.Random(5))  # noqa: S311 - a repeatable sample
+    for source, words in ((run, ("--table", table)), (file.parent, ())):
+        ran = tendon("plot", source, *words, "--out", "figure.png", "--json")
+        assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
+        assert f"{table}.parquet" in ran.json["error"]["where"]
+        assert "part-00002" in ran.json["error"]["where"] + ran.json["error"]["message"] or "part 2" in ran.out
+        assert not Path("figure.png").exists()
+    with pytest.raises(InputError):
+        open_table(file.parent)
+    ran = tendon("sweep", "study.toml", "--out", "run", "--resume", "--no-figures", "--json")
+    assert (ran.exit in (5, 7) and "part-00002" in ran.out) if harm is fold else ran.exit == 0
 
 
-def harmed_run(harm, table, monkeypatch):
+def harmed_run(harm, table, patch):
     """Let a table be harmed right after it was written, before anybody reads it back."""
 
-    def then_harmed(folder, *arguments, **options):
-        outcome = worked_out(folder, *arguments, **options)
-        parts = [file for file in parts_of(folder.path) if file.parent.name == f"{table}.parquet"]
-        harm(parts[1] if parts else folder.path / f"{table}.parquet", Chance())
-        return outcome
+    def then_harmed(folder, **options):
+        worked = worked_out(folder, **options)
+        files = sorted(folder.path.glob(f"{table}.parquet/part-*.parquet")) or [folder.path / f"{table}.parquet"]
+        harm(files[min(1, len(files) - 1)], random.Random(5))  # noqa: S311 - a repeatable sample
+        return worked
 
-    monkeypatch.setattr(verb, "worked_out", then_harmed)
+    patch.setattr(verb, "worked_out", then_harmed)
 
 
-@pytest.mark.parametrize("harm", some([flip], [truncate]), ids=lambda harm: harm.__name__)
-@pytest.mark.parametrize("table", some(["designs"], ["states"]))
+CASES = [(flip, "designs"), (flip, "states"), (truncate, "designs"), (truncate, "states")]
+
+
+@pytest.mark.parametrize(("harm", "table"), some(CASES[:1], CASES[1:]))
 def test_paper_refuses_a_harmed_table_by_name(tendon, workplace, monkeypatch, harm, table):
     harmed_run(harm, table, monkeypatch)
     ran = tendon("paper", "--out", "paper", "--json")
@@ -60,34 +76,27 @@ def test_paper_refuses_a_harmed_table_by_name(tendon, workplace, monkeypatch, ha
     assert not list(workplace.glob("paper/*"))
 
 
-@pytest.mark.parametrize("harm", some([flip], [truncate]), ids=lambda harm: harm.__name__)
-@pytest.mark.parametrize("table", some(["designs"], ["states"]))
-def test_the_figures_of_a_sweep_are_not_drawn_from_a_harmed_table(
-    tendon, tmp_path, monkeypatch, small_parts, harm, table
-):
+@pytest.mark.parametrize(("harm", "table"), some(CASES[:1], CASES[1:]))
+def test_the_figures_of_a_sweep_are_not_drawn_from_a_harmed_table(tendon, place, monkeypatch, small_parts, harm, table):
     small_parts(STATES)
-    place = study_in(tmp_path / "place")
-    words = ("sweep", place / "study.toml", "--out", place / "run", "--json")
     if table == "states":
-        with (place / "study.toml").open("a", encoding="utf-8") as end:
-            end.write(FIGURE)
+        study_in(place, (place / "study.toml").read_text("utf-8") + FIGURE)
+    words = ("sweep", place / "study.toml", "--out", place / "run", "--json")
     with monkeypatch.context() as patch:
         harmed_run(harm, table, patch)
         ran = tendon(*words)
     assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
     assert f"{table}.parquet/part-00001.parquet" in ran.json["error"]["where"]
-    assert not (place / "run/run.json").exists()
-    assert not (place / "run/curves.png").exists()
+    assert not [file for name in ("*.png", "run.json") for file in (place / "run").glob(name)]
     assert tendon(*words, "--resume").exit == 0
 
 
-@pytest.mark.parametrize("words", some([()], [("--quantity", "motor_torque"), ("--format", "svg")]), ids=" ".join)
+@pytest.mark.parametrize("words", some([()], [(("--quantity", "motor_torque", "--format", "svg"),)]), ids=str)
 def test_plot_of_a_run_whose_tables_are_both_harmed_draws_nothing(tendon, workplace, new_sweep, words):
-    folder = new_sweep("[load]\nmass = [0.0, 3.0]\n", workplace).folder
+    run = new_sweep("[load]\nmass = [0.0, 3.0]\n", workplace).folder
     for table in ("designs", "states"):
-        flip(folder / f"{table}.parquet", Chance())
+        flip(run / f"{table}.parquet", random.Random(5))  # noqa: S311 - a repeatable sample
     before = sorted(workplace.rglob("*"))
-    ran = tendon("plot", folder, *words, "--json")
-    assert (ran.exit, ran.json["error"]["kind"]) == (3, "input")
-    assert ".parquet" in ran.json["error"]["where"]
+    ran = tendon("plot", run, *words, "--json")
+    assert (ran.exit, ran.json["error"]["kind"], ".parquet" in ran.json["error"]["where"]) == (3, "input", True)
     assert sorted(workplace.rglob("*")) == before

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from .tools import STATES, command, launched, some, study_in
+from .tools import SMALL, STATES, command, launched, some, study_in
 
 ONE_PART = {}
-MANY_PARTS = {"states": STATES}
 SWEEP = ("sweep", "study.toml", "--out", "run", "--jobs", "2", "--json")
 NAMES = [
     "run.json", "design.json", "journal.jsonl", ".lock", "designs.parquet", "states.parquet", "slack_map.png",
@@ -51,7 +50,7 @@ def test_a_link_in_the_run_folder_is_not_written_through(tendon, tmp_path, small
 
 def test_a_link_put_in_during_a_run_is_not_written_through(tmp_path, place):
     """Every file of a stopped run exchanged for a link to one of a stranger; then it is resumed and replaced."""
-    assert launched(place, MANY_PARTS, *SWEEP, "--no-figures")[0] == 0
+    assert launched(place, SMALL, *SWEEP, "--no-figures")[0] == 0
     run, precious = place / "run", tmp_path / "precious"
     precious.mkdir()
     for number, file in enumerate(sorted(run.rglob("part-*.parquet"))):
@@ -59,7 +58,7 @@ def test_a_link_put_in_during_a_run_is_not_written_through(tmp_path, place):
         file.symlink_to(precious / str(number))
     before = {file: file.read_bytes() for file in precious.iterdir()}
     for words in (("--resume",), ("--overwrite",)):
-        code, out, said = launched(place, MANY_PARTS, *SWEEP, "--no-figures", *words)
+        code, out, said = launched(place, SMALL, *SWEEP, "--no-figures", *words)
         assert code == 0, out + said
         assert {file: file.read_bytes() for file in precious.iterdir()} == before
     assert not [file for file in run.rglob("*") if file.is_symlink()]
@@ -151,7 +150,7 @@ def test_what_a_run_leaves_outside_its_folder_is_nothing(place, tmp_path):
     scratch.mkdir()
     home.mkdir()
     environment = {"HOME": str(home), "TMPDIR": str(scratch), "PATH": "/usr/bin:/bin"}
-    assert launched(place, MANY_PARTS, *SWEEP, env=environment)[0] == 0
+    assert launched(place, SMALL, *SWEEP, env=environment)[0] == 0
     assert sorted(item.name for item in place.iterdir()) == ["run", "study.toml"]
     assert not list(scratch.iterdir())
     left = {str(file.relative_to(home)) for file in home.rglob("*") if file.is_file()}

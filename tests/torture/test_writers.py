@@ -1,4 +1,4 @@
-"""What is not a sweep writes whole files, too: an error at any step is exit 5, and what was there before stays."""
+"""Other files are written whole, too: an error at any step is exit 5, and what was there before stays."""
 
 import errno
 import os
@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from .test_io_errors import Faults
-from .tools import some, study_in
+from tendon_cli import files
+
+from .disk import ERRORS, Disk
+from .tools import STATES, some, study_in
 
 READINGS = "cell 1,cell 2\n1.2,1\n2.4,2\n1,1.2\n2,2.4\n"
 FIT = ("fit-friction", "cells.csv", "--bend-angle", "144 deg")
@@ -17,19 +19,17 @@ WRITERS = {
     "arm.svg": ("plot", "study.toml", "--arm", "--out", "arm.svg"),
 }
 STEPS = ("open", "write", "fsync file", "rename")
-NUMBERS = (errno.ENOSPC, errno.EIO, errno.EDQUOT, errno.EROFS, errno.EACCES)
 BEFORE = b"what was there before"
 
 
 def failing(tendon, words, place, at, number):
     """A command whose step of that number fails."""
     with pytest.MonkeyPatch.context() as patch:
-        faults = Faults(patch, "")
-        faults.below = str(place)
+        disk = Disk(patch, place)
         patch.chdir(place)
-        faults.begin(at, number=number)
+        disk.begin(at, number)
         ran = tendon(*words[:-1], place / words[-1], "--json")
-        return ran, [kind for kind, _ in faults.seen][: at + 1]
+        return ran, [kind for kind, _ in disk.seen][: at + 1]
 
 
 @pytest.mark.parametrize("stands", [True, False], ids=["replaced", "new"])
@@ -40,22 +40,51 @@ def test_an_error_at_any_step_of_any_file_is_exit_5_and_changes_nothing(tendon, 
     file = workplace / name
     assert tendon(*WRITERS[name]).exit == 0  # what is made at the first import only is made here
     whole = file.read_bytes()
-    file.unlink()
-    earlier = whole  # what tendon wrote before: nothing else is ever replaced
-    if stands:
-        file.write_bytes(earlier)
+    if not stands:
+        file.unlink()
     before = sorted(workplace.iterdir())
     for at in range(len(STEPS)):
-        for number in NUMBERS if name == "friction.toml" else NUMBERS[:2]:
+        for number in ERRORS if name == "friction.toml" else ERRORS[:2]:
             ran, seen = failing(tendon, WRITERS[name], workplace, at, number)
             assert seen == list(STEPS[: at + 1])
             assert (ran.exit, ran.json["error"]["kind"], ran.err) == (5, "output", "")
             assert os.strerror(number) in ran.json["error"]["message"]
             assert name in ran.json["error"]["where"]
             assert sorted(workplace.iterdir()) == before
-            assert not stands or file.read_bytes() == earlier
+            assert not stands or file.read_bytes() == whole
     assert tendon(*WRITERS[name]).exit == 0
     assert file.read_bytes() == whole
+
+
+@pytest.mark.parametrize("kind", some(["write"], ["open", "fsync file", "rename"]))
+@pytest.mark.parametrize("name", ["slack_map.png", "run.json", "journal.jsonl"])
+def test_an_error_with_a_record_is_exit_5_and_with_a_figure_a_warning(
+    tendon, place, undisturbed, monkeypatch, small_parts, kind, name, hashes_in
+):
+    small_parts(STATES)
+    words = ("sweep", place / "study.toml", "--out", place / "run", "--json", "--jobs", "2")
+    with monkeypatch.context() as patch:
+        disk, named = Disk(patch, place / "run"), files.temporary_of
+        patch.setattr(files, "temporary_of", lambda path, **how: named(path, **how).with_suffix(f".{path.name}.tmp"))
+
+        def meet(operation, where):
+            disk.seen.append((operation, str(where)))
+            if operation == kind and (name in str(where) or (kind == "fsync file" and name in disk.seen[-2][1])):
+                raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+        disk.meet = meet
+        ran = tendon(*words)
+    if name == "slack_map.png":
+        assert ran.exit == 0
+        assert any(os.strerror(errno.EIO) in warning for warning in ran.json["warnings"])
+    else:
+        assert (ran.exit, ran.json["error"]["kind"], ran.err) == (5, "output", "")
+        assert not (place / "run/run.json").exists()
+    assert not (place / "run" / name).exists() or name == "journal.jsonl"
+    assert not list((place / "run").glob("**/*.tmp"))
+    assert tendon(*words, "--resume").exit == 0
+    assert hashes_in(place / "run") == undisturbed("sweep")
+    assert (place / "run/slack_map.png").exists()
 
 
 # --- A starter, which is put in place where nothing stands ------------------------------------------------------------
@@ -85,12 +114,12 @@ def test_an_error_at_any_step_of_a_starter_leaves_nothing(tendon, workplace, mon
         linking(monkeypatch, errno.EPERM)
     steps = INIT_STEPS[links]
     for at in range(len(steps)):
-        for number in NUMBERS:
+        for number in ERRORS:
             with monkeypatch.context() as patch:
-                faults = Faults(patch, workplace)
-                faults.begin(at, number=number)
+                disk = Disk(patch, workplace)
+                disk.begin(at, number)
                 ran = tendon("init", workplace / "mine.toml")
-            assert [kind for kind, _ in faults.seen][: at + 1] == list(steps[: at + 1])
+            assert [kind for kind, _ in disk.seen][: at + 1] == list(steps[: at + 1])
             assert (ran.exit, ran.out) == (5, "")
             assert ran.err.startswith(
                 f"tendon: error: {workplace}/mine.toml: cannot be written: {os.strerror(number)}\n"

@@ -1,13 +1,13 @@
-"""What the tests of this folder share: a study of many small parts, and runs of it in processes of their own."""
+"""What the tests of this folder share: studies of many small parts, and runs of them in processes of their own."""
 
-import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -27,17 +27,29 @@ mass = ["0 kg", "5 kg", "10 kg"]
 elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
 """
 """60 parts of 3 designs and 30 states, where a part has 30 states."""
-
-SMALL = {"states": STATES}
-SLOW = SMALL | {"hold": "rows", "held": "held", "seconds": 0.02}
-"""Settings of the launcher: parts of so many states; and as if each took a while, so that a run is met midway."""
-
-SWEEP = ("sweep", "study.toml", "--out", "run", "--no-figures", "--jobs", "2")
+QUESTION = """
+name = "torture"
+[spring]
+stiffness = { from = "3 kN/m", to = "8 kN/m", num = 4 }
+[spool]
+ratio = [0.5, 0.6, 0.7]
+[load]
+mass = ["0 kg", "5 kg"]
+[motion]
+elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
+[design]
+maximise = ["tolerance"]
+"""
+"""12 parts of a choice; the best lies between two of them, so that a part is written once more."""
+SMALL = {"parts": STATES}
+QUIET = ("--out", "run", "--no-figures", "--jobs", "2")
+SWEEP = ("sweep", "study.toml", *QUIET)
 
 
 def some(sample, rest):
     """Values of a test, of which the rest are left to `make torture`."""
-    return [*sample, *(pytest.param(value, marks=pytest.mark.torture) for value in rest)]
+    rest = [value if isinstance(value, tuple) else (value,) for value in rest]
+    return [*sample, *(pytest.param(*values, marks=pytest.mark.torture) for values in rest)]
 
 
 def command(settings, *words):
@@ -45,63 +57,49 @@ def command(settings, *words):
     return [sys.executable, str(LAUNCHER), json.dumps(settings), *map(str, words)]
 
 
-def start(folder, settings, *words, **options):
-    """Start a run as the leader of a process group of its own, in a folder."""
+@contextmanager
+def running(folder, settings, *words, **options):
+    """A run as the leader of a process group of its own, that is certainly over afterwards."""
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder} | options
-    return subprocess.Popen(command(settings, *words), start_new_session=True, **options)
+    with subprocess.Popen(command(settings, *words), start_new_session=True, **options) as process:
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
 
-def ended(process, seconds=60):
+def ended(process):
     """Wait for a run: its exit code, stdout and stderr."""
-    out, err = process.communicate(timeout=seconds)
+    out, err = process.communicate(timeout=60)
     return process.returncode, out, err
 
 
-def launched(folder, settings, *words, seconds=60, **options):
+def launched(folder, settings, *words, **options):
     """Run a command to its end."""
-    return ended(start(folder, settings, *words, **options), seconds)
+    with running(folder, settings, *words, **options) as process:
+        return ended(process)
 
 
-def kill_group(process, number=signal.SIGKILL):
-    """End a run and all its processes."""
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(process.pid, number)
-    return ended(process)
-
-
-@contextmanager
-def running(folder, settings, *words, **options):
-    """A run that is certainly over afterwards."""
-    process = start(folder, settings, *words, **options)
-    try:
-        yield process
-    finally:
-        if process.poll() is None:
-            kill_group(process)
-        for stream in (process.stdout, process.stderr):
-            stream.close()
-
-
-def wait_for(condition, seconds=30):
+def wait_for(condition):
     """Wait until something is so."""
-    until = time.monotonic() + seconds
+    until = time.monotonic() + 60
     while not condition():
         if time.monotonic() > until:
             raise TimeoutError(condition)
         time.sleep(0.002)
 
 
-def group_members(leader):
-    """Processes that are left of a process group."""
-    found = []
+def left_of(leader):
+    """Processes that are left of a process group, and what it left in shared memory."""
+    left = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
+        with suppress(OSError):
             fields = stat.read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        if int(fields[2]) == leader and fields[0] != "Z":
-            found.append(int(stat.parent.name))
-    return found
+            left += [stat] if int(fields[2]) == leader and fields[0] != "Z" else []
+    shared = Path("/dev/shm")  # noqa: S108 - only looked at
+    names = [item.name for item in shared.iterdir()] if shared.exists() else []
+    return left + [name for name in names if str(leader) in re.split("[^0-9A-Za-z]", name)]
 
 
 def study_in(folder, text=STUDY):
@@ -109,14 +107,6 @@ def study_in(folder, text=STUDY):
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "study.toml").write_text(text, encoding="utf-8")
     return folder
-
-
-def journalled(run):
-    """How many parts a journal has whole."""
-    try:
-        return max(0, (run / "journal.jsonl").read_bytes().count(b"\n") - 1)
-    except FileNotFoundError:
-        return 0
 
 
 def temporary_files(run):

@@ -1,0 +1,482 @@
+"""A run folder and all that may happen to it, each with what must be so afterwards."""
+
+import copy
+import errno
+import fcntl
+import functools
+import json
+import os
+import shutil
+import tempfile
+import threading
+import zlib
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from tendon_cli.answers import choices
+from tendon_cli.answers.choices import Choices
+from tendon_cli.engine import journal as journal_module
+from tendon_cli.engine import plan
+from tendon_cli.engine.run import How, carried_out
+from tendon_cli.engine.sweep import Sweep
+from tendon_cli.errors import Stopped, TendonError
+from tendon_cli.studies.load import load_study
+from tendon_cli.tables.digest import file_sha256
+
+from .disk import Disk, Killed
+from .tools import temporary_files
+
+STUDY = """
+[tendon]
+pretension = ["60 N", "120 N", "180 N", "240 N"]
+[motion]
+direction = "flexion"
+elbow_angle = "50 deg"
+"""
+"""Four parts of one state each."""
+QUESTION = """
+[spring]
+stiffness = ["3 kN/m", "5 kN/m"]
+[spool]
+ratio = [0.5, 0.6, 0.7]
+[load]
+mass = ["0 kg", "5 kg"]
+[motion]
+elbow_angle = { from = "10 deg", to = "90 deg", num = 3 }
+[design]
+maximise = ["tolerance"]
+"""
+"""Six parts of one choice each; the best lies between two of them, so that a part is written once more."""
+
+
+@dataclass(frozen=True)
+class Verb:
+    task: type
+    study: str
+    record: str
+
+
+VERBS = {"sweep": Verb(Sweep, STUDY, "run.json"), "design": Verb(Choices, QUESTION, "design.json")}
+WAYS = ("", "resume", "overwrite")
+FIGURE = "figure.png"
+FAST = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # noqa: S108 - folders of random names
+"""Where a flush costs nothing."""
+
+
+def draw(_study, _folder, place, _record):
+    """Stands in for figures, which are slow to draw."""
+    (place / FIGURE).write_bytes(b"drawn")
+    return [FIGURE], [], None
+
+
+def outcome(record, _out, *, up_to_date=False, note=None):
+    return SimpleNamespace(record=record, up_to_date=up_to_date, note=note)
+
+
+# --- Harm ------------------------------------------------------------------------------------------------------------
+
+
+def delete(file, _chance):
+    file.unlink()
+
+
+def truncate(file, chance):
+    os.truncate(file, chance.randrange(file.stat().st_size or 1))
+
+
+def flip(file, chance):
+    content = bytearray(file.read_bytes() or b"\0")
+    content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+    file.write_bytes(content)
+
+
+def lengthen(file, chance):
+    with file.open("ab") as end:
+        end.write(chance.randbytes(chance.randrange(1, 600)))
+
+
+def lose_sector(file, chance):
+    """What a disk gives back for a sector that it lost."""
+    content = bytearray(file.read_bytes() or b"\0")
+    start = chance.randrange(len(content)) // 512 * 512
+    content[start : start + 512] = bytes(len(content[start : start + 512]))
+    file.write_bytes(content)
+
+
+def swap(file, _chance):
+    """A whole part, but that of another table."""
+    other = file.parents[1] / ("designs.parquet" if file.parent.name == "states.parquet" else "states.parquet")
+    file.write_bytes((other / file.name).read_bytes() if (other / file.name).exists() else b"")
+
+
+HARMS = [delete, truncate, flip, lengthen, lose_sector, swap]
+
+
+def broken(journal, chance):
+    """A journal that is cut off, or has a flipped bit, a line twice, lines in another order, noise between or after."""
+    lines = journal.split(b"\n")[:-1]
+    match chance.randrange(6):
+        case 0:
+            return journal[: chance.randrange(len(journal) + 1)]
+        case 1 if journal:
+            content = bytearray(journal)
+            content[chance.randrange(len(content))] ^= 1 << chance.randrange(8)
+            return bytes(content)
+        case 2 if len(lines) > 1:
+            lines.insert(chance.randrange(1, len(lines) + 1), chance.choice(lines[1:]))
+        case 3:
+            lines[1:] = chance.sample(lines[1:], len(lines[1:]))
+        case 4:
+            lines.insert(chance.randrange(len(lines) + 1), chance.randbytes(chance.randrange(100)))
+        case _:
+            return journal + bytes(chance.randrange(4096))  # as a power cut leaves a file that had been made longer
+    return b"\n".join(lines) + b"\n"
+
+
+VALUES = [None, True, -1, 0, 1.5, 10**9, 10**30, "", "x", "../../x", "/", [], {}, [[]], {"path": 1}]
+
+
+def places(tree, path=()):
+    """Every place in a JSON document."""
+    yield path
+    if isinstance(tree, dict | list):
+        for key in tree if isinstance(tree, dict) else range(len(tree)):
+            yield from places(tree[key], (*path, key))
+
+
+def changed(tree, chance):
+    """A document with one value exchanged, or one key taken away, outside of what says which study it is."""
+    forged = copy.deepcopy(tree)
+    *above, last = chance.choice([path for path in places(tree) if path and path[0] not in ("study", "study_hash")])
+    owner = forged
+    for key in above:
+        owner = owner[key]
+    if chance.random() < 0.3:
+        del owner[last]
+    else:
+        owner[last] = copy.deepcopy(chance.choice(VALUES))
+    return forged
+
+
+def entries(content):
+    """What the whole lines of a journal say."""
+    pairs = (line.split(b" ", 1) for line in content.split(b"\n")[:-1] if b" " in line)
+    return [json.loads(text) for crc, text in pairs if crc == b"%08x" % zlib.crc32(text)]
+
+
+def has_header(known):
+    return any("tables" in entry for entry in known)
+
+
+# --- The folder ------------------------------------------------------------------------------------------------------
+
+
+class Folder:
+    """A run folder, and beside it files of a stranger that nobody may touch."""
+
+    def __init__(self, name, *, is_first=False):
+        self.verb, self.name, self.patch = VERBS[name], name, pytest.MonkeyPatch()
+        for part in ("STATES_PER_PART", "STATES_PER_FILE", "DESIGNS_PER_PART"):
+            self.patch.setattr(plan, part, 1)
+        self.patch.setattr(choices, "CHOICES_PER_PART", 1)
+        self.home = Path(tempfile.mkdtemp(dir=FAST))
+        self.run, self.record = self.home / "run", self.home / "run" / self.verb.record
+        self.journal, self.stranger = self.run / "journal.jsonl", self.home / "stranger"
+        self.stranger.mkdir()
+        (self.home / "study.toml").write_text(self.verb.study, encoding="utf-8")
+        self.study = load_study(self.home / "study.toml")
+        self.parts = self.verb.task.of(self.study).parts
+        self.forms = {} if is_first else forms_of(name)
+        self.whole = {file: forms[-1] for file, forms in self.forms.items()}
+        self.harmed, self.strangers, self.seen = set(), {}, []
+        self.disk = Disk(self.patch, self.home)
+
+    def close(self):
+        self.disk.begin()
+        self.patch.undo()
+        shutil.rmtree(self.home)
+
+    @property
+    def finished(self):
+        return self.record.exists()
+
+    @property
+    def hashes(self):
+        return {name_in(self.run, file): file_sha256(file) for file in self.run.rglob("*.parquet") if file.is_file()}
+
+    @property
+    def damaged(self):
+        """Files that are not as the run wrote them."""
+        stand = {name: sha256 for name, sha256 in self.hashes.items() if not (self.run / name).is_symlink()}
+        return sorted(name for name, forms in self.forms.items() if stand.get(name) not in forms[-self.finished :])
+
+    @property
+    def kept(self):
+        """Parts that need not be made anew."""
+        task, damaged = self.verb.task.of(self.study), {*self.damaged}
+        known = (
+            {entry["part"] for entry in entries(self.journal.read_bytes()) if "part" in entry}
+            if self.journal.exists()
+            else ()
+        )
+        known = range(self.parts) if self.finished else known
+        return [index for index in known if damaged.isdisjoint(task.files(index).values())]
+
+    def times(self, parts):
+        task = self.verb.task.of(self.study)
+        files = [self.run / name for index in parts for name in task.files(index).values()]
+        return {file: file.stat().st_mtime_ns for file in files}
+
+    @contextmanager
+    def untouched(self):
+        """Nothing is written, made or deleted meanwhile but the lock."""
+
+        def everything():
+            files = (file for file in self.home.rglob("*") if file.name != ".lock" and not file.is_dir())
+            return {file: (file.lstat().st_mtime_ns, file.read_bytes()) for file in files}
+
+        before = everything()
+        yield
+        assert everything() == before
+
+    def check(self):
+        """What is so at any moment: what looks finished is, what stands is of this run, a stranger's is untouched."""
+        hashes = self.hashes
+        assert [name for name in hashes if name not in self.harmed and hashes[name] not in self.forms[name]] == []
+        assert not self.finished or self.harmed or hashes == self.whole
+        assert {item.name for item in self.home.iterdir()} <= {"study.toml", "run", "stranger"}
+        assert {file: file.read_bytes() for file in self.stranger.iterdir()} == self.strangers
+
+    # --- What is done
+
+    def carry_out(self, way="resume", *, lock=True, stop_after=None, jobs=1):
+        """The outcome; stopped after so many parts. Raises TendonError or Killed."""
+        stop = threading.Event()
+
+        def progress(done, _all):
+            if stop_after is not None and done >= stop_after:
+                stop.set()
+
+        how = How(jobs=jobs, lock=lock, draw=draw, progress=progress, stop=stop)
+        ways = {"resume": way == "resume", "overwrite": way == "overwrite"}
+        try:
+            return carried_out(self.verb.task, outcome, self.study, self.run, How(**vars(how) | ways))
+        finally:
+            self.seen = self.disk.seen
+            self.disk.begin()
+
+    def ended(self, *words, **options):
+        """The outcome, or the error."""
+        try:
+            return self.carry_out(*words, **options)
+        except (TendonError, Stopped, Killed) as error:
+            return error
+
+    def assert_whole(self):
+        self.harmed.clear()
+        assert (self.finished, self.hashes, self.journal.exists()) == (True, self.whole, False)
+        assert not temporary_files(self.run)
+
+    def finish(self, way="resume", *, lock=True):
+        """To the end: the same bytes, only what was not there is made; and once more: nothing at all is done."""
+        was_finished, damaged, kept = self.finished, self.damaged, self.kept
+        before = self.times(kept) if self.name == "sweep" or was_finished else {}
+        record = self.carry_out(way, lock=lock).record
+        self.assert_whole()
+        assert (self.run / FIGURE).exists()
+        if way == "resume":
+            assert before == {file: file.stat().st_mtime_ns for file in before}
+            assert not (was_finished and damaged) or sorted(record["repaired"]) == damaged
+            assert was_finished or record["resumed_parts"] <= len(kept)
+            assert was_finished or self.name == "design" or record["resumed_parts"] == len(kept)
+        with self.untouched():
+            assert self.carry_out(lock=lock).up_to_date
+
+    def ask_plainly(self):
+        """Neither to resume nor to overwrite: a whole run is up to date, whatever else stands is refused and stays."""
+        was_finished, damaged, drawn = self.finished, self.damaged, (self.run / FIGURE).exists()
+        before = self.hashes
+        ended = self.ended("")
+        if isinstance(ended, TendonError):
+            assert (ended.exit, "--resume" in ended.hint, self.hashes) == (7, True, before)
+            assert damaged or not was_finished
+        else:
+            self.assert_whole()
+            assert not (was_finished and damaged)
+            assert ended.up_to_date == was_finished or not drawn
+
+    def stop(self, parts):
+        if isinstance(self.ended(stop_after=parts), Stopped):
+            assert temporary_files(self.run) == []
+        else:
+            self.assert_whole()
+
+    # --- What happens to it
+
+    def fail(self, at, error, *, lasting, way="resume"):
+        """An operation of the disk fails: exit 5, or what is said to stand is whole; or the process is killed at it."""
+        was_finished = self.finished
+        self.disk.begin(at, error, lasting=lasting)
+        ended = self.ended(way)
+        if isinstance(ended, TendonError):
+            assert (ended.exit, os.strerror(error or 0) in ended.message) == (5, True), ended
+            assert not temporary_files(self.run)
+            assert was_finished or not self.finished
+        elif not isinstance(ended, Killed):
+            self.assert_whole()
+
+    def lose(self, parts):
+        """Parts cannot be made: exit 6, all others are kept."""
+        fill, lost = self.verb.task.fill, {*parts} & {*range(self.parts)} - {*self.kept}
+
+        def fails(task, tables, index):
+            if index in parts:
+                raise FloatingPointError("something odd")
+            return fill(task, tables, index)
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(self.verb.task, "fill", fails)
+            ended = self.ended()
+        if isinstance(ended, TendonError):
+            assert (ended.exit, "--resume" in ended.hint) == (6, True)
+            assert any(f"part {part} (" in ended.message for part in parts)
+            assert self.name == "design" or f"{len(lost)} of {self.parts} parts failed" in ended.message
+            assert self.finished or len(self.kept) == self.parts - len(lost) or self.name == "design"
+        else:
+            assert not lost or self.name == "design"
+            self.assert_whole()
+
+    def harm(self, at, how, chance):
+        """A file is not any more as it was written."""
+        files = sorted(self.run.glob("**/*.parquet"))
+        files = [file for file in files if file.is_file() and not file.is_symlink()]
+        if files and (not self.journal.exists() or has_header(entries(self.journal.read_bytes()))):
+            file = files[at % len(files)]
+            self.harmed.add(name_in(self.run, file))
+            how(file, chance)
+
+    def link(self, at):
+        """A part is moved to a stranger's folder, and a link put in its place."""
+        files = [file for file in sorted(self.run.glob("*.parquet/*.parquet")) if not file.is_symlink()]
+        if files:
+            file, elsewhere = files[at % len(files)], self.stranger / str(len(self.strangers))
+            shutil.move(file, elsewhere)
+            file.symlink_to(elsewhere)
+            self.strangers[elsewhere] = elsewhere.read_bytes()
+
+    def break_journal(self, chance):
+        """It may lose its header only while all else says whose it is: otherwise the folder is a stranger's."""
+        before = self.journal.read_bytes() if self.journal.exists() else b""
+        content = broken(before, chance)
+        known = entries(content)
+        is_known = len(known) > 0 or before.startswith(content)
+        if before and is_known and (has_header(known) or not (self.harmed or (self.run / FIGURE).exists())):
+            self.journal.write_bytes(content)
+
+    def forge(self, chance):
+        """Somebody changes what a record or a journal says: one message, or a run that stands; never a bug."""
+        file = self.record if self.finished else self.journal
+        if not file.exists() or (self.damaged and self.finished) or self.name == "design":
+            return  # notes of an answer's parts decide on its rows: forged ones give another answer
+        before = file.read_bytes()
+        if self.finished:
+            file.write_text(json.dumps(changed(json.loads(before), chance)), encoding="utf-8")
+        else:
+            lines = entries(before)
+            at = chance.randrange(len(lines)) if lines else 0
+            lines[at : at + 1] = [changed(entry, chance) for entry in lines[at : at + 1]]
+            file.write_bytes(b"".join(map(journal_module._line, lines)))
+        ended = self.ended()
+        if isinstance(ended, TendonError):
+            assert ended.exit in (5, 7)
+        else:
+            assert self.hashes == self.whole
+        if file == self.journal and self.finished:
+            self.record.unlink()
+            (self.run / FIGURE).unlink()
+        file.write_bytes(before)
+
+    def refuse(self, why, way):
+        """Another run writes here, nothing can be locked, no journal can be read: exit 7, and nothing is touched."""
+        self.run.mkdir(exist_ok=True)
+        with pytest.MonkeyPatch.context() as patch, OBSTACLES[why](self, patch) as hint, self.untouched():
+            error = self.ended(way)
+            assert (error.exit, hint in error.hint, str(self.run) in error.where) == (7, True, True)
+
+
+@functools.cache
+def forms_of(name):
+    """The hashes of every file that an undisturbed run puts in place, by name, in their order."""
+    folder, forms, replace = Folder(name, is_first=True), {}, Path.replace
+
+    def noted(source, target):
+        if Path(target).suffix == ".parquet":
+            forms.setdefault(name_in(folder.run, Path(target)), []).append(file_sha256(source))
+        return replace(source, target)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Path, "replace", noted)
+        folder.carry_out()
+    folder.close()
+    return forms
+
+
+def name_in(run, file):
+    return str(file.relative_to(run))
+
+
+# --- Why a run may be refused ----------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _held(folder, _patch):
+    with (folder.run / ".lock").open("a") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield "wait for it"
+
+
+def _without_locks(number):
+    @contextmanager
+    def obstacle(_folder, patch):
+        def refused(*_arguments):
+            raise OSError(number, os.strerror(number))
+
+        patch.setattr(fcntl, "flock", refused)
+        yield "--no-lock"
+
+    return obstacle
+
+
+@contextmanager
+def _journal_is_a_folder(folder, _patch):
+    content = folder.journal.read_bytes() if folder.journal.exists() else None
+    folder.journal.unlink(missing_ok=True)
+    folder.journal.mkdir()
+    yield "make it a file"
+    folder.journal.rmdir()
+    if content is not None:
+        folder.journal.write_bytes(content)
+
+
+@contextmanager
+def _journal_is_forbidden(folder, patch):
+    """The superuser may read everything, so it is injected."""
+    read = journal_module.read_file
+
+    def forbidden(path, most):
+        if path == folder.journal:
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+        return read(path, most)
+
+    patch.setattr(journal_module, "read_file", forbidden)
+    yield "make it a file"
+
+
+NO_LOCKS = ("ENOLCK", "EOPNOTSUPP", "ENOSYS")
+OBSTACLES = {"held": _held, "folder": _journal_is_a_folder, "forbidden": _journal_is_forbidden} | {
+    name: _without_locks(getattr(errno, name)) for name in NO_LOCKS
+}
