@@ -11,7 +11,7 @@ import tendon_cli
 
 PACKAGE = Path(tendon_cli.__file__).parent
 FILES = sorted(PACKAGE.rglob("*.py"))
-GROUND = {"errors", "files", "quantities", "say", "display", "units", "version"}
+GROUND = {"cells", "errors", "files", "quantities", "say", "display", "units", "version"}
 ROOMS = ("figures", "friction", "engine")
 BELOW_THE_ROOMS = {"studies", "space", "tables", "model", *GROUND}
 THE_FACE = ""
@@ -23,6 +23,7 @@ MAY_IMPORT = {
     "startup": {"errors"},
     "terminal": {"errors"},
     "files": {"errors", "units"},
+    "cells": {"errors"},
     "quantities": {"units"},
     "display": set(),
     "units": set(),

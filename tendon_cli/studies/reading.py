@@ -1,4 +1,4 @@
-"""From the bytes of a study file to a plain dictionary, TOML or YAML 1.2, with the place of every key.
+"""From the bytes of a study file to a plain dictionary, TOML or YAML 1.2, with the line of every key.
 
 Files are hostile until checked: size, nesting and key length are looked at before anything is parsed, YAML anchors,
 aliases and tags are refused, and what a file says is never executed.
@@ -9,15 +9,19 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tendon_cli.errors import Fault, StudyError
 from tendon_cli.files import read_file
-from tendon_cli.studies.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, refused, scan
 from tendon_cli.units import shorten
 
 MAX_BYTES = 256_000
+MAX_DEPTH = 32
+MAX_KEY_PARTS = 16
+LONG_INTEGER = "an integer of more than 4300 digits, no study needs that"
+"""The one thing that the parsers refuse beyond their grammars: Python converts no longer one."""
 YAML_SUFFIXES = (".yaml", ".yml")
 STDIN = Path("-")
 """The name of a study from standard input."""
@@ -39,6 +43,43 @@ _TUPLE = re.compile(r"\('(.*?)',?\)")
 _KEY_OF_YAML = re.compile(r"(?:---|[\w.-]+\s*:(?:\s|$))")
 """How the first line of a study in YAML begins, and none in TOML."""
 _MANY_DIGITS = re.compile(r"[\d_]{4301,}")
+_MARK = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"""|\Z)'  # strings of several lines
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:\\.|[^"\\\n])*(?:"|$)'  # strings of one line
+    r"|'[^'\n]*(?:'|$)"
+    r"|\#[^\n]*"
+    r"|[\[\]{}=.,\n]",
+    re.DOTALL | re.MULTILINE,
+)
+_KEY_PART = re.compile(r"""\s*("(?:\\.|[^"\\])*"|'[^']*'|[^."'\s]+)\s*(?:\.|$)""")
+
+
+def refused(problem: str, hint: str | None = None, line: int | None = None, key: str = "") -> StudyError:
+    """A file that cannot be read as a study, for one reason."""
+    return StudyError([Fault(key, problem, hint, line)])
+
+
+@dataclass
+class KeyPlaces:
+    """Where keys stand: `lines[path]` is the line of a dotted key, in the order of the document."""
+
+    lines: dict[str, int | None] = field(default_factory=dict)
+
+    def forget(self, path: str) -> None:
+        """A key that the command line sets has no line, and no key inside it."""
+        inside = (key for key in self.lines if key.startswith(f"{path}."))
+        self.lines |= dict.fromkeys((path, *inside))
+
+    def line_of(self, path: str) -> int | None:
+        """The line of a key, else of the first key inside it, else of the nearest table around it."""
+        while True:
+            if path in self.lines:
+                return self.lines[path]
+            inside = next((line for key, line in self.lines.items() if key.startswith(f"{path}.")), None)
+            if inside is not None or "." not in path:
+                return inside
+            path = path.rpartition(".")[0]
 
 
 @dataclass(frozen=True)
@@ -53,7 +94,11 @@ def read_document(path: Path) -> Document:
     """Read a TOML or YAML file; raises StudyError where it cannot be read or is not of its grammar."""
     text = _text(_bytes(path))
     try:
-        return _yaml(text) if _is_yaml(path, text) else read_toml(text)
+        if not _is_yaml(path, text):
+            return read_toml(text)
+        from tendon_cli.studies.yaml_reading import read_yaml  # only studies in YAML pay for its import
+
+        return read_yaml(text)
     except RecursionError:
         raise refused(f"nested deeper than {MAX_DEPTH} levels") from None
 
@@ -97,10 +142,10 @@ def _bytes(path: Path) -> bytes:
 
 
 def _text(content: bytes) -> str:
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise refused("UTF-16 text, expected UTF-8", "save the file as UTF-8")
     if content.startswith((b"PAR1", b"\x89PNG", b"PK\x03\x04")) or b"\0" in content[:4096]:
-        raise refused("this is a binary file, expected a study in TOML or YAML")
+        is_wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+        what = "UTF-16 text, expected UTF-8" if is_wide else "this is a binary file, expected a study in TOML or YAML"
+        raise refused(what, "save the file as UTF-8" if is_wide else None)
     try:
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -110,7 +155,7 @@ def _text(content: bytes) -> str:
 
 def read_toml(text: str) -> Document:
     """TOML text, looked at before it is parsed; raises StudyError."""
-    places = scan(text)
+    places = _scanned(text)
     try:
         return Document(tomllib.loads(text), places)
     except tomllib.TOMLDecodeError as error:
@@ -125,16 +170,59 @@ def read_toml(text: str) -> Document:
 
 
 def _toml_hint(text: str, line: int) -> str | None:
-    lines = text.splitlines()
-    written = lines[line - 1] if 0 < line <= len(lines) else ""
-    _, equals, value = written.partition("=")
-    if equals and value.strip()[:1].isdigit() and value.strip()[-1:].isalpha():
-        return f'a quantity with a unit stands in quotes: "{shorten(value.strip())}"'
-    return f"the line reads: {shorten(written.strip())}" if written.strip() else None
+    written = [*text.splitlines(), "", ""][line - 1].strip()
+    value = written.partition("=")[2].strip()
+    if value[:1].isdigit() and value[-1:].isalpha():
+        return f'a quantity with a unit stands in quotes: "{shorten(value)}"'
+    return f"the line reads: {shorten(written)}" if written else None
 
 
-def _yaml(text: str) -> Document:
-    from tendon_cli.studies.yaml_reading import read_yaml  # only studies in YAML pay for its import
+def _scanned(text: str) -> KeyPlaces:
+    """The line of every key; raises StudyError for what is nested or dotted too deeply.
 
-    content, places = read_yaml(text)
-    return Document(content, places)
+    The parser of the standard library needs gigabytes for one long dotted key, and forgets line numbers and the order
+    of tables that are opened again. This does not judge the grammar.
+    """
+    places, table, counts = KeyPlaces(), list[str](), dict[str, int]()
+    line, depth, dots, start, in_key = 1, 0, 0, 0, True
+    for match in _MARK.finditer(text):
+        mark = match.group()
+        if mark[0] not in "\"'#":
+            dots = dots + 1 if mark == "." else 0
+            depth += (mark in "[{") - (mark in "]}")
+        if dots >= MAX_KEY_PARTS or depth > MAX_DEPTH:
+            dotted, nested = f"a key of more than {MAX_KEY_PARTS} parts", f"nested deeper than {MAX_DEPTH} levels"
+            raise refused(dotted if dots else nested, "a study needs no more than four", line)
+        if depth == 0 and mark in "=\n":
+            statement = text[start : match.start()].strip()
+            if in_key and mark == "=":
+                places.lines.setdefault(".".join([*table, *_key_parts(statement)]), line)
+            elif in_key and statement.startswith("["):
+                table = _table_of(statement, counts)
+                places.lines.setdefault(".".join(table), line)
+            in_key = mark == "\n"
+            start = match.end() if in_key else start
+        line += mark.count("\n")
+    return places
+
+
+def _table_of(header: str, counts: dict[str, int]) -> list[str]:
+    """The parts of the path that a header opens; `counts` has the last entry of each list of tables."""
+    table = _key_parts(header.partition("#")[0].strip().strip("[]"))
+    path = ".".join(table)
+    if header.startswith("[["):
+        counts[path] = counts.get(path, -1) + 1
+        return [*table, str(counts[path])]
+    if table and table[0] in counts:  # a table inside the latest entry, such as [cases.arm]
+        table.insert(1, str(counts[table[0]]))
+    return table
+
+
+def _key_parts(text: str) -> list[str]:
+    """The parts of a dotted key, unquoted."""
+    parts: list[str] = []
+    at = 0
+    while match := _KEY_PART.match(text, at):
+        parts.append(match.group(1).strip("\"'"))
+        at = match.end()
+    return parts

@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from tendon_cli.errors import StudyError
-from tendon_cli.studies.toml_scan import LONG_INTEGER, MAX_DEPTH, KeyPlaces, refused
+from tendon_cli.studies.reading import LONG_INTEGER, MAX_DEPTH, Document, KeyPlaces, refused
 from tendon_cli.units import shorten
 
 _MARK = re.compile(r"'?<([a-z ]+)>'?")
@@ -38,24 +38,22 @@ _OF_THE_PARSER = {
 """What the parser says, in the words of someone who writes a study, and what helps."""
 
 
-def read_yaml(text: str) -> tuple[dict[str, Any], KeyPlaces]:
+def read_yaml(text: str) -> Document:
     """The content of a YAML document and where its keys stand; raises StudyError."""
-    builder = _Builder()
+    yaml, places = YAML(typ="safe", pure=True), KeyPlaces()
     try:
         _check_events(YAML(typ="safe", pure=True).parse(text))
-        node = builder.yaml.compose(text)
-        content = None if node is None else builder.value(node, "")
+        node = yaml.compose(text)
+        content = {} if node is None else _value(yaml, node, "", places)
     except MarkedYAMLError as error:
         raise _not_yaml(error.problem or str(error), error.problem_mark) from None
     except YAMLError as error:
         at = getattr(error, "position", None)
         line = text[:at].count("\n") + 1 if isinstance(at, int) else None
         raise refused(f"not YAML: {shorten(str(error).splitlines()[0], 120)}", line=line) from None
-    if content is None:
-        return {}, builder.places
-    if not isinstance(content, dict):
+    if not isinstance(content, dict | None):
         raise refused("the file holds no keys, expected such as `name: my-study`", line=1)
-    return content, builder.places
+    return Document(content or {}, places)
 
 
 def _not_yaml(message: str, mark: Any) -> StudyError:
@@ -70,10 +68,9 @@ def _check_events(events: Any) -> None:
     """Refuse deep nesting, anchors, aliases and tags, while nothing has been built yet."""
     depth = 0
     for event in events:
-        kind = type(event).__name__
+        kind, line = type(event).__name__, event.start_mark.line + 1
         depth += kind.endswith(("MappingStartEvent", "SequenceStartEvent"))
         depth -= kind.endswith(("MappingEndEvent", "SequenceEndEvent"))
-        line = event.start_mark.line + 1
         if depth > MAX_DEPTH:
             raise refused(f"nested deeper than {MAX_DEPTH} levels", line=line)
         if getattr(event, "anchor", None) is not None:
@@ -83,52 +80,41 @@ def _check_events(events: Any) -> None:
             raise refused(f"the YAML tag {shorten(tag)} is not read", "leave it out", line)
 
 
-class _Builder:
-    """Plain values from nodes; notes the lines of their keys."""
+def _value(yaml: YAML, node: Any, path: str, places: KeyPlaces) -> Any:
+    """What a node says, the lines of its keys noted; raises StudyError."""
+    if isinstance(node.value, str):
+        return _scalar(yaml, node, path)
+    is_list = str(node.tag).endswith(":seq")
+    content: dict[str, Any] = {}
+    for key, item in enumerate(node.value) if is_list else node.value:
+        name, line = (str(key), item.start_mark.line + 1) if is_list else (_key(key, path), key.start_mark.line + 1)
+        if name in content:
+            raise refused(f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=line)
+        inner = f"{path}.{name}".removeprefix(".")
+        places.lines.setdefault(inner, line)
+        content[name] = _value(yaml, item, inner, places)
+    return list(content.values()) if is_list else content
 
-    def __init__(self) -> None:
-        self.yaml = YAML(typ="safe", pure=True)
-        self.places = KeyPlaces()
 
-    def value(self, node: Any, path: str) -> Any:
-        """What a node says; raises StudyError."""
-        if isinstance(node.value, str):
-            return self._scalar(node, path)
-        if str(node.tag).endswith(":seq"):
-            items = [(f"{path}.{at}".removeprefix("."), item) for at, item in enumerate(node.value)]
-            for inner, item in items:
-                self.places.lines.setdefault(inner, item.start_mark.line + 1)
-            return [self.value(item, inner) for inner, item in items]
-        content: dict[str, Any] = {}
-        for key, item in node.value:
-            name = self._key(key, path)
-            if name in content:
-                at = key.start_mark.line + 1
-                raise refused(f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=at)
-            inner = f"{path}.{name}".removeprefix(".")
-            self.places.lines.setdefault(inner, key.start_mark.line + 1)
-            content[name] = self.value(item, inner)
-        return content
+def _key(node: Any, table: str) -> str:
+    """A word; raises StudyError for numbers, dates, truth values, lists, tables and merge keys."""
+    line = node.start_mark.line + 1
+    if not isinstance(node.value, str):
+        raise refused("a list or table stands as a key, expected a word", None, line, shorten(table, 120))
+    key = shorten(f"{table}.{shorten(node.value)}".removeprefix("."), 120)
+    if node.value == "<<":
+        raise refused("YAML merge keys are not read", "write the keys out", line, key)
+    if not str(node.tag).endswith(":str"):
+        given = f'"{shorten(node.value)}"' if node.value else "nothing"
+        raise refused(f"{given} stands as a key, expected a word", "text in quotes is a word", line, key)
+    return str(node.value)
 
-    def _key(self, node: Any, table: str) -> str:
-        """A word; raises StudyError for numbers, dates, truth values, lists, tables and merge keys."""
-        line = node.start_mark.line + 1
-        if not isinstance(node.value, str):
-            raise refused("a list or table stands as a key, expected a word", None, line, shorten(table, 120))
-        key = shorten(f"{table}.{shorten(node.value)}".removeprefix("."), 120)
-        if node.value == "<<":
-            raise refused("YAML merge keys are not read", "write the keys out", line, key)
-        if not str(node.tag).endswith(":str"):
-            given = f'"{shorten(node.value)}"' if node.value else "nothing"
-            raise refused(f"{given} stands as a key, expected a word", "text in quotes is a word", line, key)
-        return str(node.value)
 
-    def _scalar(self, node: Any, path: str) -> Any:
-        try:
-            return self.yaml.constructor.construct_object(node)
-        except (ValueError, OverflowError):
-            is_date = str(node.tag).endswith(":timestamp")
-            date = f'"{shorten(node.value)}" is not a date of the calendar, expected text in quotes'
-            raise refused(
-                date if is_date else LONG_INTEGER, None, node.start_mark.line + 1, shorten(path, 120)
-            ) from None
+def _scalar(yaml: YAML, node: Any, path: str) -> Any:
+    try:
+        return yaml.constructor.construct_object(node)
+    except (ValueError, OverflowError):
+        is_date = str(node.tag).endswith(":timestamp")
+        date = f'"{shorten(node.value)}" is not a date of the calendar, expected text in quotes'
+        problem = date if is_date else LONG_INTEGER
+        raise refused(problem, None, node.start_mark.line + 1, shorten(path, 120)) from None

@@ -33,7 +33,7 @@ def test_a_template_is_a_valid_study_that_names_its_schema(tendon, workplace, te
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_a_template_in_yaml_is_the_same_study(template):
     text = starter(Path("mine.yaml"), template)
-    in_yaml, in_toml = read_yaml(text)[0], tomllib.loads(starter(Path("mine.toml"), template))
+    in_yaml, in_toml = read_yaml(text).content, tomllib.loads(starter(Path("mine.toml"), template))
     assert (in_yaml, list(in_yaml)) == (in_toml, list(in_toml))
     assert "# yaml-language-server: $schema=./tendon.schema.json" in text.splitlines()
 

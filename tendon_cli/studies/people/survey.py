@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import resources
@@ -14,7 +13,7 @@ import numpy as np
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model.body import DIMENSIONS, Body
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.toml_scan import scan
+from tendon_cli.studies.reading import read_toml
 from tendon_cli.units import shorten
 
 SEXES = ("male", "female")
@@ -121,9 +120,7 @@ def ansur2() -> Survey:
 def read_survey(given: bytes, where: str) -> Survey:
     """Check and take over the statistics of a survey in TOML, in kg and mm; raises InputError."""
     try:
-        text = given.decode("utf-8-sig")
-        scan(text)
-        content = tomllib.loads(text)
+        content = read_toml(given.decode("utf-8-sig")).content
         names = content["dimensions"]
         if sorted(names) != sorted(DIMENSIONS):
             hint = f"expected, in any order: {', '.join(DIMENSIONS)}"
