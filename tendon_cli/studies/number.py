@@ -13,7 +13,6 @@ from tendon_cli.studies.fields import Single, fault, within
 from tendon_cli.studies.values import MAX_AXIS_LENGTH, Grid, Uncertain, Values, in_si
 from tendon_cli.units import Measure, described, terminating, to_float
 
-_GRID = ("from", "to", "num", "step", "spacing")
 _UNIFORM, _NORMAL = ("value", "tolerance"), ("mean", "std")
 _PLUS_MINUS, _TO = re.compile(r"\+/-|\+-|±"), re.compile(r"\s+to\s+")
 _LONGEST, _SIGNS = 400, "+-.0123456789eE"
@@ -29,21 +28,25 @@ class Number(Single):
     def read(self, value: object) -> Values | None:
         """What the file says, as `Values`; None (a key not given) stays None. Raises PydanticCustomError."""
         if isinstance(value, dict):
-            if any(key in value for key in (*_UNIFORM, *_NORMAL)):
-                return self._uncertain(value)
-            is_interval = self.uncertain and value.keys() == {"from", "to"}
-            return Values(
-                self._interval(value) if is_interval else self._grid(value), is_axis=True, is_interval=is_interval
-            )
+            return self._table(value)
+        if isinstance(value, (list, tuple)):
+            return Values(self._list(value), is_axis=True)
         if isinstance(value, str) and len(value) <= _LONGEST:
             for pattern, distribution in ((_PLUS_MINUS, self._plus_minus), (_TO, self._between)):
                 if len(parts := pattern.split(value, maxsplit=1)) > 1:
                     first, second = (part.strip() for part in parts)
                     unit = second.lstrip(_SIGNS).strip() if not first.strip(_SIGNS) else ""
                     return distribution(first if unit in ("", "%") else f"{first} {unit}", second)
-        if isinstance(value, (list, tuple)):
-            return Values(self._list(value), is_axis=True)
         return super().read(value)
+
+    def _table(self, table: dict[Any, Any]) -> Values:
+        """A grid, an interval or an uncertain number."""
+        for names in (_UNIFORM, _NORMAL):
+            if table.keys() & set(names):
+                return self._uncertain(table, names)
+        if self.uncertain and table.keys() == {"from", "to"}:
+            return Values(self._interval(table), is_axis=True, is_interval=True)
+        return Values(self._grid(table), is_axis=True)
 
     def _list(self, items: list[Any] | tuple[Any, ...]) -> tuple[float, ...]:
         if not items:
@@ -57,15 +60,12 @@ class Number(Single):
         return numbers
 
     def _grid(self, table: dict[Any, Any]) -> Grid:
-        unknown = [described(key) for key in table if key not in _GRID]
-        missing = [key for key in ("from", "to", "num") if key not in table and (key != "num" or "step" not in table)]
-        if unknown or missing or {"num", "step"} <= set(table):
-            wrong = f"unknown {unknown[0]}" if unknown else "both num and step"
-            wrong = f'"{missing[0]}" is missing' if missing and not unknown else wrong
-            problem = f"{wrong} in a grid, expected from, to, num or step, and optionally spacing"
-            raise fault(problem, None if "from" in table else f"a single value is {self.wanted}")
+        length = ("num",) if "num" in table or "step" not in table else ("step",)
+        expected = "in a grid, expected from, to, num or step, and optionally spacing"
+        hint = None if "from" in table else f"a single value is {self.wanted}"
+        _check_keys(table, ("from", "to", *length), expected, hint, optional="spacing")
         spacing = table.get("spacing", "linear")
-        if not isinstance(spacing, str) or spacing not in ("linear", "log"):
+        if spacing not in ("linear", "log"):
             raise fault(f'spacing = {described(spacing)}, expected "linear" or "log"')
         num = _count(table["num"]) if "num" in table else 0
         first, last = self._inner(table, "from"), self._inner(table, "to")
@@ -78,16 +78,13 @@ class Number(Single):
 
     def _interval(self, table: dict[Any, Any]) -> Grid:
         """`{ from, to }`: every value between two ends."""
-        grid = Grid(self._inner(table, "from"), self._inner(table, "to"), 2)
-        low, high = grid.start, grid.stop
+        low, high = self._inner(table, "from"), self._inner(table, "to")
         if low.exact == high.exact:
             raise fault("an interval whose from and to are equal, expected two different ends", "write one value")
         if low.exact > high.exact:
-            raise fault(
-                "the ends of this interval are exchanged, expected from below to",
-                f"write {{ from = {high.quoted}, to = {low.quoted} }}",
-            )
-        return grid
+            hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}"
+            raise fault("the ends of this interval are exchanged, expected from below to", hint)
+        return Grid(low, high, 2)
 
     def _inner(self, table: dict[Any, Any], name: str) -> Measure:
         """A value inside a grid or an uncertain number; its faults say which it is."""
@@ -114,26 +111,25 @@ class Number(Single):
             raise fault(problem, f"num = {max(2, round(steps) + 1)} instead of step ends at both")
         return _count(int(steps) + 1)
 
-    def _uncertain(self, table: dict[Any, Any]) -> Values:
-        """`{ value, tolerance }`, uniform, or `{ mean, std }`, normal; one of no width is a number like any other."""
-        names = _UNIFORM if any(name in table for name in _UNIFORM) else _NORMAL
-        if not self.uncertain:
-            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
-        wrong = [f"unknown {described(key)}" for key in table if key not in names]
-        wrong += [f'"{name}" is missing' for name in names if name not in table]
-        if wrong:
-            raise fault(f"{wrong[0]} in an uncertain number, expected value and tolerance, or mean and std")
-        middle = self._inner(table, names[0])
+    def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> Values:
+        """`{ value, tolerance }`, uniform, or `{ mean, std }`, normal."""
+        self._check_uncertain()
+        _check_keys(table, names, "in an uncertain number, expected value and tolerance, or mean and std")
+        is_uniform, middle = names == _UNIFORM, self._inner(table, names[0])
         try:
-            spread, width = self._spread(table[names[1]], middle, may_be_share=names is _UNIFORM)
+            spread, width = self._spread(table[names[1]], middle, may_be_share=is_uniform)
         except PydanticCustomError as error:
             raise within(names[1], error) from None
-        for end in (middle.exact - spread, middle.exact + spread) if names is _UNIFORM else ():
+        for end in (middle.exact - spread, middle.exact + spread) if is_uniform else ():
             if not self.low <= to_float(end) <= self.high:
                 reached = f"{to_float(end / middle.unit.factor):.6g} {middle.unit.symbol}".removesuffix(" 1")
                 raise fault(f"tolerance: it reaches {reached}, which is impossible", "make it narrower")
         document = dict(zip(names, (in_si(middle.si, self.quantity.dimension), width), strict=True))
-        return self._distributed("uniform" if names is _UNIFORM else "normal", middle.exact, spread, document)
+        return self._distributed("uniform" if is_uniform else "normal", middle.exact, spread, document)
+
+    def _check_uncertain(self) -> None:
+        if not self.uncertain:
+            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
 
     def _distributed(
         self, kind: Literal["uniform", "normal"], middle: Fraction, spread: Fraction, document: dict[str, Any] | str
@@ -149,12 +145,11 @@ class Number(Single):
         if spread.endswith("%") and not middle.endswith("%"):
             problem = f"{described(spread)} may be a share of the value or of 1"
             raise fault(problem, "write the standard deviation in the unit of the value")
-        return self._uncertain({"mean": middle, "std": spread})
+        return self._uncertain({"mean": middle, "std": spread}, _NORMAL)
 
     def _between(self, low: str, high: str) -> Values:
         """`a to b`: uniform between the two."""
-        if not self.uncertain:
-            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
+        self._check_uncertain()
         first, last = (self.measure(end) for end in (low, high))
         for end in (first, last):
             self.bounded(end)
@@ -185,24 +180,36 @@ class Number(Single):
         return measure.exact, measure.document()
 
     def _json_choices(self) -> list[dict[str, Any]]:
-        one = self._json_scalar()
+        one, single = self._json_scalar(), self._json_one()
         share = {"type": "string", "pattern": r"^\s*\+?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?\s*%\s*$"}
         count = {"type": "integer", "minimum": 1, "maximum": MAX_AXIS_LENGTH}
         spacing = {"enum": ["linear", "log"], "default": "linear"}
         choices = [
-            self._json_one(),
-            {"type": "array", "items": self._json_one(), "minItems": 1, "uniqueItems": True},
+            single,
+            {"type": "array", "items": single, "minItems": 1, "uniqueItems": True},
             schema_table({"from": one, "to": one, "num": count, "spacing": spacing}, 3),
             schema_table({"from": one, "to": one, "step": one}, 3),
         ]
-        if self.uncertain:
-            choices.append(schema_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2))
-            choices.append(schema_table({"mean": one, "std": one}, 2))
-            choices.append(schema_table({"from": one, "to": one}, 2))
-            (pattern,) = (each["pattern"] for each in one["anyOf"] if "pattern" in each)
-            inner = pattern.removeprefix("^").removesuffix("$")
-            choices.append({"type": "string", "pattern": rf"^{inner}(\+/-|\+-|±|\s+to\s+){inner}$"})
-        return choices
+        if not self.uncertain:
+            return choices
+        inner = one["anyOf"][-1]["pattern"].removeprefix("^").removesuffix("$")
+        return [
+            *choices,
+            schema_table({"value": one, "tolerance": {"anyOf": [share, one]}}, 2),
+            schema_table({"mean": one, "std": one}, 2),
+            schema_table({"from": one, "to": one}, 2),
+            {"type": "string", "pattern": rf"^{inner}(\+/-|\+-|±|\s+to\s+){inner}$"},
+        ]
+
+
+def _check_keys(
+    table: dict[Any, Any], required: tuple[str, ...], expected: str, hint: str | None = None, optional: str = ""
+) -> None:
+    """Raises PydanticCustomError for a table that has not just these keys."""
+    wrong = [f"unknown {described(key)}" for key in table if key not in (*required, optional)]
+    wrong += [f'"{name}" is missing' for name in required if name not in table]
+    if wrong:
+        raise fault(f"{wrong[0]} {expected}", hint)
 
 
 def schema_table(properties: dict[str, Any], required: int) -> dict[str, Any]:

@@ -86,7 +86,8 @@ def _value(yaml: YAML, node: Any, path: str, places: KeyPlaces) -> Any:
         return _scalar(yaml, node, path)
     is_list = str(node.tag).endswith(":seq")
     content: dict[str, Any] = {}
-    for key, item in enumerate(node.value) if is_list else node.value:
+    entries: Any = enumerate(node.value) if is_list else node.value
+    for key, item in entries:
         name, line = (str(key), item.start_mark.line + 1) if is_list else (_key(key, path), key.start_mark.line + 1)
         if name in content:
             raise refused(f'not YAML: duplicate key "{shorten(name)}", expected each key once', line=line)

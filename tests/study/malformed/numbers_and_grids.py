@@ -227,7 +227,7 @@ GRIDS = (
     grid("a step of nan", "{ from = 0, to = 1, step = nan }", "step: nan is not a finite number"),
     grid("a step too small", "{ from = 0, to = 1, step = 1e-300 }", "is too many"),
     grid("a step that is no divisor and too small", "{ from = 0, to = 1, step = 3e-12 }", "is too many"),
-    grid("a step and a num", "{ from = 0, to = 1, step = 1, num = 2 }", "both num and step"),
+    grid("a step and a num", "{ from = 0, to = 1, step = 1, num = 2 }", "unknown"),
     grid("a step of a factor", '{ from = 1, to = 10, step = 1, spacing = "log" }', "a step in a log grid"),
     grid("a grid of count", "{ from = 0, to = 1, num = 3, count = 3 }", 'unknown "count"'),
     grid("a grid of none", "{ from = 0, to = 1, num = 0 }", "num = 0 is not a count"),
