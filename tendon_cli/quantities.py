@@ -192,8 +192,22 @@ _OF_TRAJECTORIES = (  # along a motion in time
     _quantity("braking_work", "W_b", "energy", "work that the motor takes up, where it brakes"),
 )
 
+_OF_FIGURES = (  # what no table has, and a figure may show
+    _quantity("radius_ratio", "H_f / H_e", "number", "flexor over extensor travel, Eq. 3"),
+    *(
+        _quantity(f"{side}_{name}", f"{symbol}^{side[0]}", "length", f"{side} {meaning}")
+        for side in ("flexor", "extensor")
+        for name, symbol, meaning in (
+            ("length_change", "ΔL", "tendon and spring, change of length from the pretensioned state"),
+            ("elongation", "δ", "tendon and spring elongation from the unloaded state, negative where slack"),
+            ("spring_elongation", "δ_SE", "spring elongation from its free length, negative where slack"),
+        )
+    ),
+)
+
 _ALL = (*_OF_STUDIES, *_OF_STATES, *_OF_DESIGNS, *_OF_LIMITS, *_OF_WINDOWS, *_OF_CYCLES, *_OF_TRAJECTORIES)
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+OF_FIGURES: dict[str, Quantity] = {quantity.name: quantity for quantity in _OF_FIGURES}
 OF_STATES = tuple(quantity.name for quantity in _OF_STATES)
 """Results that each state has."""
 OF_DESIGNS = tuple(quantity.name for quantity in _OF_DESIGNS)
@@ -204,44 +218,18 @@ OF_TRAJECTORIES = tuple(quantity.name for quantity in _OF_TRAJECTORIES)
 """Results that each design has besides where the study has a trajectory."""
 
 PLAUSIBLE: dict[str, tuple[float, float]] = {
-    **dict.fromkeys(("a1", "a2"), (0.0, 0.3)),
-    **dict.fromkeys(("b1", "b2"), (0.01, 0.6)),
-    "elbow_radius": (0.005, 0.2),
-    "forearm_mass": (0.0, 10.0),
-    "forearm_com": (0.0, 0.6),
-    "load_distance": (0.0, 1.0),
-    "contact_width": (0.002, 0.3),
-    "friction": (0.0, 1.0),
-    "bend_angle": (0.0, 25.0),
-    "path_smoothing": (0.0, 0.02),
-    "tendon_length": (0.05, 10.0),
-    "tendon_diameter": (1e-4, 0.01),
-    "youngs_modulus": (1e8, 1e12),
-    "pretension": (0.0, 2000.0),
-    "spring_stiffness": (10.0, 1e7),
-    "anchor_stiffness": (100.0, 1e7),
-    "contact_radius": (0.005, 0.2),
-    "joint_stiffness": (0.0, 20.0),
-    "spring_free_length": (0.005, 1.0),
-    "min_spring_room": (-0.1, 0.5),
-    "flexor_radius": (0.003, 0.2),
-    "spool_ratio": (0.1, 10.0),
-    "load_mass": (0.0, 100.0),
-    "speed": (0.01, 20.0),
-    "cutoff": (0.5, 50.0),
-    "reversal": (0.0, 0.2),
-    "inertia": (0.0, 1.0),
-    **dict.fromkeys(("min_flexor_tension", "min_extensor_tension"), (0.0, 500.0)),
-    **dict.fromkeys(("max_tension", "max_pretension"), (1.0, 1e4)),
-    "max_spring_extension": (1e-3, 1.0),
-    **dict.fromkeys(("peak_motor_torque", "max_torque_band"), (0.01, 1000.0)),
-    "max_contact_pressure": (100.0, 1e6),
-    "min_elbow_stiffness": (-100.0, 100.0),
-    "min_spool_to_tendon": (1.0, 200.0),
-    "max_spool_travel": (0.1, 200.0),
-    "max_backlash": (1e-4, 20.0),
-    "peak_motor_speed": (0.01, 1000.0),
-    "peak_motor_power": (0.01, 1e4),
-    **dict.fromkeys(("max_motor_work_in", "max_friction_loss"), (1e-3, 1e4)),
-}
+    "a1": (0.0, 0.3), "a2": (0.0, 0.3), "b1": (0.01, 0.6), "b2": (0.01, 0.6), "elbow_radius": (0.005, 0.2),
+    "forearm_mass": (0.0, 10.0), "forearm_com": (0.0, 0.6), "load_distance": (0.0, 1.0), "contact_width": (0.002, 0.3),
+    "friction": (0.0, 1.0), "bend_angle": (0.0, 25.0), "path_smoothing": (0.0, 0.02), "tendon_length": (0.05, 10.0),
+    "tendon_diameter": (0.0001, 0.01), "youngs_modulus": (1e8, 1e+12), "pretension": (0.0, 2000.0),
+    "spring_stiffness": (10.0, 1e7), "anchor_stiffness": (100.0, 1e7), "contact_radius": (0.005, 0.2),
+    "joint_stiffness": (0.0, 20.0), "spring_free_length": (0.005, 1.0), "min_spring_room": (-0.1, 0.5),
+    "flexor_radius": (0.003, 0.2), "spool_ratio": (0.1, 10.0), "load_mass": (0.0, 100.0), "speed": (0.01, 20.0),
+    "cutoff": (0.5, 50.0), "reversal": (0.0, 0.2), "inertia": (0.0, 1.0), "min_flexor_tension": (0.0, 500.0),
+    "min_extensor_tension": (0.0, 500.0), "max_tension": (1.0, 10000.0), "max_pretension": (1.0, 10000.0),
+    "max_spring_extension": (0.001, 1.0), "peak_motor_torque": (0.01, 1000.0), "max_torque_band": (0.01, 1000.0),
+    "max_contact_pressure": (100.0, 1e6), "min_elbow_stiffness": (-100.0, 100.0), "min_spool_to_tendon": (1.0, 200.0),
+    "max_spool_travel": (0.1, 200.0), "max_backlash": (0.0001, 20.0), "peak_motor_speed": (0.01, 1000.0),
+    "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0), "max_friction_loss": (0.001, 10000.0),
+}  # fmt: skip
 """Range, in SI, of each quantity on any arm: wide, so that what lies outside of it is most likely a slip."""

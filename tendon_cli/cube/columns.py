@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
+from tendon_cli.cube.derived import DERIVED
 from tendon_cli.errors import UsageError
 from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys

@@ -14,11 +14,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from tendon_cli.cube.columns import Columns, Values
+from tendon_cli.cube.derived import DERIVED
 from tendon_cli.cube.source import table_in
 from tendon_cli.errors import UsageError
 from tendon_cli.files import whole_file
 from tendon_cli.quantities import Quantity
-from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
 from tendon_cli.tables.read import AnyTable, as_numpy

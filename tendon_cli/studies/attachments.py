@@ -15,8 +15,8 @@ from tendon_cli.studies import curves
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import MAX_BYTES as MAX_PEOPLE_BYTES
 from tendon_cli.studies.people.asked import People
-from tendon_cli.studies.reading import MAX_BYTES, read_toml
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.toml_reading import MAX_BYTES, read_toml
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 

@@ -19,15 +19,14 @@ from pydantic_core import PydanticKnownError
 
 from tendon_cli import quantities
 from tendon_cli.errors import Fault, UsageError
-from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.studies.derived import DERIVED
+from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
 from tendon_cli.studies.fields import fault, nearest, one_or_many
 from tendon_cli.studies.filters import Filter, read_filter
 from tendon_cli.studies.parts import Part
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
 
 MOST_QUANTITIES = 8
-OF_STATES = (*quantities.OF_STATES, *DERIVED)
+OF_STATES = (*quantities.OF_STATES, *OF_FIGURES)
 OF_DESIGNS = (*quantities.OF_DESIGNS, *quantities.OF_CYCLES)
 WORDS = ("direction", "status", "case", "taut", "stable", "feasible", "design")
 """Columns that are no quantities."""
@@ -82,10 +81,7 @@ def _not_a_slack_map(name: str) -> str:
 
 
 def _quantities(names: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
-    """Each once; of a figure with a name, which a study declares, results of one table."""
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise fault(f'"{twice[0]}" stands in the list twice, expected each quantity once')
+    """Of a figure with a name, which a study declares, results of one table."""
     if info.data.get("name", "") is None:
         return names
     for name in names:
@@ -142,7 +138,7 @@ class FigureSpec(Part):
         tuple[_Text, ...],
         Field(max_length=MOST_QUANTITIES),
         AfterValidator(_quantities),
-        *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES),
+        *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES, each_once=True),
     ] = Field(
         default=(), description="what is drawn: one or more results of the states, or of the designs; a panel each"
     )
@@ -203,11 +199,6 @@ def figure_spec(**given: Any) -> FigureSpec:
         raise UsageError(f"{described(detail.get('input'))} is not possible", where=place, hint=hint) from None
 
 
-def quantity_of(name: str) -> Quantity:
-    """A quantity that a figure may show, the derived ones included."""
-    return DERIVED[name].quantity if name in DERIVED else QUANTITIES[name]
-
-
 def figure_faults(figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]) -> Iterator[Fault]:
     """Every name in a study's figures that its tables do not have; `axes` are its numbers by their keys and columns."""
     for at, figure in enumerate(figures):
@@ -228,7 +219,7 @@ def _figure_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity])
         name = getattr(figure, key)
         if name is not None and name not in names:
             yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', nearest(name, names))
-    dimensions = {quantity_of(name).dimension for name in figure.quantity}
+    dimensions = {(QUANTITIES | OF_FIGURES)[name].dimension for name in figure.quantity}
     if figure.overlay and figure.colour is not None:
         problem = "stands beside overlay, which gives the colours to the quantities"
         yield Fault(f"{place}.colour", problem, "leave one of them out; panels takes the axis")

@@ -18,17 +18,10 @@ from tendon_cli.space.axis import SPRING_AT, split_side
 from tendon_cli.studies.attachments import Attachments
 from tendon_cli.studies.axes import impossibilities
 from tendon_cli.studies.checks import contradictions, curve_faults
-from tendon_cli.studies.reading import (
-    MAX_DEPTH,
-    MAX_KEY_PARTS,
-    STDIN,
-    Document,
-    KeyPlaces,
-    read_document,
-    read_value,
-)
+from tendon_cli.studies.reading import STDIN, read_document
 from tendon_cli.studies.schema import faults_of
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.toml_reading import MAX_DEPTH, MAX_KEY_PARTS, Document, KeyPlaces, read_value
 from tendon_cli.units import described, shorten
 
 AnyStudy: TypeAlias = str | PathLike[str] | Mapping[str, Any] | Study

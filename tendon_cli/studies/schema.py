@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from tendon_cli.errors import Fault
 from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.reading import KeyPlaces
 from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.toml_reading import KeyPlaces
 from tendon_cli.units import described, shorten
 
 MOST_FAULTS = 1000

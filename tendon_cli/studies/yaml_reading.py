@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
 from tendon_cli.errors import StudyError
-from tendon_cli.studies.reading import LONG_INTEGER, MAX_DEPTH, Document, KeyPlaces, refused
+from tendon_cli.studies.toml_reading import LONG_INTEGER, MAX_DEPTH, Document, KeyPlaces, refused
 from tendon_cli.units import shorten
 
 _MARK = re.compile(r"'?<([a-z ]+)>'?")

@@ -10,10 +10,10 @@ import pytest
 
 from tendon_cli import quantities
 from tendon_cli.cube.cube import cube_of
+from tendon_cli.cube.derived import DERIVED
 from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
 from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept
-from tendon_cli.studies.derived import DERIVED
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study

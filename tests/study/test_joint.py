@@ -130,7 +130,7 @@ def test_noise_of_a_tape_is_smoothed_on_request(write):
         ("angle (deg),flexor (mm)\n0,0\n", "no column extensor", 1),
         ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,1,1\n40,2,2\n120,3,3\n", "angles that go back and forth", 4),
         ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,1,1\n50,2,2\n120,3,3\n", "the same angle twice", 4),
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,nan,1\n120,3,3\n", "flexor is nan", 3),
+        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,nan,1\n120,3,3\n", 'flexor is "nan"', 3),
         ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,x,1\n120,3,3\n", 'flexor is "x", expected a number', 3),
         (
             "angle (deg),flexor (mm),extensor (mm)\n0,0,0\n30,1,1\n60,2,2\n",

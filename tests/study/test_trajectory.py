@@ -111,7 +111,7 @@ WRONG = {
     "other quantity": ("time (s),angle (N)\n0,1\n", "line 1", "has the unit"),
     "no time": ("angle (deg)\n0\n", "line 1", "no column time"),
     "not a number": (rows(TIME, SWING).replace("\n0.02,", "\n0.02,x"), "line 4", "expected a number"),
-    "not finite": (rows(TIME, np.where(TIME == 0.0, np.nan, SWING)), "line 2", "finite"),
+    "not finite": (rows(TIME, np.where(TIME == 0.0, np.nan, SWING)), "line 2", "expected a number"),
 }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model.body import DIMENSIONS, Body
 from tendon_cli.model.kinematics import Array
-from tendon_cli.studies.reading import read_toml
+from tendon_cli.studies.toml_reading import read_toml
 from tendon_cli.units import shorten
 
 SEXES = ("male", "female")
