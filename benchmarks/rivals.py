@@ -130,7 +130,6 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
     from joblib import Parallel, delayed
 
     from tendon_cli.engine.plan import Plan
-    from tendon_cli.model.actuator import State
     from tendon_cli.studies.load import load_study
 
     plan = Plan(load_study(Path(study)))
@@ -138,7 +137,7 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
 
     def one(design: int) -> pd.DataFrame:
         block = next(plan.blocks(range(design, design + 1)))
-        columns = State.of(plan.inputs(block)).columns()
+        columns = plan.inputs(block).columns()
         frame = pd.DataFrame({name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()})
         frame.insert(0, "design", design)
         return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])

@@ -18,7 +18,7 @@ from tendon_cli.answers.front import SERVED, USUAL, Goal, goals_of
 from tendon_cli.engine.plan import bounds_of
 from tendon_cli.errors import Stopped
 from tendon_cli.model import between, window
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array
@@ -241,7 +241,7 @@ class Problem:
         for rows, conditions, design in self.chunks(numbers, count):
             shape = rows.stop - rows.start, conditions.stop - conditions.start
             found, states = window.begin(shape), (*shape, len(self.flexion), self.angles.size)
-            kernel.fold_window(found, Situation.of(design, self.angles, self.flexion), self.bounds, states)
+            kernel.fold_window(found, State.of(design, self.angles, self.flexion), self.bounds, states)
             for name, values in vars(window.finished(found, design, self.bounds)).items():
                 every = whole.setdefault(name, np.empty((count, len(self.conditions)), dtype=values.dtype))
                 every[rows, conditions] = values

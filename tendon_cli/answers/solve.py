@@ -14,7 +14,7 @@ from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, share_ser
 from tendon_cli.answers.front import Goal
 from tendon_cli.answers.question import Flags, Problem
 from tendon_cli.model import extremes, window
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.window import Ends, Window
@@ -230,7 +230,7 @@ def _quantities(problem: Problem, numbers: Numbers, pretension: Array) -> Iterat
     """Six quantities of choices under conditions, the larger the worse, (6, choices, conditions)."""
     for rows, conditions, design in problem.chunks(numbers, len(pretension), pretension):
         shape = rows.stop - rows.start, conditions.stop - conditions.start
-        values, at = extremes.begin(shape), Situation.of(design, problem.angles, problem.flexion)
+        values, at = extremes.begin(shape), State.of(design, problem.angles, problem.flexion)
         kernel.fold_extremes(values, at, problem.angles.ravel(), (*shape, len(problem.flexion), problem.angles.size))
         pressure = contact_pressure(design, values["max_extensor_distal"][..., np.newaxis, np.newaxis])[..., 0, 0]
         yield rows, conditions, np.stack((

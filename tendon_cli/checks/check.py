@@ -13,7 +13,6 @@ from tendon_cli.checks.text import NO_EQUILIBRIUM, SLACK, WORST, Checked, finite
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
-from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.response import SLACK_TOLERANCE
@@ -116,11 +115,11 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
     worst = -np.inf
     for block in plan.blocks(range(breach["design"], breach["design"] + 1)):
         directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
-        state = State.of(plan.inputs(block))
+        state = plan.inputs(block)
         if limit is not None:
             badness: Array = limit.beyond(limit.value(state, np.nan if speed is None else speed.single), 0.0)
         elif breach["limit"] == SLACK:
-            badness = state.inputs.response.required
+            badness = state.response.required
         else:
             badness = np.where(np.isnan(state.elbow_torque), 1.0, 0.0)
         values = np.broadcast_to(badness, block.shape).reshape(len(directions), -1)

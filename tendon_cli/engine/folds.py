@@ -19,7 +19,6 @@ from tendon_cli.engine.plan import Block, Flags, Plan
 from tendon_cli.model import extremes, window
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Found
-from tendon_cli.quantities import OF_CYCLES
 
 VALUES_AT_ONCE = 2**18
 """In an array that compiled code is given, and states of which NumPy has several arrays."""
@@ -131,8 +130,7 @@ class Folds:
         elif speed is not None:
             from tendon_cli.model.motor import cycle
 
-            motor = cycle(design, *plan.motion(block), speed.single)
-            columns |= {name: getattr(motor, name) for name in OF_CYCLES}
+            columns |= cycle(design, *plan.motion(block), speed.single)
         return {name: np.broadcast_to(values, block.shape[:-2]) for name, values in columns.items()}
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.errors import SizeError
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
@@ -233,9 +233,9 @@ class Plan:
         """The designs of a block, as the model takes them."""
         return self.space.design(block.designs)
 
-    def inputs(self, block: Block, design: Design | None = None) -> Situation:
+    def inputs(self, block: Block, design: Design | None = None) -> State:
         """What the states of a block depend on; `design` if it is known."""
-        return Situation.of(design or self.design(block), *self.motion(block))
+        return State.of(design or self.design(block), *self.motion(block))
 
     @cached_property
     def only_pretension(self) -> frozenset[int]:

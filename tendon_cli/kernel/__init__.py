@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import window
-from tendon_cli.model.actuator import Situation, State
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import SHARES, Bounds, held_forms
 from tendon_cli.model.extremes import Found, fold
 from tendon_cli.model.forms import is_nothing
@@ -71,7 +71,7 @@ def remark() -> str | None:
     return "NumPy did it all, several times slower than compiled code: install a C compiler, then tendon again"
 
 
-def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWriter:
+def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     """What writes the rows of a block of states of a shape (designs' axes, directions, angles), the last axis fastest.
 
     Columns are those of `State.columns`, `status` as int8, and those of `keys`, which broadcast to the shape and have
@@ -79,8 +79,7 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
     """
     chosen = kind()
     if chosen is None:
-        state = State.of(at)
-        return writer_of({**keys, "status": state.status, **state.columns()}, shape)
+        return writer_of({**keys, "status": at.status, **at.columns()}, shape)
     given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
     null = [name for name, values in spread.items() if np.isnan(values).any()]
 
@@ -92,7 +91,7 @@ def row_writer(at: Situation, shape: tuple[int, ...], keys: Columns) -> RowWrite
     return write
 
 
-def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[int, ...]) -> None:
+def fold_extremes(found: Found, at: State, elbow_angle: Array, shape: tuple[int, ...]) -> None:
     """Fold all states of a block into what is known of its designs: `model.extremes.fold`."""
     chosen = kind()
     if chosen is None:
@@ -103,7 +102,7 @@ def fold_extremes(found: Found, at: Situation, elbow_angle: Array, shape: tuple[
 
 def fold_window(
     found: window.Found,
-    at: Situation,
+    at: State,
     bounds: Bounds,
     shape: tuple[int, ...],
     first: int = 0,
@@ -127,7 +126,7 @@ def fold_window(
             native().window(chosen, shape, given, one, some, found, first, total)
 
 
-def _held_to(at: Situation, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:
+def _held_to(at: State, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:
     """What compiled code takes of bounds: those on one share, by the names of BOUNDS in `arrays.h`, and other forms."""
     one = {f"{share}_{end}": _as_input(sign * np.inf) for share in SHARES for end, sign in _ENDS.items()}
     forms = []
@@ -152,7 +151,7 @@ def _as_input(value: npt.ArrayLike) -> Array:
     return np.ascontiguousarray(value, dtype=np.float64)
 
 
-def _given(at: Situation) -> dict[str, Array]:
+def _given(at: State) -> dict[str, Array]:
     """What compiled code takes of states, by the names of GIVEN in `arrays.h`."""
     design, motion = at.design, at.motion
     sides = {"flexor": at.flexor, "extensor": at.extensor}

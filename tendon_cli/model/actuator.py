@@ -25,10 +25,12 @@ STANDARD_GRAVITY = 9.81
 
 
 @dataclass(frozen=True, eq=False)
-class Situation:
-    """A design at an elbow angle, moving in a direction: all that the balance of the state depends on.
+class State:
+    """Designs at elbow angles, moving in a direction, and all that follows; what is not asked for is not worked out.
 
-    Here are the roots, sines and exponentials, each where it varies; what follows is plain arithmetic, here or in C.
+    The fields have the roots, sines and exponentials, each where it varies; all else is plain arithmetic, here or in C.
+    Where status is NO_EQUILIBRIUM all but the motion is NaN; where both tendons are slack the spool angle and the slack
+    lengths are not determined, and NaN; slack lengths are NaN in the bilateral model, which has none.
     """
 
     design: Design
@@ -52,7 +54,7 @@ class Situation:
     """By how much inertia asks for more torque there, N m/s."""
 
     @classmethod
-    def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> Situation:
+    def of(cls, design: Design, elbow_angle: Real, flexion: Flag) -> State:
         """From arrays that broadcast: elbow angle in rad, and whether it is flexion, else extension."""
         arm, sides = design.arm, (design.flexor, design.extensor)
         flexor, extensor = sheaths_of(*sides, elbow_angle, flexion)
@@ -116,17 +118,13 @@ class Situation:
 
     @cached_property
     def held_stiffness(self) -> tuple[Array, Array]:
-        """Elbow stiffness, taut and slack, but for what the flexor's tension takes of it, N m/rad."""
-        unilateral = self.design.unilateral
-        return statics.held_stiffness(self.coupling, self.response, self.torque_slope, unilateral=unilateral)
-
-    @cached_property
-    def slack_lengths(self) -> tuple[Array, Array]:
-        """Slack length per loose path of the side that is slack, and that of a taut one, m."""
-        unilateral = np.asarray(self.design.unilateral)
-        per_path = np.where(self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0)
-        is_known = unilateral & ~np.isnan(self.coupling.moment_arm)
-        return np.where(unilateral & ~self.response.idle, per_path, np.nan), np.where(is_known, 0.0, np.nan)
+        """J_f²/c_f + J_e²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
+        tied, response, slope = self.coupling, self.response, self.torque_slope
+        flexor = np.square(tied.moment_arm) * (1.0 / tied.flexor_compliance)
+        extensor = np.asarray(np.square(tied.extensor_arm) / tied.extensor_compliance)
+        left = np.where(response.idle, 0.0, np.where(tied.elbow_torque < 0.0, extensor, flexor))
+        taut = flexor + extensor
+        return taut + slope, np.where(self.design.unilateral, left, taut) + slope
 
     @cached_property
     def motor_arms(self) -> tuple[Array, Array]:
@@ -134,29 +132,12 @@ class Situation:
         radius = self.design.flexor_radius
         return np.asarray(radius / self.flexor.capstan), np.asarray(self.design.ratio * radius / self.extensor.capstan)
 
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """One state of each design, direction and elbow angle: everything the tables hold, as arrays.
-
-    Where status is NO_EQUILIBRIUM all but the motion is NaN; where both tendons are slack the spool angle and the slack
-    lengths are not determined, and NaN; slack lengths are NaN in the bilateral model, which has none.
-    """
-
-    inputs: Situation
-    flexor_pretension: Real
-    extensor_pretension: Real
-
-    @classmethod
-    def of(cls, inputs: Situation) -> State:
-        """Every state of a broadcast product, at its designs' pretensions."""
-        return cls(inputs, inputs.design.flexor.pretension, inputs.design.extensor.pretension)
-
     @cached_property
     def balance(self) -> Balance:
         """Distal tensions, and which side is slack."""
-        at, pretensions = self.inputs, (self.flexor_pretension, self.extensor_pretension)
-        return statics.solve(at.coupling, *pretensions, unilateral=at.design.unilateral, response=at.response)
+        design = self.design
+        pretensions = design.flexor.pretension, design.extensor.pretension
+        return statics.solve(self.coupling, *pretensions, unilateral=design.unilateral, response=self.response)
 
     @property
     def flexor_tension_proximal(self) -> Array:
@@ -184,7 +165,10 @@ class State:
         return self._slack_length(self.balance.is_slack)
 
     def _slack_length(self, slack: Flags) -> Array:
-        per_path, taut = self.inputs.slack_lengths
+        unilateral = np.asarray(self.design.unilateral)
+        per_path = np.where(self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0)
+        per_path = np.where(unilateral & ~self.response.idle, per_path, np.nan)
+        taut = np.where(unilateral & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
         return np.where(slack, self.balance.path * per_path, taut) if slack.any() else taut
 
     @property
@@ -195,20 +179,27 @@ class State:
     @property
     def motor_torque(self) -> Array:
         """τ_m (Eq. 17), N m."""
-        flexor_arm, extensor_arm = self.inputs.motor_arms
+        flexor_arm, extensor_arm = self.motor_arms
         torque = self.balance.flexor * flexor_arm
         torque -= self.balance.extensor * extensor_arm
         return np.asarray(torque)
 
     @property
     def elbow_stiffness(self) -> Array:
-        """k, with the motor held, N m/rad."""
-        return statics.elbow_stiffness(self.inputs.held_stiffness, self.balance, self.inputs.arm_slopes)
+        """k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y, the motor held.
+
+        In N m/rad. Negative where the arm is unstable: there the spool must turn back while the elbow goes on, and the
+        direction of friction that the state assumes is wrong.
+        """
+        (taut, slack), (of_flexor, of_extensor), balance = self.held_stiffness, self.arm_slopes, self.balance
+        standing = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
+        stiffness = standing - balance.flexor * of_flexor
+        return np.asarray(stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness)
 
     @property
     def spool_angle(self) -> Array:
         """α from the pretensioned state, read from a side under tension; any angle does where neither is, rad."""
-        design, motion, status = self.inputs.design, self.motion, self.status
+        design, motion, status = self.design, self.motion, self.status
         flexor, extensor = (self._stretches(side)["compliance"] for side in SIDES)
         by_flexor = np.asarray((motion.flexor_travel + flexor) / design.flexor_radius)
         by_extensor = (motion.extensor_travel - extensor) / (design.ratio * np.asarray(design.flexor_radius))
@@ -217,9 +208,8 @@ class State:
 
     def _stretches(self, side: str) -> dict[str, Array]:
         """By how much all, the tendon and the spring of a side are longer than in the pretensioned state, m."""
-        at, number = self.inputs, SIDES.index(side)
-        now, before = getattr(at, side), at.resting[number] if at.resting else getattr(at, side)
-        start = getattr(self, f"{side}_pretension")
+        now, start = getattr(self, side), getattr(self.design, side).pretension
+        before = self.resting[SIDES.index(side)] if self.resting else now
         change = getattr(self.balance, side) - start
         return {
             name: getattr(now, name) * change + (getattr(now, name) - getattr(before, name)) * start
@@ -230,26 +220,6 @@ class State:
     def status(self) -> Status:
         """Index into `statics.STATUS_NAMES`."""
         return self.balance.status
-
-    @property
-    def motion(self) -> Travels:
-        """Path, travels and moment arms."""
-        return self.inputs.motion
-
-    @property
-    def flexor(self) -> Sheathed:
-        """What the flexor's sheath and spring do."""
-        return self.inputs.flexor
-
-    @property
-    def extensor(self) -> Sheathed:
-        """And the extensor's."""
-        return self.inputs.extensor
-
-    @property
-    def coupling(self) -> Coupling:
-        """What ties the two tensions together."""
-        return self.inputs.coupling
 
     def columns(self) -> dict[str, Array]:
         """The result columns of a table of states, by name, but for the status."""
@@ -273,4 +243,4 @@ _OF_MOTION = ("flexor_moment_arm", "flexor_travel", "extensor_travel")
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:
     """Solve every state of the broadcast product of `design`, `elbow_angle` (rad) and `flexion` (else extension)."""
-    return State.of(Situation.of(design, elbow_angle, flexion))
+    return State.of(design, elbow_angle, flexion)

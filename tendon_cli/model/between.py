@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, ends_of
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
@@ -41,7 +41,7 @@ def end_curves(
     Over both directions and the designs that count (their shape, then (1, 1)), as their pretension is read; infinite
     where a limit asks for nothing. Angles are (1, K), the results (K,).
     """
-    at = Situation.of(design, elbow_angle, flexion)
+    at = State.of(design, elbow_angle, flexion)
     required, slack = at.response.required, slack_codes(at)
     curves: tuple[dict[str, Array], dict[str, Array]] = {}, {}
     slack_ends = [(int(code), np.zeros(()), slack >= 0, 1.0 * (slack == code)) for code in np.unique(slack)]
@@ -71,7 +71,7 @@ def refined(
     def asked(rows: Positions, where: Array) -> Array:
         """What is asked for at angles (designs, angles), the larger the tighter: (designs, directions, angles)."""
         some = design if len(rows) == len(state) else taken(design, (len(state), 1, 1), (rows,))
-        values = sign * ends_of_states(Situation.of(some, where[:, np.newaxis, :], flexion), bounds)[int(upper)]
+        values = sign * ends_of_states(State.of(some, where[:, np.newaxis, :], flexion), bounds)[int(upper)]
         return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), (len(rows), len(flexion), where.shape[1]))
 
     def take(rows: Positions, where: Array, values: Array) -> None:

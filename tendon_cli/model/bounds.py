@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit, Form, is_nothing
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real
@@ -80,7 +80,7 @@ class Held:
     most: Real | None
 
 
-def held_forms(at: Situation, bounds: Bounds) -> list[Held]:
+def held_forms(at: State, bounds: Bounds) -> list[Held]:
     """The forms of states that bounds hold, in the order of the table."""
     return [
         _held(limit, form, bounds[limit.name])
@@ -103,7 +103,7 @@ def _held(limit: DesignLimit, form: Form, bound: Real) -> Held:
     return Held(code, Form(**{name: 1.0}), least, most)
 
 
-def stiffness_line(at: Situation) -> tuple[Array, Array]:
+def stiffness_line(at: State) -> tuple[Array, Array]:
     """k of a taut state over v, the margin: base and gain, N m/rad and per newton."""
     response, (of_flexor, of_extensor) = at.response, at.arm_slopes
     base, gain = at.held_stiffness[0] - response.flexor_floor * of_flexor, -(response.flexor_gain * of_flexor)
@@ -112,7 +112,7 @@ def stiffness_line(at: Situation) -> tuple[Array, Array]:
     return base, gain
 
 
-def ends_of(at: Situation, bounds: Bounds) -> Iterator[tuple[int, Array, Flags, Array, Flags]]:
+def ends_of(at: State, bounds: Bounds) -> Iterator[tuple[int, Array, Flags, Array, Flags]]:
     """Every bound on a form of states, which is a line in the margin v.
 
     It gives the limit's code, the v at which it is just kept, whether that is a lower end, the gain of the form (where
@@ -136,7 +136,7 @@ def limit_end(code: int, design: Design, elbow_angle: Real, flexion: Flag, bound
     """The pretension at which one limit is just kept in each state, N; also of complex numbers, for derivatives."""
     if code == PRETENSION:
         return np.asarray(bounds["max_pretension"])
-    at = Situation.of(design, elbow_angle, flexion)
+    at = State.of(design, elbow_angle, flexion)
     required, tightest = at.response.required, np.full((), np.inf if upper else -np.inf)
     if code in (FLEXOR_SLACK, EXTENSOR_SLACK):
         return required

@@ -42,7 +42,7 @@ def drift(design: Design, start: float, last: float) -> Drift:
     """
     design, flexion = replace(design, trajectory=None), np.array([[last > start]])
     angles = np.linspace(start, last, _POINTS)[np.newaxis]
-    net = _driving_torque(design, evaluate(design, angles, flexion)).ravel() * np.sign(last - start)
+    net = _driving_torque(evaluate(design, angles, flexion)).ravel() * np.sign(last - start)
     against = np.flatnonzero(net[1:] <= 0.0)
     at = int(against[0]) + 1 if len(against) else _POINTS - 1
     if at == 1:  # it does not leave
@@ -52,11 +52,11 @@ def drift(design: Design, start: float, last: float) -> Drift:
     return Drift(start, end, float(net[:at].max()), balanced=bool(len(against)))
 
 
-def _driving_torque(design: Design, state: State) -> Array:
+def _driving_torque(state: State) -> Array:
     """What drives the joint toward flexion at each angle, the spool held where it holds the first one, N m."""
-    motion, tied, radius = state.motion, state.coupling, np.asarray(design.flexor_radius)
-    held = radius * state.spool_angle[..., :1]
-    flexor = state.flexor_pretension + (held - motion.flexor_travel) / tied.flexor_compliance
-    extensor = state.extensor_pretension + (motion.extensor_travel - design.ratio * held) / tied.extensor_compliance
+    design, motion, tied = state.design, state.motion, state.coupling
+    held = np.asarray(design.flexor_radius) * state.spool_angle[..., :1]
+    flexor = design.flexor.pretension + (held - motion.flexor_travel) / tied.flexor_compliance
+    extensor = design.extensor.pretension + (motion.extensor_travel - design.ratio * held) / tied.extensor_compliance
     pulls = tied.moment_arm * np.maximum(flexor, 0.0) - tied.extensor_arm * np.maximum(extensor, 0.0)
     return np.asarray(pulls - tied.elbow_torque)

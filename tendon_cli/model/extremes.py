@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Situation, State
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS, contact_pressure
@@ -39,29 +39,29 @@ def begin(shape: tuple[int, ...]) -> Found:
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
-def fold(folded: Found, at: Situation, elbow_angle: Array) -> None:
+def fold(folded: Found, at: State, elbow_angle: Array) -> None:
     """Take in states, whose last two axes are directions and elbow angles (rad); the others are those of `folded`."""
-    state, unanswerable = State.of(at), np.isnan(at.coupling.moment_arm)
-    x, y, slack = state.balance.flexor, state.balance.extensor, state.balance.is_slack
-    near_x, near_y, stiffness = state.flexor_tension_proximal, state.extensor_tension_proximal, state.elbow_stiffness
+    x, y, slack = at.balance.flexor, at.balance.extensor, at.balance.is_slack
+    near_x, near_y, stiffness = at.flexor_tension_proximal, at.extensor_tension_proximal, at.elbow_stiffness
+    least = np.minimum(at.design.flexor.pretension, at.design.extensor.pretension)
     values = {
         "min_flexor_tension": np.fmin(x, near_x),
         "min_extensor_tension": np.fmin(y, near_y),
         "max_tension": np.fmax(np.fmax(x, near_x), np.fmax(y, near_y)),
         "max_extensor_distal": y,
         "max_spring_extension": np.fmax(x * at.flexor.spring, y * at.extensor.spring),
-        "lowest_elbow_torque": state.elbow_torque,
-        "highest_elbow_torque": state.elbow_torque,
-        "lowest_motor_torque": state.motor_torque,
-        "highest_motor_torque": state.motor_torque,
+        "lowest_elbow_torque": at.elbow_torque,
+        "highest_elbow_torque": at.elbow_torque,
+        "lowest_motor_torque": at.motor_torque,
+        "highest_motor_torque": at.motor_torque,
         "min_elbow_stiffness": stiffness,
-        "max_slack": state.longest_slack,
+        "max_slack": at.longest_slack,
         "required_pretension": at.response.required,
-        "margin": np.fmin(state.balance.margin, np.minimum(state.flexor_pretension, state.extensor_pretension)),
+        "margin": np.fmin(at.balance.margin, least),
         "first_slack_angle": np.where(slack, elbow_angle, np.inf),
         "slack": slack,
         "unstable": stiffness < 0.0,
-        "no_equilibrium": unanswerable,
+        "no_equilibrium": np.isnan(at.coupling.moment_arm),
     }
     motion = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
     for name, each in values.items():
@@ -121,11 +121,11 @@ def of_design(design: Design, folded: Found) -> Found:
     return {name: np.broadcast_to(value, (*shape, 1, 1))[..., 0, 0] for name, value in values.items()}
 
 
-def of_forms(names: Iterable[str], at: Situation) -> Found:
+def of_forms(names: Iterable[str], at: State) -> Found:
     """What designs come to in limits on forms of states, over the last two axes; NaN where no state has a result."""
-    state, columns = State.of(at), {}
+    columns = {}
     for name in names:
-        values = np.atleast_2d(LIMITS[name].value(state))
+        values = np.atleast_2d(LIMITS[name].value(at))
         columns[name] = (np.fmin if LIMITS[name].from_below else np.fmax).reduce(values, axis=(-2, -1))
     return columns
 

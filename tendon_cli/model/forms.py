@@ -66,7 +66,7 @@ class DesignLimit:
     """What a study may say, SI."""
     words: LimitWords
     forms: Callable[[Any, Real], tuple[Form, ...]] | None = None
-    """Of a `Situation` and of the elbow's speed (rad/s): every one of them is held."""
+    """Of a `State` and of the elbow's speed (rad/s): every one of them is held."""
     of_design: Callable[[Any], Array] | None = None
     """Of a `Design`, whatever its state."""
     lines: Callable[[Any], Any] | None = None
@@ -115,7 +115,7 @@ class DesignLimit:
         if self.forms is None:
             raise TypeError(f"{self.name} is no limit on single states")
         at = state.balance.flexor, state.balance.extensor, state.elbow_stiffness
-        values = [form.of(*at) + form.constant for form in self.forms(state.inputs, speed)]
+        values = [form.of(*at) + form.constant for form in self.forms(state, speed)]
         worst = values[0]
         for other in values[1:]:
             worst = np.where(self.beyond(other, 0.0) > self.beyond(worst, 0.0), other, worst)

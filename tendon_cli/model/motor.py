@@ -53,10 +53,11 @@ class MotorRates:
     """dW/dθ by the work of friction along both sheaths, N m: below 0 in extension, where θ falls."""
 
 
-def motor_rates(design: Design, state: State) -> MotorRates:
+def motor_rates(state: State) -> MotorRates:
     """Rates of states by their elbow stiffness k = dα/dθ R_f (J_f/c_f + η J_e/c_e), which leaves slack sides out."""
-    tied, status, at = state.coupling, state.balance.status, state.inputs
-    turning, asked = (1.0, 0.0) if at.speed is None or at.torque_rate is None else (at.speed, at.torque_rate)
+    design, tied, status = state.design, state.coupling, state.status
+    turning = 1.0 if state.speed is None else state.speed
+    asked = 0.0 if state.torque_rate is None else state.torque_rate
     limp = np.asarray(design.unilateral)
     flexor_pulls = ~(((status == FLEXOR_SLACK) | (status == BOTH_SLACK)) & limp)
     extensor_pulls = ~(((status == EXTENSOR_SLACK) | (status == BOTH_SLACK)) & limp)
@@ -69,101 +70,72 @@ def motor_rates(design: Design, state: State) -> MotorRates:
     x, y = state.balance.flexor, state.balance.extensor
     shortens, lengthens = tied.moment_arm * turning, np.asarray(tied.extensor_arm) * turning
     x_takes, y_takes = wound - shortens, lengthens - tied.ratio * wound
-    if at.resting is not None:  # a bend that follows the joint stretches the tendons, too
-        x_takes = x_takes - at.flexor.compliance_rate * x * turning
-        y_takes = y_takes - at.extensor.compliance_rate * y * turning
+    if state.resting is not None:  # a bend that follows the joint stretches the tendons, too
+        x_takes = x_takes - state.flexor.compliance_rate * x * turning
+        y_takes = y_takes - state.extensor.compliance_rate * y * turning
     x_rate = flexor_pulls * x_takes / tied.flexor_compliance
     y_rate = extensor_pulls * y_takes / tied.extensor_compliance
-    started = (at.flexor if at.resting is None else at.resting[0]).compliance * design.flexor.pretension
+    started = (state.flexor if state.resting is None else state.resting[0]).compliance * design.flexor.pretension
     return MotorRates(
         spool_angle=state.spool_angle + started / design.flexor_radius,
         spool_speed=winding / design.flexor_radius,
         power=np.asarray(state.motor_torque * wound / design.flexor_radius),
-        stored=0.5 * (at.flexor.gives * x * x + at.extensor.gives * y * y),
-        storing=at.flexor.storing(x, x_rate, turning) + at.extensor.storing(y, y_rate, turning),
-        friction=at.flexor.friction_rate(x, x_rate, shortens, turning)
-        + at.extensor.friction_rate(y, y_rate, -lengthens, turning),
+        stored=0.5 * (state.flexor.gives * x * x + state.extensor.gives * y * y),
+        storing=state.flexor.storing(x, x_rate, turning) + state.extensor.storing(y, y_rate, turning),
+        friction=state.flexor.friction_rate(x, x_rate, shortens, turning)
+        + state.extensor.friction_rate(y, y_rate, -lengthens, turning),
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Cycle:
-    """What both strokes of a design come to; shapes as those of the design, without the axes of states.
+def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> dict[str, Array]:
+    """What both strokes of designs come to at a speed of the elbow (rad/s), by column, from the least angle and back.
 
-    Speeds and differences are over the states given. NaN where no state tells, and works and losses where any state has
-    no equilibrium.
-    """
-
-    peak_motor_speed: Array
-    """rad/s."""
-    peak_motor_power: Array
-    """W, the largest that the motor drives with; at least 0."""
-    peak_braking_power: Array
-    """W, the largest that it takes up; at least 0."""
-    motor_work_in: Array
-    """J, of those stretches where it drives."""
-    friction_loss: Array
-    """J."""
-    spool_travel: Array
-    """rad."""
-    max_backlash: Array
-    """rad; NaN where there is one direction alone."""
-    max_torque_band: Array
-    """N m; NaN where there is one direction alone."""
-
-    @property
-    def efficiency(self) -> Array:
-        """1 - friction_loss / motor_work_in; NaN without work."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(self.motor_work_in > 0.0, 1.0 - self.friction_loss / self.motor_work_in, np.nan))
-
-
-def cycle(design: Design, elbow_angle: Array, flexion: Flags, speed: float) -> Cycle:
-    """Both strokes of designs at a speed of the elbow (rad/s), from the smallest to the largest angle and back.
-
-    Directions (D, 1) and elbow angles (1, K), in any order, are the last two axes. Peaks, travel and differences are
-    those of the states at these angles.
+    Directions (D, 1) and elbow angles (1, K), in any order, are the last two axes, which results do not have. Peaks,
+    travel and differences are those of the states at these angles; NaN where no state tells, differences where there is
+    one direction alone, and works and losses where any state has no equilibrium. Units: `quantities.OF_CYCLES`.
     """
     angles = np.unique(elbow_angle)
     state = evaluate(design, angles[np.newaxis], flexion)
-    at = motor_rates(design, state)
-    power = np.where(flexion, speed, -speed) * at.power
-    return _cycle_of(state, at, speed * at.spool_speed, power, _works(design, angles, flexion), flexion)
-
-
-def _cycle_of(
-    state: State, at: MotorRates, turning: Array, power: Array, works: tuple[Array, Array], flexion: Flags
-) -> Cycle:
-    """What states come to whose spool turns by `turning` (rad/s) with a power (W), and their works in and lost."""
-    return Cycle(
-        peak_motor_speed=_over(np.fmax, np.abs(turning)),
-        peak_motor_power=np.maximum(_over(np.fmax, power), 0.0),
-        peak_braking_power=np.maximum(_over(np.fmax, -power), 0.0),
-        motor_work_in=works[0],
-        friction_loss=works[1],
-        spool_travel=_over(np.fmax, at.spool_angle) - _over(np.fmin, at.spool_angle),
-        max_backlash=_largest_gap(at.spool_angle, flexion),
-        max_torque_band=_largest_gap(state.motor_torque, flexion),
-    )
+    rates = motor_rates(state)
+    power = np.where(flexion, speed, -speed) * rates.power
+    return _columns(state, rates, speed * rates.spool_speed, power, _works(design, angles, flexion), flexion)
 
 
 def along(design: Design, trajectory: Trajectory) -> dict[str, Array]:
-    """What designs come to along a trajectory, by column; without the axes of states, NaN as for a `Cycle`.
+    """What designs come to along a trajectory, by column, as by `cycle`; sums over time are those of its samples.
 
-    Sums over time are those of its samples. There is no other direction at the same angle to compare with.
+    There is no other direction at the same angle to compare with.
     """
     state = evaluate(design, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis])
-    at, weights = motor_rates(design, state), trajectory.weights
+    rates, weights = motor_rates(state), trajectory.weights
 
     def total(values: Array) -> Array:
-        return np.asarray(np.broadcast_to(values, at.power.shape)[..., 0, :] @ weights)
+        return np.asarray(np.broadcast_to(values, rates.power.shape)[..., 0, :] @ weights)
 
-    works = total(np.maximum(at.power, 0.0)), total(at.friction)
-    of_cycle = _cycle_of(state, at, at.spool_speed, at.power, works, np.array([[True]]))
-    return vars(of_cycle) | {
-        "efficiency": of_cycle.efficiency,
+    works = total(np.maximum(rates.power, 0.0)), total(rates.friction)
+    return _columns(state, rates, rates.spool_speed, rates.power, works, np.array([[True]])) | {
         "rms_motor_torque": np.sqrt(total(np.square(state.motor_torque)) / weights.sum()),
-        "braking_work": total(np.maximum(-at.power, 0.0)),
+        "braking_work": total(np.maximum(-rates.power, 0.0)),
+    }
+
+
+def _columns(
+    state: State, rates: MotorRates, turning: Array, power: Array, works: tuple[Array, Array], flexion: Flags
+) -> dict[str, Array]:
+    """What states come to whose spool turns by `turning` (rad/s) with a power (W), and their works in and lost (J)."""
+    work, loss = works
+    with np.errstate(divide="ignore", invalid="ignore"):
+        efficiency = np.asarray(np.where(work > 0.0, 1.0 - loss / work, np.nan))
+    return {
+        "peak_motor_speed": _over(np.fmax, np.abs(turning)),
+        "peak_motor_power": np.maximum(_over(np.fmax, power), 0.0),
+        "peak_braking_power": np.maximum(_over(np.fmax, -power), 0.0),
+        "motor_work_in": work,
+        "friction_loss": loss,
+        "efficiency": efficiency,
+        "spool_travel": _over(np.fmax, rates.spool_angle) - _over(np.fmin, rates.spool_angle),
+        "max_backlash": _largest_gap(rates.spool_angle, flexion),
+        "max_torque_band": _largest_gap(state.motor_torque, flexion),
     }
 
 
@@ -203,7 +175,7 @@ def gauss(angles: Array, longest: float = _LONGEST_STEP) -> tuple[Array, Array]:
 def _rates(design: Design, angle: Array, flexion: Flags) -> tuple[State, Array, Array]:
     """States, and in the direction of motion per radian the motor's power and friction's, N m."""
     state = evaluate(design, angle, flexion)
-    rates = motor_rates(design, state)
+    rates = motor_rates(state)
     forward = np.where(flexion, 1.0, -1.0)
     return state, forward * rates.power, forward * rates.friction
 

@@ -138,7 +138,7 @@ class Motor:
         sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in ("flexor", "extensor")}
         taut = replace(self.design, unilateral=False, **sides)
         state = evaluate(taut, angles, self.flexion)
-        return motor_rates(taut, state), state.motor_torque
+        return motor_rates(state), state.motor_torque
 
     def _flat(self, values: Array) -> Array:
         """Values of states as (designs, states)."""

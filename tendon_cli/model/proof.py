@@ -222,7 +222,7 @@ def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
 def enclosed(
     design: Design, middle: Array, half: Array, flexion: Flags, pretension: Array, order: int
 ) -> SimpleNamespace:
-    """States over cells as series, with the names that forms of limits ask a `Situation` for."""
+    """States over cells as series, with the names that forms of limits ask a `State` for."""
     angle = Series.variable(middle, half, order)
     path, flexor_travel, extensor_travel = _travels(design, angle)
     arm, extensor_arm = flexor_travel.slope(), extensor_travel.slope()

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.model.actuator import State
-from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.sheath import Sheathed, sheaths_of
 
@@ -68,8 +67,9 @@ class Reversal:
         return np.asarray((flexor - self.ratio * extensor) * self.flexor_radius)
 
 
-def reversal(design: Design, state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
+def reversal(state: State, elbow_angle: Real, flexion: Flags) -> Reversal:
     """The turn of the motion at states, which are at elbow angles (rad)."""
+    design = state.design
     radius = np.asarray(design.flexor_radius)
     after = sheaths_of(design.flexor, design.extensor, elbow_angle, ~np.asarray(flexion))
     return Reversal(

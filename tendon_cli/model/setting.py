@@ -11,17 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import F0, READINGS, Design
 from tendon_cli.model.kinematics import Array, Real
 
 
-def setting_of(design: Design) -> Situation:
+def setting_of(design: Design) -> State:
     """A design in the posture in which its pretension is set."""
     posture = design.setting
     arm = replace(design.arm, upper_arm_angle=posture.upper_arm_angle)
     still = replace(design, arm=arm, load_mass=posture.load_mass, load_torque=None, trajectory=None)
-    return Situation.of(still, posture.angle, posture.after_flexion)
+    return State.of(still, posture.angle, posture.after_flexion)
 
 
 def per_length(design: Design) -> Array:

@@ -67,18 +67,13 @@ class Balance:
     @property
     def path(self) -> Array:
         """η c_f x + c_e y - D of a slack state, m."""
-        return loose_path(self.coupling, self.margin)
+        return np.asarray(-self.coupling.common_compliance * self.margin)
 
     @property
     def loose(self) -> Array:
         """σ >= 0, path length that no tendon takes up; 0 where taut, m."""
         taut = np.where(np.isnan(self.coupling.moment_arm), np.nan, np.zeros_like(self.margin))
         return np.where(self.is_slack & np.asarray(self.response.unilateral), self.path, taut)
-
-
-def loose_path(state: Coupling, margin: Array) -> Array:
-    """Path that no tendon takes up in a slack state, by its margin of pretension (N), m."""
-    return np.asarray(-state.common_compliance * margin)
 
 
 def solve(
@@ -110,33 +105,3 @@ def solve(
 def _if_any(flags: Flags) -> Flags:
     """Flags; where none is set, one for all, so that what is made of them costs nothing."""
     return flags if flags.any() else np.zeros((1,) * np.ndim(flags), np.bool_)
-
-
-def springs(state: Coupling) -> tuple[Array, Array]:
-    """J_f²/c_f and J_e²/c_e, what either tendon adds to the elbow's stiffness with the motor held, N m/rad."""
-    flexor = np.square(state.moment_arm) * (1.0 / state.flexor_compliance)
-    return flexor, np.asarray(np.square(state.extensor_arm) / state.extensor_compliance)
-
-
-def held_stiffness(
-    state: Coupling, response: Response, elbow_torque_slope: Array, *, unilateral: Flag = True
-) -> tuple[Array, Array]:
-    """J_f²/c_f + J_e²/c_e + dτ_a/dθ of a taut and of a slack state, N m/rad; a slack tendon adds nothing."""
-    flexor, extensor = springs(state)
-    left = np.where(response.idle, 0.0, np.where(state.elbow_torque < 0.0, extensor, flexor))
-    taut = flexor + extensor
-    return taut + elbow_torque_slope, np.where(unilateral, left, taut) + elbow_torque_slope
-
-
-def elbow_stiffness(held: tuple[Array, Array], balance: Balance, arm_slopes: tuple[Array, Real]) -> Array:
-    """k = J_f²/c_f + J_e²/c_e + dτ_a/dθ - (J_f' - J_f c_f'/c_f) x + (J_e' - J_e c_e'/c_e) y, the motor held.
-
-    In N m/rad; `held` is what `held_stiffness` gives, `arm_slopes` the two brackets. Negative where the arm is
-    unstable: there the spool must turn back while the elbow goes on, and the direction of friction that the state
-    assumes is wrong.
-    """
-    taut, slack = held
-    standing = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
-    of_flexor, of_extensor = arm_slopes
-    stiffness = standing - balance.flexor * of_flexor
-    return np.asarray(stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness)

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, ends_of
 from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real
@@ -74,7 +74,7 @@ class Window(Ends):
 
 def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> Window:
     """The windows of designs over their states, which lie along the last two axes of the broadcast product."""
-    at = Situation.of(design, elbow_angle, flexion)
+    at = State.of(design, elbow_angle, flexion)
     low, high, low_by, high_by, blocked = ends_of_states(at, bounds)
     ceiling, fixed = _ceiling(design, bounds), _broken_by_design(design, bounds)
     shape = np.broadcast_shapes(*(each.shape for each in (low, high, low_by, high_by, blocked, fixed, ceiling)), (1, 1))
@@ -94,7 +94,7 @@ def begin(shape: tuple[int, ...]) -> Found:
     return {name: np.full(shape, start) for name, start in starts.items()}
 
 
-def fold(folded: Found, at: Situation, bounds: Bounds, states: Positions) -> None:
+def fold(folded: Found, at: State, bounds: Bounds, states: Positions) -> None:
     """Take in states, which lie along the last two axes and whose places among the design's are `states`."""
     low, high, _, _, blocked = ends_of_states(at, bounds)
     whole = (*folded["low"].shape, *states.shape)
@@ -176,7 +176,7 @@ def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[..., np.newaxis, np.newaxis]
         way = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))[direction, place]
-        at = Situation.of(design, angle, way[..., np.newaxis, np.newaxis])
+        at = State.of(design, angle, way[..., np.newaxis, np.newaxis])
         _, _, low_by, high_by, blocked = ends_of_states(at, bounds)
         limits.append(_by(state, high_by if upper else low_by, ends, blocked, fixed, upper=upper))
     return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
@@ -192,7 +192,7 @@ def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, fixed: Codes
     return np.where(np.isnan(ends.low), np.where(state < 0, _over_design(fixed), reason), open_by).astype(np.int8)
 
 
-def ends_of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
+def ends_of_states(at: State, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:
     """Smallest and largest pretension of each state, the limits that say so, and the one no pretension could keep."""
     required, slack = at.response.required, slack_codes(at)
     low, high, low_by, high_by = np.zeros(()), np.full((), np.inf), slack, slack
@@ -206,7 +206,7 @@ def ends_of_states(at: Situation, bounds: Bounds) -> tuple[Array, Array, Codes, 
     return required + low, required + high, low_by, high_by, blocked
 
 
-def slack_codes(at: Situation) -> Codes:
+def slack_codes(at: State) -> Codes:
     """Which side goes slack first as pretension falls."""
     return np.where(at.coupling.elbow_torque < 0.0, np.int8(FLEXOR_SLACK), np.int8(EXTENSOR_SLACK))
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import statics
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.paper.runs import SIDES, Array, Paper, PaperTables, apart
 from tendon_cli.paper.statements import Check, Evidence
@@ -90,7 +90,7 @@ def travel_ratio(run: PaperTables) -> Array:
 
 def eq_12_as_printed(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
     """Eq. 12 with its printed right side, η H_f + H_e, where the reading used has H_e - η H_f; all else equal."""
-    at = Situation.of(design, elbow_angle, flexion)
+    at = State.of(design, elbow_angle, flexion)
     motion, tied = at.motion, at.coupling
     printed = replace(tied, mismatch=np.asarray(design.ratio * motion.flexor_travel + motion.extensor_travel))
     balance = statics.solve(printed, design.flexor.pretension, design.extensor.pretension, unilateral=False)
@@ -103,7 +103,7 @@ def eq_11_first(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:
     τ_m / R_f = τ_a / (J α_t) is given; Eq. 20 then has both proximal tensions. The right side of Eq. 12 is that of the
     reading used, so that this slip is seen by itself.
     """
-    at = Situation.of(design, elbow_angle, flexion)
+    at = State.of(design, elbow_angle, flexion)
     flexor, extensor, tied = at.flexor, at.extensor, at.coupling
     pull = tied.elbow_torque / (tied.moment_arm * flexor.capstan)
     xi_t, xi_r = tied.flexor_compliance * flexor.capstan, tied.extensor_compliance * extensor.capstan

@@ -63,7 +63,7 @@ def state_lines(state: State, angle: float, table: str) -> list[PageLine]:
 
     `table` is the file of measured travels, if they are.
     """
-    design = state.inputs.design
+    design = state.design
     lines = [*_geometry(state, design, angle, table), *_sheath(state, design, angle), *_load(state, design, angle)]
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
         return lines
@@ -110,7 +110,7 @@ def _sheath(state: State, design: Design, angle: float) -> list[PageLine]:
 
 
 def _load(state: State, design: Design, angle: float) -> list[PageLine]:
-    arm, other = design.arm, one(state.inputs.other_torque)
+    arm, other = design.arm, one(state.other_torque)
     mass_moment = one(arm.forearm_mass) * one(arm.forearm_com) + one(design.load_mass) * one(arm.load_distance)
     others = [("τ_o", "asked for by joint, task and inertia", other, "N m")] if other else []
     return section(
@@ -186,7 +186,7 @@ def _setting(design: Design) -> list[PageLine]:
 
 def motor_lines(state: State, speed: float, *, flexion: bool) -> list[PageLine]:
     """Speed and powers of one state; `speed` is that of the elbow, rad/s."""
-    rates, moving = motor_rates(state.inputs.design, state), speed if flexion else -speed
+    rates, moving = motor_rates(state), speed if flexion else -speed
     return section(
         f"Motor at {_per_second(speed)} of the elbow (slack sides left out)",
         ("θ̇", "speed of the elbow", moving, "rad/s"),
@@ -203,13 +203,13 @@ def cycle_lines(design: Design, plan: Plan, speed: float) -> list[PageLine]:
     """The columns of designs that a speed adds, over the study's angles and directions."""
     flexion = np.array([[direction == "flexion"] for direction in plan.directions])
     over = cycle(design, plan.elbow_angles[np.newaxis], flexion, speed)
-    rows = [(QUANTITIES[name].symbol, name, getattr(over, name), QUANTITIES[name].unit) for name in OF_CYCLES]
+    rows = [(QUANTITIES[name].symbol, name, over[name], QUANTITIES[name].unit) for name in OF_CYCLES]
     return section(f"Over the study's angles and directions at {_per_second(speed)}", *rows)
 
 
 def reversal_lines(state: State, elbow_angle: float, *, flexion: bool) -> list[PageLine]:
     """What it takes until both far ends follow where the motion turns back at this state (flexor, extensor)."""
-    turn = reversal(state.inputs.design, state, elbow_angle, np.asarray(flexion))
+    turn = reversal(state, elbow_angle, np.asarray(flexion))
     sides = (turn.flexor, turn.extensor)
     turns = np.array([one(side.turn) for side in sides])
     torques = tuple(turn.motor_torque(end) for end in (np.zeros(1), *np.sort(turns[~np.isnan(turns)])))

@@ -77,7 +77,7 @@ def state_page(
     worn = worn_by(nominal, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else nominal)
     block = _only_state(plan, case)
-    state, angle = State.of(plan.inputs(block)), float(plan.elbow_angles[0])
+    state, angle = plan.inputs(block), float(plan.elbow_angles[0])
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
     lines = [*(_from_body(worn) if worn is not None else ()), *state_lines(state, angle, table)]
     status = STATUS_NAMES[int(state.status.flat[0])]
@@ -92,7 +92,7 @@ def state_page(
         draw_motor(target, state, plan, turns=reversal)
     columns = {name: _null_if_nan(one(values)) for name, values in state.columns().items()}
     notes = [f"{worn.name}; of the study's {len(names)} persons --person chooses another"] if worn and names[1:] else []
-    load = one(state.inputs.design.load_mass)
+    load = one(state.design.load_mass)
     return StatePage(
         f"{study.name}: {plan.directions[0]} at {np.degrees(angle):.6g} deg, load {load:.6g} kg",
         (*notes, *of_draw, *study.notes, *study.warnings, *_notes(plan, block)), status, tuple(lines), columns,
@@ -140,7 +140,7 @@ def _of_the_motor(plan: Plan, state: State, *, reversal: bool) -> list[PageLine]
     flexion, speed, lines = plan.directions[0] == "flexion", plan.study.motion.speed, []
     if speed is not None:
         lines += motor_lines(state, speed.single, flexion=flexion)
-        lines += cycle_lines(state.inputs.design, plan, speed.single)
+        lines += cycle_lines(state.design, plan, speed.single)
     return lines + (reversal_lines(state, float(plan.elbow_angles[0]), flexion=flexion) if reversal else [])
 
 

@@ -49,7 +49,7 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
 
     Raises OutputError, and UsageError if there is nothing to draw or for an ending that no figure has.
     """
-    speed, limits, design = plan.study.motion.speed, plan.study.limits, state.inputs.design
+    speed, limits, design = plan.study.motion.speed, plan.study.limits, state.design
     if int(state.status.flat[0]) == NO_EQUILIBRIUM:
         hint = "--set 'motion.elbow_angle=60 deg' chooses another state"
         raise UsageError("this state has no equilibrium, so there is no motor to draw", where="--plot", hint=hint)
@@ -68,7 +68,7 @@ def draw_motor(path: Path, state: State, plan: Plan, *, turns: bool) -> Path:
             _torque_and_speed(panels[0], strokes, limits)
             _loop(panels[1], strokes)
         if turns:
-            _turn(panels[-1], *turn_of(design, state, plan))
+            _turn(panels[-1], *turn_of(state, plan))
             panels[-1].set_title(f"Turn from {plan.directions[0]} at {np.degrees(plan.elbow_angles[0]):.6g}°")
         for axes in panels:
             axes.yaxis.set_major_formatter(plain_numbers())
@@ -81,15 +81,15 @@ def stroke_of(design: Design, plan: Plan, direction: str, speed: float) -> Strok
     flexion = direction == "flexion"
     angles = np.linspace(plan.elbow_angles.min(), plan.elbow_angles.max(), _POINTS)[:: 1 if flexion else -1]
     state = evaluate(design, angles[np.newaxis], np.array([[flexion]]))
-    rates = motor_rates(design, state)
+    rates = motor_rates(state)
     motor_speed = (speed if flexion else -speed) * rates.spool_speed
     lines = (rates.spool_angle, motor_speed, state.motor_torque)
     return Stroke(angles, *(np.array(np.broadcast_to(values.reshape(-1), _POINTS)) for values in lines))
 
 
-def turn_of(design: Design, state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[float, float]]]:
+def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[float, float]]]:
     """The spool's turn back (rad), the motor's torque on it, and by side where the far end of a taut tendon follows."""
-    turned = reversal(design, state, float(plan.elbow_angles[0]), np.asarray(plan.directions[0] == "flexion"))
+    turned = reversal(state, float(plan.elbow_angles[0]), np.asarray(plan.directions[0] == "flexion"))
     ends = {side: float(np.ravel(getattr(turned, side).turn)[0]) for side in ("flexor", "extensor")}
     path = 1.15 * max([end for end in ends.values() if end > 0.0] or [1e-3]) * np.linspace(0.0, 1.0, _POINTS)
     torque = np.array([float(np.ravel(turned.motor_torque(np.asarray(turn)))[0]) for turn in (*path, *ends.values())])
@@ -102,7 +102,7 @@ def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
     if speed is not None:
         bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
         notes += [f"Dotted: the limits, {', '.join(bounds)}."] if bounds else []
-        loss = float(np.ravel(cycle(design, plan.elbow_angles[np.newaxis], _BOTH, speed.single).friction_loss)[0])
+        loss = float(np.ravel(cycle(design, plan.elbow_angles[np.newaxis], _BOTH, speed.single)["friction_loss"])[0])
         if np.isfinite(loss) and len(plan.directions) == 2:
             notes.append(f"The shaded area is what friction takes over both strokes, {loss:.3g} J.")
     return notes + (["Dots: where the far end of each tendon follows the spool."] if turns else [])

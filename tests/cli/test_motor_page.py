@@ -5,7 +5,6 @@ import pytest
 
 import tendon_cli as tendon_library
 from tendon_cli.engine.plan import Block, Plan
-from tendon_cli.model.actuator import State
 from tendon_cli.model.motor import cycle
 from tendon_cli.state_page.plot import stroke_of, turn_of
 
@@ -114,29 +113,28 @@ def drawn(tmp_path, load):
     (tmp_path / "study.toml").write_text(TEXT.format(load=load, direction='flexion", "extension', angles=ALL))
     plan = Plan(tendon_library.load_study(tmp_path / "study.toml"))
     first = (slice(0, 1),) * len(plan.axes)
-    state = State.of(plan.inputs(Block(0, first, slice(0, 1), slice(0, 1))))
-    design = state.inputs.design
-    return plan, design, state, {way: stroke_of(design, plan, way, SPEED) for way in plan.directions}
+    state = plan.inputs(Block(0, first, slice(0, 1), slice(0, 1)))
+    return plan, state, {way: stroke_of(state.design, plan, way, SPEED) for way in plan.directions}
 
 
 @pytest.mark.parametrize("load", [3, 10])
 def test_the_area_of_the_loop_is_what_friction_takes(tmp_path, load):
-    plan, design, _, strokes = drawn(tmp_path, load)
+    plan, state, strokes = drawn(tmp_path, load)
     x, y = (np.concatenate([getattr(stroke, name) for stroke in strokes.values()])
             for name in ("spool_angle", "motor_torque"))  # fmt: skip
     area = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
-    loss = cycle(design, plan.elbow_angles[np.newaxis], np.array([[True], [False]]), SPEED).friction_loss
+    loss = cycle(state.design, plan.elbow_angles[np.newaxis], np.array([[True], [False]]), SPEED)["friction_loss"]
     assert area == pytest.approx(float(loss.ravel()[0]), rel=0.005)  # but for the turns
 
 
 def test_the_curves_are_the_states(tmp_path):
-    plan, design, state, strokes = drawn(tmp_path, 3)
+    plan, state, strokes = drawn(tmp_path, 3)
     there = strokes["flexion"]
     assert np.degrees(there.elbow_angle[[0, -1]]) == pytest.approx([0.0, 90.0])
     assert np.degrees(strokes["extension"].elbow_angle[[0, -1]]) == pytest.approx([90.0, 0.0])
     speed = np.gradient(there.spool_angle, there.elbow_angle) * SPEED
     np.testing.assert_allclose(there.motor_speed[2:-2], speed[2:-2], rtol=1e-3)
-    _, torque, follows = turn_of(design, state, plan)
+    _, torque, follows = turn_of(state, plan)
     assert torque[0] == pytest.approx(np.interp(np.radians(75.0), there.elbow_angle, there.motor_torque))
     assert set(follows) == {"flexor", "extensor"}
 

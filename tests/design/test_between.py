@@ -11,7 +11,7 @@ from tendon_cli.answers.estimates import estimated
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.model import proof
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor_window import Motor, narrowed
 from tendon_cli.model.window import Window, ends_of_states
@@ -213,7 +213,7 @@ def searched(asked):
     """The window over all angles, by the tops of parabolas through each three of very many angles."""
     angles = np.linspace(asked.angles.min(), asked.angles.max(), 4001)[np.newaxis]
     design = asked.design({})
-    at = Situation.of(design, angles, asked.flexion)
+    at = State.of(design, angles, asked.flexion)
     ends, tight = ends_of_states(at, asked.bounds)[:2], []
     for values in (ends[0], -ends[1]):
         before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]

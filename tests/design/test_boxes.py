@@ -8,7 +8,7 @@ import pytest
 import tendon_cli as tendon
 from tendon_cli.answers import proofs
 from tendon_cli.model import proof
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.enclosure import Series
 from tendon_cli.model.window import ends_of_states
@@ -73,7 +73,7 @@ def tightest_points(rng, numbers, load, limits, last, count):
     made = design({name: np.broadcast_to(np.reshape(value, (-1, 1, 1)), (count, 1, 1)) if np.ndim(value) else value
                    for name, value in (flat(points) | {"load_mass": loads}).items()})  # fmt: skip
     angles, ways = np.radians(np.linspace(0.0, last, 121)), np.array([[True], [False]])
-    low, high = ends_of_states(Situation.of(made, angles[np.newaxis], ways), Bounds(**limits))[:2]
+    low, high = ends_of_states(State.of(made, angles[np.newaxis], ways), Bounds(**limits))[:2]
     asked = [np.broadcast_to(end, (count, 2, 121)).reshape(count, -1) for end in (low, -high)]
     for end, values in enumerate(asked):
         each = values.max(axis=1)

@@ -42,7 +42,7 @@ def test_a_window_ends_where_the_cycle_reaches_the_limit(name, most, column, end
     for row in np.flatnonzero(binds):
         assert ends[row] != free[f"pretension_{end}"][row]
         design = problem.design(problem.choices.numbers(np.array([row])), pretension=ends[[row]])
-        value = getattr(cycle(design, problem.angles, problem.flexion, np.radians(60.0)), column)
+        value = cycle(design, problem.angles, problem.flexion, np.radians(60.0))[column]
         assert value.ravel()[condition[row]] == pytest.approx(problem.bounds[name], rel=1e-6)
 
 

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from tendon_cli import kernel
 from tendon_cli.model import extremes
-from tendon_cli.model.actuator import Situation, State
+from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design, Limb, Posture, Side
 from tendon_cli.model.kinematics import Anchors, Excursion, Spline
 from tendon_cli.model.statics import NO_EQUILIBRIUM, TAUT
@@ -68,13 +68,13 @@ def situation_of(rng, slack):
     angles = np.append(0.0, rng.uniform(-0.5, 3.0, rng.choice(ANGLES)))[1 - int(on_the_bone) :]
     flexion = np.array([[True], [False]])[: rng.integers(1, 3)]
     whole = *shape, len(flexion), len(angles)
-    return Situation.of(design, angles.reshape(1, -1), flexion), angles, whole
+    return State.of(design, angles.reshape(1, -1), flexion), angles, whole
 
 
 def rows_of(at, whole):
     """Every column of the states, by whatever code is chosen."""
     count = int(np.prod(whole))
-    columns = {name: np.empty(count) for name in State.of(at).columns()} | {"status": np.empty(count, np.int8)}
+    columns = {name: np.empty(count) for name in at.columns()} | {"status": np.empty(count, np.int8)}
     kernel.row_writer(at, whole, {})(columns, range(count))
     return {name: column.reshape(*whole[:-2], -1) for name, column in columns.items()}
 
@@ -135,7 +135,7 @@ def test_the_studies_of_this_page_have_states_of_every_kind():
     met = set()
     for seed in range(40):
         for slack in ("unilateral", "bilateral", "both"):
-            met |= set(State.of(situation_of(np.random.default_rng([seed, len(slack)]), slack)[0]).status.flat)
+            met |= set(situation_of(np.random.default_rng([seed, len(slack)]), slack)[0].status.flat)
     assert met == {0, 1, 2, 3, 4}
 
 
@@ -148,7 +148,7 @@ def test_states_may_come_in_portions(most):
     for start in range(0, len(angles), most):
         here = angles[start : start + most]
         flexion = np.array([[True], [False]])[: whole[-2]]
-        portion = Situation.of(at.design, here.reshape(1, -1), flexion)
+        portion = State.of(at.design, here.reshape(1, -1), flexion)
         kernel.fold_extremes(in_turn, portion, here, (*whole[:-1], len(here)))
     for name, values in once.items():
         assert same_bits(values + 0.0, in_turn[name] + 0.0), name
@@ -168,7 +168,7 @@ def test_it_does_not_matter_how_many_pretensions_go_with_how_many_designs(preten
     flexor, extensor = (Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, spring, pull) for pull in (pretension, 2.0 * pretension))
     design = Design(limb, flexor, extensor, 0.03, 0.8, 3.0)
     angles, flexion = np.linspace(0.0, 1.6, 37), np.array([[True], [False]])
-    at, whole = Situation.of(design, angles.reshape(1, -1), flexion), (*lengths, 2, len(angles))
+    at, whole = State.of(design, angles.reshape(1, -1), flexion), (*lengths, 2, len(angles))
     expected = None
     with each_kind() as (kinds, take):
         for kind in (None, *kinds):
@@ -186,7 +186,7 @@ def test_no_slack_length_of_states_that_have_none(first):
     pretension, angles = np.reshape([0.0, 1.0, 500.0], (-1, 1, 1)), first + np.linspace(0.0, 0.2, 5)
     side, flexion = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, pretension), np.array([[True], [False]])
     design = Design(limb, side, side, 0.03, 1.0, 0.0)
-    at, whole = Situation.of(design, angles.reshape(1, -1), flexion), (3, 2, 5)
+    at, whole = State.of(design, angles.reshape(1, -1), flexion), (3, 2, 5)
     found = extremes.begin(whole[:-2])
     extremes.fold(found, at, angles)
     lengths = extremes.finished(found, 10)["max_slack"]
@@ -199,7 +199,7 @@ def test_more_slack_states_than_a_short_integer_counts():
     angles, flexion = np.linspace(0.5, 1.5, 70_000), np.array([[True]])
     for pull in (1.0, np.array([1.0, 500.0]).reshape(2, 1, 1)):
         side = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, pull)
-        at = Situation.of(Design(limb, side, side, 0.03, 1.0, 3.0), angles.reshape(1, -1), flexion)
+        at = State.of(Design(limb, side, side, 0.03, 1.0, 3.0), angles.reshape(1, -1), flexion)
         found = extremes.begin(np.shape(pull)[:1])
         extremes.fold(found, at, angles)
         assert found["slack"].flat[0] == len(angles)

@@ -8,7 +8,7 @@ import pytest
 
 from tendon_cli import kernel
 from tendon_cli.model import window
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 
 from .filling import each_kind, needs_code, same_bits
@@ -40,7 +40,7 @@ def folded(at, bounds, whole, cuts=()):
     edges = [0, *cuts, whole[-1]]
     for first, stop in itertools.pairwise(edges):
         stretch, angles, flexion = at(slice(first, stop))
-        situation = Situation.of(replace(stretch, given={"spring.free_length": FREE_LENGTH}), angles, flexion)
+        situation = State.of(replace(stretch, given={"spring.free_length": FREE_LENGTH}), angles, flexion)
         kernel.fold_window(found, situation, bounds, (*whole[:-1], stop - first), first, whole[-1])
     return found
 

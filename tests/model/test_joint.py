@@ -348,7 +348,7 @@ def test_energy_closes_as_a_joint_moves(seed, flexion, at_motor):
 
     def at(shift):
         state = actuator.evaluate(made, angles + shift, flexion)
-        return state, motor_rates(made, state)
+        return state, motor_rates(state)
 
     state, rates = at(0.0)
     assert (state.status == TAUT).mean() > 0.5

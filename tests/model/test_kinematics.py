@@ -98,7 +98,7 @@ def test_the_weight_is_held_against_gravity_along_the_path_of_the_masses(angle, 
     arm = held.arm
 
     def situation(at):
-        return actuator.Situation.of(held, at, flexion=True)
+        return actuator.State.of(held, at, flexion=True)
 
     def energy(at):
         lever = arm.forearm_mass * arm.forearm_com + load * arm.load_distance

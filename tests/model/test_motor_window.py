@@ -30,7 +30,7 @@ def both(bounds):
 def kept(name, most, ratio, load, pretension):
     """Whether a limit is kept, and how far off the value is, at many pretensions of one design."""
     alone = design(baseline(ratio=ratio, load_mass=load, pretension=pretension.reshape(-1, 1, 1)))
-    value = np.broadcast_to(getattr(cycle(alone, ANGLES, WAYS, SPEED), COLUMNS.get(name, name)), pretension.shape)
+    value = np.broadcast_to(cycle(alone, ANGLES, WAYS, SPEED)[COLUMNS.get(name, name)], pretension.shape)
     return value >= most if name.startswith("min") else value <= most
 
 
@@ -65,7 +65,7 @@ def test_ends_are_exact():
     assert cut.any()
     for row, column in np.argwhere(cut):
         at = design(baseline(ratio=RATIOS[row], load_mass=LOADS[column], pretension=left.window.high[row, column]))
-        assert float(cycle(at, ANGLES, WAYS, SPEED).friction_loss) == pytest.approx(11.0, rel=1e-9)
+        assert float(cycle(at, ANGLES, WAYS, SPEED)["friction_loss"]) == pytest.approx(11.0, rel=1e-9)
 
 
 def test_limits_together_leave_what_each_leaves():
@@ -94,7 +94,7 @@ def test_an_interval_in_two_is_counted_and_the_widest_used():
     found = window(one, ANGLES, WAYS, Bounds())
     pretension = np.linspace(float(found.low), float(found.high), 200)
     many = design(baseline(load_mass=3.0, ratio=0.7, pretension=pretension.reshape(-1, 1, 1)))
-    power = np.broadcast_to(cycle(many, ANGLES, WAYS, SPEED).peak_motor_power, pretension.shape)
+    power = np.broadcast_to(cycle(many, ANGLES, WAYS, SPEED)["peak_motor_power"], pretension.shape)
     most = float(np.quantile(power, 0.5))
     left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, peak_motor_power=most))
     allowed = power <= most
@@ -110,7 +110,7 @@ def test_without_an_upper_end_the_window_ends_where_a_limit_does():
     left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=7.0))
     assert np.isinf(found.high)
     at = design(baseline(load_mass=3.0, pretension=float(left.window.high)))
-    assert float(cycle(at, ANGLES, WAYS, SPEED).spool_travel) == pytest.approx(7.0, rel=1e-9)
+    assert float(cycle(at, ANGLES, WAYS, SPEED)["spool_travel"]) == pytest.approx(7.0, rel=1e-9)
     free = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=1e9))
     assert np.isinf(free.window.high)
 

@@ -26,7 +26,7 @@ def least(changes, flexion, values):
 
 def required_pretension(**changes):
     both_ways = np.array([[True], [False]])
-    tied = actuator.Situation.of(design(baseline(**changes)), FULL_RANGE, both_ways).coupling
+    tied = actuator.State.of(design(baseline(**changes)), FULL_RANGE, both_ways).coupling
     return max(0.0, response.respond(tied).required.max())
 
 
@@ -72,7 +72,7 @@ def test_the_radius_ratio_crosses_zero_and_one_where_stated():
 def test_the_inverse_of_the_radius_ratio_is_the_spool_ratio_without_slack():
     assert_printed(1 / ratio_at(90.0), "0.545")
     p = baseline(ratio=1 / ratio_at(90.0))
-    tied = actuator.Situation.of(design(p), np.pi / 2, True).coupling
+    tied = actuator.State.of(design(p), np.pi / 2, True).coupling
     assert tied.mismatch == pytest.approx(0.0, abs=1e-15)
 
 
@@ -106,7 +106,7 @@ def test_equal_pretension_is_no_state_of_the_sweep(unilateral):
 
 @pytest.mark.parametrize("side", ["flexor", "extensor"])
 def test_the_unstretched_length_differs_between_the_directions(side):
-    flexing, extending = (actuator.Situation.of(design(baseline()), 0.0, flexion) for flexion in (True, False))
+    flexing, extending = (actuator.State.of(design(baseline()), 0.0, flexion) for flexion in (True, False))
     difference = 100.0 * (getattr(flexing, side).compliance - getattr(extending, side).compliance)
     assert_printed(1e3 * abs(difference), "0.17")
 

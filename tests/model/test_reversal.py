@@ -52,7 +52,7 @@ def turned(rig, friction, bend, tension, compliance, way, steps=400):
 def test_the_turn_is_that_of_a_sticking_chain(rig, side, friction, bend, flexion):
     p = baseline(friction=friction, bend_angle=bend, load_mass=3.0, pretension=250.0, ratio=0.8)
     state = evaluate(design(p), np.radians(60.0), flexion)
-    found = getattr(reversal(design(p), state, np.radians(60.0), flexion), side)
+    found = getattr(reversal(state, np.radians(60.0), flexion), side)
     section = np.pi * (1.5e-3 / 2) ** 2
     tension = float(getattr(state.balance, side))
     radius = 0.03 if side == "flexor" else 0.8 * 0.03
@@ -74,7 +74,7 @@ def test_the_turn_is_that_of_a_sticking_chain(rig, side, friction, bend, flexion
 def test_the_far_ends_follow_at_different_angles_and_the_torque_goes_over_into_that_of_the_way_back():
     p = baseline(load_mass=3.0, pretension=200.0)
     there, back = (evaluate(design(p), np.radians(75.0), way) for way in (True, False))
-    found = reversal(design(p), there, 0.0, True)
+    found = reversal(there, 0.0, True)
     assert 0.0 < float(found.extensor.turn) < float(found.flexor.turn)
     both = max(float(found.flexor.turn), float(found.extensor.turn))
     torques = found.motor_torque(np.linspace(0.0, both, 200))
@@ -92,7 +92,7 @@ def test_a_spring_at_the_motor_lets_out_what_its_tension_says():
     )
     for flexion in (True, False):
         state = evaluate(moved, np.radians(60.0), flexion)
-        found = reversal(moved, state, np.radians(60.0), flexion)
+        found = reversal(state, np.radians(60.0), flexion)
         for side, radius in ((found.flexor, 0.03), (found.extensor, 0.8 * 0.03)):
             of_spring = (side.tension_before - side.tension_after) / 3e3
             of_tendon = radius * side.turn * np.sign(of_spring) - of_spring
@@ -107,7 +107,7 @@ def test_a_spring_at_the_motor_lets_out_what_its_tension_says():
 def test_a_turn_is_undone_by_the_next():
     p = design(baseline(load_mass=3.0, pretension=200.0))
     state = evaluate(p, np.radians(75.0), True)
-    found = reversal(p, state, 0.0, True)
+    found = reversal(state, 0.0, True)
     for side, capstan in ((found.flexor, state.flexor.capstan), (found.extensor, state.extensor.capstan)):
         assert float(side.tension_after * capstan**-2.0) == pytest.approx(float(side.tension_before))
         distal = float(side.tension_before * capstan)
@@ -118,7 +118,7 @@ def test_a_turn_is_undone_by_the_next():
 def test_without_friction_the_far_ends_follow_at_once(changed):
     p = design(baseline(pretension=200.0, **changed))
     state = evaluate(p, np.radians(45.0), True)
-    found = reversal(p, state, 0.0, True)
+    found = reversal(state, 0.0, True)
     assert float(found.flexor.turn) == float(found.extensor.turn) == 0.0
     assert float(found.flexor.loss) == pytest.approx(0.0, abs=1e-15)
     assert float(found.motor_torque(np.array(0.1))) == pytest.approx(float(state.motor_torque))
@@ -127,10 +127,10 @@ def test_without_friction_the_far_ends_follow_at_once(changed):
 def test_a_slack_tendon_has_no_turn():
     p = design(baseline(load_mass=10.0))
     state = evaluate(p, np.radians(90.0), True)
-    found = reversal(p, state, 0.0, True)
+    found = reversal(state, 0.0, True)
     assert np.isnan([found.extensor.turn, found.extensor.loss, found.extensor.tension_after]).all()
     assert float(found.motor_torque(np.array(0.0))) == pytest.approx(float(state.motor_torque))
     loose = design(baseline(forearm_mass=0.0, pretension=30.0))
     state = evaluate(loose, np.radians(60.0), True)
     assert state.status == BOTH_SLACK
-    assert float(reversal(loose, state, 0.0, True).motor_torque(np.array(0.1))) == 0.0
+    assert float(reversal(state, 0.0, True).motor_torque(np.array(0.1))) == 0.0

@@ -205,7 +205,7 @@ def swept(seed, count=150):
     p["b2"] = 0.5 * p["b1"]
     p["upper_arm_angle"] = np.where(np.arange(count * 6) % 2, 0.0, p["upper_arm_angle"])
     columns = {name: values[:, None, None] for name, values in p.items()}
-    tied = actuator.Situation.of(design(columns), SWEEP, BOTH_WAYS).coupling
+    tied = actuator.State.of(design(columns), SWEEP, BOTH_WAYS).coupling
     good = np.isfinite(tied.moment_arm).all(axis=(1, 2)).nonzero()[0][:count]
     assert len(good) == count
     return {name: values[good] for name, values in columns.items()}
@@ -216,7 +216,7 @@ def with_pretension(p, value):
 
 
 def required(p):
-    tied = actuator.Situation.of(design(p), SWEEP, BOTH_WAYS).coupling
+    tied = actuator.State.of(design(p), SWEEP, BOTH_WAYS).coupling
     return np.maximum(0.0, response.respond(tied).required.max(axis=(1, 2), keepdims=True))
 
 
@@ -260,7 +260,7 @@ def test_a_state_is_taut_just_where_its_pretension_exceeds_its_shortfall():
 
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
     p, angle, flexion = drawn(23, unilateral=False)
-    tied = actuator.Situation.of(design(p), angle, flexion).coupling
+    tied = actuator.State.of(design(p), angle, flexion).coupling
     required = response.respond(tied).required
     sheaths = rig.compliances(p, flexion)
     stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
@@ -277,13 +277,13 @@ def test_a_search_on_the_rig_finds_the_same_required_pretension():
 
 def test_the_required_pretension_does_not_depend_on_the_pretension():
     p, angle, flexion = drawn(24, unilateral=True)
-    slack = actuator.Situation.of(design(p), angle, flexion).coupling
-    tight = actuator.Situation.of(design(with_pretension(p, 1e3)), angle, flexion).coupling
+    slack = actuator.State.of(design(p), angle, flexion).coupling
+    tight = actuator.State.of(design(with_pretension(p, 1e3)), angle, flexion).coupling
     np.testing.assert_array_equal(response.respond(slack).required, response.respond(tight).required)
 
 
 def in_hand(p, angle, flexion):
-    tied = actuator.Situation.of(design(p), angle, flexion).coupling
+    tied = actuator.State.of(design(p), angle, flexion).coupling
     sides = p["flexor_pretension"], p["extensor_pretension"]
     common = tied.common_pretension(*sides)
     return np.minimum(common - response.respond(tied).required, np.minimum(*sides))
@@ -498,7 +498,7 @@ def test_a_slack_tendon_adds_no_stiffness():
     assert slack.sum() > 100
     np.testing.assert_array_equal(state.elbow_stiffness[slack], stiffer.elbow_stiffness[slack])
     both = state.status == BOTH_SLACK
-    slope = state.inputs.torque_slope[both]
+    slope = state.torque_slope[both]
     np.testing.assert_allclose(state.elbow_stiffness[both], slope, rtol=1e-12)
 
 

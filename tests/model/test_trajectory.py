@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tendon_cli.model.actuator import Situation, evaluate
+from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.drift import drift
 from tendon_cli.model.motor import along, cycle
@@ -43,7 +43,7 @@ def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
     trajectory = swing(301)
     made, still = moved(trajectory, load_mass=2.0), design(baseline(load_mass=2.0))
     angle, flexion = trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
-    at, rest = (Situation.of(each, angle, flexion) for each in (made, still))
+    at, rest = (State.of(each, angle, flexion) for each in (made, still))
     asked = (0.08 + 2.0 * 0.32**2) * trajectory.acceleration
     np.testing.assert_allclose(at.coupling.elbow_torque - rest.coupling.elbow_torque, asked[np.newaxis], atol=1e-12)
     np.testing.assert_array_equal(at.torque_slope, rest.torque_slope)
@@ -79,7 +79,7 @@ def test_slow_full_swings_come_to_what_a_cycle_does():
     angles = np.linspace(low, MIDDLE + SWING, 91)[np.newaxis]
     strokes = cycle(design(baseline(**changes)), angles, np.array([[True], [False]]), 1.0)
     for name in ("motor_work_in", "friction_loss", "spool_travel", "efficiency"):
-        assert float(found[name]) == pytest.approx(float(getattr(strokes, name)), rel=2e-4), name
+        assert float(found[name]) == pytest.approx(float(strokes[name]), rel=2e-4), name
 
 
 def test_work_in_less_braking_is_what_the_elbow_takes_stores_and_friction_loses():

@@ -126,8 +126,7 @@ def excesses(p, angles, bounds, pretension):
         "min_elbow_stiffness": bounds["min_elbow_stiffness"] - state.elbow_stiffness,
         "min_spring_room": bounds["min_spring_room"]
         - (state.motion.flexor_path - FREE_LENGTH - x * state.flexor.spring),
-        "peak_motor_speed": np.abs(SPEED * motor_rates(state.inputs.design, state).spool_speed)
-        - bounds["peak_motor_speed"],
+        "peak_motor_speed": np.abs(SPEED * motor_rates(state).spool_speed) - bounds["peak_motor_speed"],
     }
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tendon_cli.model.actuator import Situation
+from tendon_cli.model.actuator import State
 from tendon_cli.paper import slips
 from tendon_cli.paper.reproduce import evaluate, reproduce
 from tendon_cli.paper.runs import FOLDER, READINGS, STUDIES
@@ -134,7 +134,7 @@ def test_the_same_tables_give_the_same_ledger(reproduced):
 
 def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
-    at = Situation.of(design, angle, flexion)
+    at = State.of(design, angle, flexion)
     motion, tied = at.motion, at.coupling
     flexor, extensor = slips.eq_12_as_printed(design, angle, flexion)
     stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (extensor - 100.0)
@@ -145,7 +145,7 @@ def test_eq_12_as_printed_solves_the_printed_equation_and_the_elbow(fig07):
 
 def test_eq_11_first_keeps_the_compatibility_and_the_motor_and_loses_the_elbow(fig07):
     design, angle, flexion = fig07.inputs()
-    at = Situation.of(design, angle, flexion)
+    at = State.of(design, angle, flexion)
     sheaths, tied = (at.flexor, at.extensor), at.coupling
     flexor, extensor = slips.eq_11_first(design, angle, flexion)
     stretch = tied.flexor_compliance * (flexor - 100.0) + tied.extensor_compliance * (extensor - 100.0)

@@ -7,7 +7,6 @@ from scipy import stats
 from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator
-from tendon_cli.model.actuator import State
 from tendon_cli.space.axis import scale_of
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
@@ -71,7 +70,7 @@ def test_a_sweep_over_draws_is_the_model_of_each():
     study = study_from(STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = State.of(plan.inputs(block))
+    found = plan.inputs(block)
     people, draws = plan.axes
     for person in range(3):
         for draw in range(4):
