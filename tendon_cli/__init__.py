@@ -42,7 +42,8 @@ _PLACES = {
     "open": "face.runs.open", "open_run": "engine.results.open_run",
     "check": "checks.check.check", "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
-    "plot": "face.pictures.plot", "picture": "face.pictures.picture", "text_of": "face.texts.text_of",
+    "plot": "face.pictures.plot", "picture": "face.pictures.picture",
+    "run_text": "summary.run_text", "fit_text": "friction.report.summary_lines",
 }  # fmt: skip
 """By its name, where something of the face stands."""
 __all__ = [

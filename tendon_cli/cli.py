@@ -9,17 +9,11 @@ from typing import Annotated, Any, NoReturn
 import typer
 import typer.core
 
-from tendon_cli.commands.check import check
 from tendon_cli.commands.completion import completion
-from tendon_cli.commands.design import design
+from tendon_cli.commands.compute import design, paper, sweep
 from tendon_cli.commands.fit_friction import fit_friction
-from tendon_cli.commands.init import init, schema
-from tendon_cli.commands.paper import paper
-from tendon_cli.commands.plot import plot
-from tendon_cli.commands.report import report
-from tendon_cli.commands.show import export, show
-from tendon_cli.commands.state import state
-from tendon_cli.commands.sweep import sweep
+from tendon_cli.commands.results import check, export, plot, report, show
+from tendon_cli.commands.studies import init, schema, state
 from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
 from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (

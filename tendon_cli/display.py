@@ -15,7 +15,7 @@ class Displayed:
     @property
     def text(self) -> str:
         """The result in words."""
-        return str(face().text_of(self))
+        raise NotImplementedError
 
     def plot(self, *what: str, out: Any = None, **how: Any) -> Any:
         """The picture of it, a matplotlib figure; written to the file `out`, too, if that is given.

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.display import Displayed
+from tendon_cli.display import Displayed, face
 from tendon_cli.engine.columns import Tables
 from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
@@ -61,6 +61,11 @@ class Result(Displayed):
 @dataclass(frozen=True, eq=False, repr=False)
 class Run(Result):
     """A finished run: `record` as in `run.json`, `designs` and `states` as tables with their units in `attrs`."""
+
+    @property
+    def text(self) -> str:
+        """The summary of the run."""
+        return str(face().run_text(self))
 
     @cached_property
     def designs(self) -> pd.DataFrame:

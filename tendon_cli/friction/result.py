@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tendon_cli.display import Displayed
+from tendon_cli.display import Displayed, face
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
 from tendon_cli.friction.strokes import Presliding, Speed
 
@@ -120,6 +120,11 @@ class Fit(Displayed):
     source: str
     """Name of the file."""
     sha256: str
+
+    @property
+    def text(self) -> str:
+        """The fit in words."""
+        return str(face().fit_text(self))
 
     @property
     def record(self) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def study(workplace):
 # --- Ctrl-C -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("module", ["typer", "tendon_cli.commands.sweep", "numpy", "pydantic", "pyarrow.lib"])
+@pytest.mark.parametrize("module", ["typer", "tendon_cli.commands.compute", "numpy", "pydantic", "pyarrow.lib"])
 @pytest.mark.parametrize("command", ["sweep", "state"])
 def test_an_interrupt_while_modules_are_read_is_130_without_a_traceback(outside, study, module, command):
     words = (command, "study.toml")

@@ -1,0 +1,235 @@
+"""`tendon check`, `report`, `plot`, `show` and `export`: what stands in a folder of results, and in any table."""
+
+import contextlib
+import io
+import math
+import shutil
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import tendon_cli as tendon
+from tendon_cli.commands import options, values
+from tendon_cli.errors import EXIT_NEGATIVE, UsageError
+from tendon_cli.terminal import print_note, print_result
+
+Baseline = Annotated[Path | None, options.written("report only what changed since this run", "RUN")]
+Tolerance = Annotated[
+    float | None, options.option("SHARE", "largest difference allowed, as a share of a column's scale; default 1e-9")
+]
+Apart = Annotated[
+    list[str] | None,
+    options.option("KEY", "key in which the studies may differ; repeatable", "--except", among=values.keys),
+]
+Worst = Annotated[int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")]
+Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")]
+
+
+def check(
+    run: options.RunFolder,
+    baseline: Baseline = None,
+    tolerance: Tolerance = None,
+    apart: Apart = None,
+    worst: Worst = 10,
+    markdown: Markdown = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Check that every design of a run is within its limits, or compare it with another run; exit 4 if not.
+
+    An answer of `tendon design` passes if at least one choice has a window of pretension.
+    """
+    from tendon_cli.checks.compare import TOLERANCE
+    from tendon_cli.checks.text import as_markdown
+
+    if tolerance is not None and not 0.0 <= tolerance < float("inf"):
+        raise UsageError("--tolerance is a share of a column's scale, 0 or more", hint="such as 1e-9")
+    options.exclude("--json", as_json, "--markdown", markdown)
+    if baseline is None and (apart or tolerance is not None):
+        given = "--except" if tolerance is None else "--tolerance"
+        raise UsageError(f"{given} is for a comparison", hint="--baseline names the other run")
+    tolerance = TOLERANCE if tolerance is None else tolerance
+    checked = tendon.check(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
+    text = as_markdown(checked.text, holds=checked.holds) if markdown else checked.text
+    print_result(checked.record if as_json else text)
+    note_stale_page(run)
+    if not checked.holds:
+        raise typer.Exit(EXIT_NEGATIVE)
+
+
+Page = Annotated[Path | None, options.written("file to write; default: report.html in the run's folder")]
+
+
+def report(run: options.RunFolder, out: Page = None, as_json: options.AsJson = False) -> None:
+    """Write one HTML page with everything that a run or an answer holds."""
+    written = str(tendon.report(run, out))
+    print_result({"report": written} if as_json else written)
+
+
+def note_stale_page(folder: Path, *, quiet: bool = False) -> None:
+    """Print a note if the page in a run's folder shows earlier results."""
+    from tendon_cli.reports.stale import stale_note
+
+    if not quiet and (note := stale_note(folder)):
+        print_note(note)
+
+
+Source = Annotated[
+    Path,
+    typer.Argument(
+        parser=options.source, metavar="RUN_OR_TABLE", help="a run folder, or any one of its tables; a study with --arm"
+    ),
+]
+Between = Annotated[
+    bool, typer.Option("--between", help="of an answer: what each limit asks for over the angle, and what binds where")
+]
+DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
+TableName = Annotated[str | None, options.option("states|designs", "table of a run folder")]
+Quantities = Annotated[
+    list[str] | None, options.option("COLUMN", "what to draw; repeatable", "--quantity", "-y", among=values.columns)
+]
+Against = Annotated[str | None, options.option("COLUMN", "the horizontal axis", "--x", "-x", among=values.columns)]
+Colour = Annotated[str | None, options.option("AXIS", "a colour for each value of this axis", among=values.columns)]
+Panels = Annotated[str | None, options.option("AXIS", "a panel for each value of this axis", among=values.columns)]
+Units = Annotated[
+    list[str] | None,
+    options.option("UNIT", "unit to show a dimension in, such as cm; repeatable", among=values.units),
+]
+Angles = Annotated[
+    list[str] | None, options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable")
+]
+Format = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
+Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'", among=values.sizes)]
+
+
+def plot(
+    source: Source,
+    arm: DrawsArm = False,
+    between: Between = False,
+    table: TableName = None,
+    quantity: Quantities = None,
+    x: Against = None,
+    colour: Colour = None,
+    panels: Panels = None,
+    where: options.Where = None,
+    unit: Units = None,
+    angle: Angles = None,
+    case: options.Case = None,
+    settings: options.Settings = None,
+    format_: Format = "png",
+    size: Size = "page",
+    out: options.OutFile = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Draw figures of a run, of any table, of an answer, or of the arm of a study."""
+    if str(source) == "-":
+        raise UsageError("a figure needs a file or a folder, not standard input", hint="tendon plot --arm study.toml")
+    if arm:
+        from tendon_cli.figures.route import draw_geometry
+
+        drawn = draw_geometry(source, tuple(settings or ()), [_angle(text) for text in angle or ()], out, case)
+    elif between:
+        from tendon_cli.engine.results import verified_record
+        from tendon_cli.figures.answer import draw_between_samples
+
+        record = verified_record(source)
+        if record["verb"] != "design":
+            hint = "tendon design STUDY writes one"
+            raise UsageError("is not an answer, and only answers have a window to draw", where=str(source), hint=hint)
+        drawn = [draw_between_samples(source, record, out)]
+    else:
+        from tendon_cli.figures.draw import plot as draw
+        from tendon_cli.figures.draw import table_of
+        from tendon_cli.studies.figures import figure_spec
+
+        asked = {"quantity": quantity, "x": x, "colour": colour, "panels": panels, "where": where, "unit": unit}
+        given = {name: value for name, value in asked.items() if value is not None}
+        spec = figure_spec(**given, format=format_, size=size)
+        drawn = draw(table_of(source, spec, table), spec, out)
+    written = [str(file) for file in drawn]
+    print_result({"figures": written} if as_json else "\n".join(written))
+
+
+def _angle(text: str) -> float:
+    from tendon_cli.units import UnitError, parse_measure
+
+    try:
+        return parse_measure(text, "angle").si
+    except UnitError as error:
+        raise UsageError(error.problem, where="--angle", hint=error.hint) from None
+
+
+Sort = Annotated[
+    str | None, options.option("COLUMN", "sort by this column; -COLUMN: the largest first", among=values.columns)
+]
+Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
+AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV in SI units, named in the header")]
+
+
+def show(
+    source: options.Table,
+    table: options.TableName = None,
+    where: options.Where = None,
+    sort: Sort = None,
+    columns: options.Columns = None,
+    head: Head = 20,
+    as_json: options.AsJson = False,
+    as_csv: AsCsv = False,
+) -> None:
+    """Show rows of a table in the terminal.
+
+    A run shows its designs and an answer its choices, unless --table names another table; a CSV of people is shown as
+    tendon reads it.
+    """
+    from tendon_cli.cube.rows import rows_in, write_csv
+    from tendon_cli.summary import rows_text
+
+    options.exclude("--json", as_json, "--csv", as_csv)
+    rows = rows_in(Path(source), table, where or (), options.listed(columns), sort)
+    shown, total = rows.head(head, sort)
+    if as_csv:
+        written = io.BytesIO()
+        write_csv(rows, written, iter([shown]))
+        print_result(written.getvalue().decode().rstrip("\n"))
+    elif as_json:
+        units = {name: rows.unit(name) for name in rows.names}
+        print_result({"rows": total, "units": units, "data": [*map(_finite, shown.to_pylist())]})
+    else:
+        print_result(rows_text(rows, shown, total, shutil.get_terminal_size().columns))
+
+
+def _finite(row: dict[str, object]) -> dict[str, object]:
+    """A row that JSON can hold."""
+    odd = {name: value for name, value in row.items() if isinstance(value, float) and not math.isfinite(value)}
+    return row | {name: "rigid" if value == math.inf else None for name, value in odd.items()}
+
+
+CsvFile = Annotated[Path, typer.Argument(parser=options.place, metavar="FILE.csv", help="file to write")]
+Locale = Annotated[
+    str, options.option("LANGUAGE", "numbers as this language writes them: de writes 1,5 and separates by semicolons")
+]
+InUnits = Annotated[str, options.option("si|study", "SI units, or those people read, such as mm", "--units")]
+
+
+def export(
+    source: options.Table,
+    file: CsvFile,
+    table: options.TableName = None,
+    where: options.Where = None,
+    columns: options.Columns = None,
+    locale: Locale = "en",
+    units: InUnits = "si",
+    as_json: options.AsJson = False,
+) -> None:
+    """Write a table as CSV, in SI units, for tools that cannot read Parquet."""
+    from tendon_cli.cube.rows import CsvForm, rows_in
+    from tendon_cli.cube.rows import export as written
+
+    form = CsvForm(locale, units)
+    rows = rows_in(source, table, where or (), options.listed(columns))
+    with contextlib.suppress(OSError):
+        if file.samefile(source):
+            raise UsageError(f"{file.name}, which is read, would be written over", hint="choose another name")
+    count = written(rows, file, form)
+    text = f"{file} written: {count:,} rows, {len(rows.names)} columns"
+    print_result({"file": str(file), "rows": count, "columns": rows.names} if as_json else text)
