@@ -12,22 +12,10 @@ import pytest
 from tendon_cli.paper import reproduce as reproduction
 
 JSON_KEYS = {
-    "friction",
-    "friction_bend",
-    "friction_bend_standard_error",
-    "friction_bend_interval_95",
-    "standard_error",
-    "interval_95",
-    "bend_angle",
-    "gain_ratio",
-    "by_direction",
-    "used",
-    "set_aside",
-    "residuals",
-    "warnings",
-    "notes",
+    "friction", "friction_bend", "friction_bend_standard_error", "friction_bend_interval_95", "standard_error",
+    "interval_95", "bend_angle", "gain_ratio", "by_direction", "used", "set_aside", "residuals", "warnings", "notes",
     "checks",
-}
+}  # fmt: skip
 
 
 @pytest.fixture

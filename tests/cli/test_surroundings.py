@@ -66,17 +66,7 @@ def test_what_the_environment_says_counts_more_than_a_quick_start(outside, given
 
 def test_modules_in_the_working_directory_are_not_executed(outside, workplace):
     trap = "open('executed', 'a').write(__name__)\n"
-    for name in (
-        "numpy",
-        "json",
-        "typing",
-        "signal",
-        "pyarrow",
-        "typer",
-        "tendon_cli",
-        "sitecustomize",
-        "usercustomize",
-    ):
+    for name in (*HEAVY, "json", "typing", "signal", "typer", "tendon_cli", "sitecustomize", "usercustomize"):
         (workplace / f"{name}.py").write_text(trap, encoding="utf-8")
     (workplace / "study.toml").write_text("", encoding="utf-8")
     ran = outside("sweep", "study.toml", "--no-figures", "--json")

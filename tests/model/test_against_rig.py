@@ -157,18 +157,6 @@ def test_vectors_give_the_same_paths_travels_moment_arms_and_weights(drawn, stat
     np.testing.assert_allclose(state.elbow_torque, held, rtol=1e-12, atol=1e-14)
 
 
-def test_without_equilibrium_nothing_but_the_motion_is_a_number(state):
-    lost = ~(state.motion.flexor_moment_arm > 0)
-    assert lost.sum() >= (80 if len(lost) == COUNT else 20)
-    for found in (
-        state.balance.flexor, state.balance.extensor, state.balance.loose, state.flexor_tension_proximal,
-        state.extensor_tension_proximal, state.flexor_slack, state.extensor_slack, state.elbow_torque,
-        state.motor_torque, state.spool_angle, state.elbow_stiffness,
-    ):  # fmt: skip
-        assert np.isnan(found[lost]).all()
-    assert np.isfinite(state.motion.flexor_path).all()
-
-
 def test_where_the_bends_lie_along_the_sheath_matters_little_to_the_tensions():
     """The ratio needs only the total (Eq. A.17); the elongation of Eq. 13 supposes an even bend, and is small."""
     angle = np.radians(np.tile(np.arange(5.0, 91.0, 5.0), 2))

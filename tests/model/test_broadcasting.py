@@ -65,15 +65,6 @@ def test_a_product_of_nine_axes_equals_its_states_one_by_one(axes):
             assert_identical(np.broadcast_to(whole[name], shape)[index], expected, name)
 
 
-def test_random_designs_side_by_side_equal_each_in_an_array_of_its_own():
-    p, angle, flexion = scattered(400, seed=50)
-    whole = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
-    for i in range(len(angle)):
-        single = design({name: values[i : i + 1] for name, values in p.items()})
-        for name, expected in leaves(actuator.evaluate(single, angle[i : i + 1], flexion[i : i + 1])):
-            assert_identical(np.broadcast_to(whole[name], angle.shape)[i : i + 1], np.broadcast_to(expected, 1), name)
-
-
 def test_random_designs_side_by_side_equal_each_in_plain_numbers():
     p, angle, flexion = scattered(2500, seed=50)
     whole = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
@@ -91,15 +82,6 @@ def test_a_result_has_the_shape_of_what_it_depends_on():
     assert state.coupling.mismatch.shape == (4,)
     assert state.elbow_torque.shape == (3, 1, 4)
     assert state.balance.flexor.shape == state.status.shape == state.spool_angle.shape == (3, 2, 4)
-
-
-def test_the_order_of_the_states_does_not_matter():
-    p, angle, flexion = scattered(500, seed=51)
-    order = np.random.default_rng(1).permutation(500)
-    mixed = {name: values[order] for name, values in p.items()}
-    straight = dict(leaves(actuator.evaluate(design(p), angle, flexion)))
-    for name, found in leaves(actuator.evaluate(design(mixed), angle[order], flexion[order])):
-        assert_identical(np.broadcast_to(found, (500,)), np.broadcast_to(straight[name], (500,))[order], name)
 
 
 def test_inputs_are_left_alone():

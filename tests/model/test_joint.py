@@ -169,38 +169,6 @@ class Suit:
     made: Design
     spring_at_motor: bool
 
-    def spring_and_anchor(self, side):
-        return 1.0 / side.spring_stiffness, 1.0 / side.anchor_stiffness
-
-    def compliance(self, name, angle, flexion):
-        """By walking along the sheath: proximal over distal tension, and all that gives, per distal newton."""
-        side = getattr(self.made, name)
-        toward_elbow = flexion if name == "extensor" else not flexion
-        gain, mean = rig.walk_along_sheath(side.friction, self.bend(angle), toward_elbow)
-        spring, anchor = self.spring_and_anchor(side)
-        rope = float(mean) * side.length / (np.pi * (side.diameter / 2) ** 2 * side.youngs_modulus)
-        return float(gain), rope + spring * (float(gain) if self.spring_at_motor else 1.0) + anchor
-
-    def taut(self, angle, flexion, pretension):
-        """Tensions and spool angle where both tendons pull, the spool turned until the joint balances."""
-        start = {name: self.compliance(name, self.joint.start, flexion)[1] for name in rig.SIDES}
-        now = {name: self.compliance(name, angle, flexion) for name in rig.SIDES}
-        made, at = self.made, (self.joint.shortens, self.joint.lengthens)
-        arms = [rig.derivative(each, angle) for each in at]
-        h_f, h_e = (each(angle) - each(self.joint.start) for each in at)
-
-        def tensions(turn):
-            x = (start["flexor"] * pretension + made.flexor_radius * turn - h_f) / now["flexor"][1]
-            y = (start["extensor"] * pretension + h_e - made.ratio * made.flexor_radius * turn) / now["extensor"][1]
-            return x, y
-
-        def surplus(turn):
-            x, y = tensions(turn)
-            return arms[0] * x - arms[1] * y - self.torque(angle)
-
-        turn = brentq(surplus, -1e3, 1e3, xtol=1e-300, rtol=1e-15, maxiter=500)
-        return *tensions(turn), turn, now
-
 
 def suit(seed, *, at_motor):
     rng = np.random.default_rng(seed)
@@ -245,24 +213,27 @@ class Bench:
 
     def __post_init__(self):
         steps = STEP * np.arange(-3, 4)
-        self.bends = {name: self._along(name, self.angle + steps) for name in rig.SIDES}
-        self.resting = {name: self._along(name, np.array([self.suit.joint.start]))[0] for name in rig.SIDES}
+        (self.ends, self.gives), (_, self.resting) = (
+            zip(*(self._sheath(name, angles) for name in rig.SIDES), strict=True)
+            for angles in (self.angle + steps, np.array([self.suit.joint.start]))
+        )
 
-    def _along(self, name, angles):
+    def _sheath(self, name, angles):
+        """By walking along it: proximal over distal tension, and all that gives, per distal newton."""
         side = getattr(self.suit.made, name)
         toward_elbow = self.flexion if name == "extensor" else not self.flexion
         gain, mean = rig.walk_along_sheath(side.friction, self.suit.bend(angles), np.full(len(angles), toward_elbow))
-        spring, anchor = self.suit.spring_and_anchor(side)
         rope = mean * side.length / (np.pi * (side.diameter / 2) ** 2 * side.youngs_modulus)
-        return rope + spring * (gain if self.suit.spring_at_motor else 1.0) + anchor
+        spring = (gain if self.suit.spring_at_motor else 1.0) / side.spring_stiffness
+        return gain, rope + spring + 1.0 / side.anchor_stiffness
 
     def tensions(self, step, turn, pretension):
         """Of both tendons some steps of angle away, at a turn of the spool."""
         made, joint, at = self.suit.made, self.suit.joint, self.angle + STEP * step
         h_f, h_e = (each(at) - each(joint.start) for each in (joint.shortens, joint.lengthens))
-        stretch_f = self.resting["flexor"] * pretension + made.flexor_radius * turn - h_f
-        stretch_e = self.resting["extensor"] * pretension + h_e - made.ratio * made.flexor_radius * turn
-        return stretch_f / self.bends["flexor"][3 + step], stretch_e / self.bends["extensor"][3 + step]
+        stretch_f = self.resting[0][0] * pretension + made.flexor_radius * turn - h_f
+        stretch_e = self.resting[1][0] * pretension + h_e - made.ratio * made.flexor_radius * turn
+        return stretch_f / self.gives[0][3 + step], stretch_e / self.gives[1][3 + step]
 
     def left_over(self, step, turn, pretension):
         """What the joint asks for beyond the moments of both tendons."""
@@ -271,12 +242,17 @@ class Bench:
         arms = [rig.derivative(each, at, STEP) for each in (joint.shortens, joint.lengthens)]
         return self.suit.torque(at) - arms[0] * x + arms[1] * y
 
+    def settle(self, pretension):
+        """Both tensions, and the turn of the spool."""
+        turn = brentq(lambda turn: self.left_over(0, turn, pretension), -1e3, 1e3, xtol=1e-300, rtol=1e-15, maxiter=500)
+        return *self.tensions(0, turn, pretension), turn
+
     def read(self, pretension):
         """Both tensions and the stiffness with the spool held."""
-        turn = brentq(lambda turn: self.left_over(0, turn, pretension), -1e3, 1e3, xtol=1e-300, rtol=1e-15, maxiter=500)
+        x, y, turn = self.settle(pretension)
         weights = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
         moved = {step: self.left_over(step, turn, pretension) for step in (-3, -2, -1, 1, 2, 3)}
-        return *self.tensions(0, turn, pretension), sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP
+        return x, y, sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -327,14 +303,16 @@ def test_random_joints_settle_as_on_the_rig(seed, flexion, at_motor):
     drawn, angles = suit(seed, at_motor=at_motor), (0.2, 0.9, 1.5)
     made = held_at(drawn.made, 300.0)
     for angle in angles:
-        x, y, turn, now = drawn.taut(angle, flexion, 300.0)
+        bench = Bench(drawn, angle, flexion)
+        x, y, turn = bench.settle(300.0)
+        near_x, near_y = (tension * ends[3] for tension, ends in zip((x, y), bench.ends, strict=True))
         state = actuator.evaluate(made, angle, flexion)
         size = max(abs(x), abs(y), 300.0)
         assert float(state.balance.flexor) == pytest.approx(x, abs=1e-8 * size)
         assert float(state.balance.extensor) == pytest.approx(y, abs=1e-8 * size)
-        assert float(state.flexor_tension_proximal) == pytest.approx(x * now["flexor"][0], abs=1e-8 * size)
+        assert float(state.flexor_tension_proximal) == pytest.approx(near_x, abs=1e-8 * size)
         assert float(state.spool_angle) == pytest.approx(turn, abs=1e-8)
-        needed = made.flexor_radius * (x * now["flexor"][0] - made.ratio * y * now["extensor"][0])
+        needed = made.flexor_radius * (near_x - made.ratio * near_y)
         assert float(state.motor_torque) == pytest.approx(needed, abs=1e-8 * size * made.flexor_radius)
 
 

@@ -22,9 +22,8 @@ def resampled(fine, spacing, rng):
 
 def helix():
     turn = np.linspace(0.0, 6.0 * np.pi, 20_001)
-    return np.column_stack([0.1 * np.cos(turn), 0.1 * np.sin(turn), 0.03 * turn]), 6.0 * np.pi * 0.1 / np.hypot(
-        0.1, 0.03
-    )
+    points = np.column_stack([0.1 * np.cos(turn), 0.1 * np.sin(turn), 0.03 * turn])
+    return points, 6.0 * np.pi * 0.1 / np.hypot(0.1, 0.03)
 
 
 def arc():
@@ -35,11 +34,7 @@ def arc():
 def arcs():
     """Straight, a quarter of a circle, straight, a third of a circle in another plane, straight."""
     parts, heading = [np.zeros((1, 3))], np.array([1.0, 0.0, 0.0])
-    for radius, angle, towards in (
-        (0.1, np.pi / 2, [0.0, 1.0, 0.0]),
-        (0.15, 2 * np.pi / 3, [0.1, 0.0, 1.0]),
-        (0.0, 0, [0, 1, 0]),
-    ):
+    for radius, angle, towards in ((0.1, np.pi / 2, [0, 1, 0]), (0.15, 2 * np.pi / 3, [0.1, 0, 1]), (0, 0, [0, 1, 0])):
         parts.append(parts[-1][-1] + np.linspace(0.0, 0.3, 3000)[1:, np.newaxis] * heading)
         inward = np.array(towards) - np.dot(towards, heading) * heading
         inward /= np.linalg.norm(inward)

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
@@ -26,12 +26,6 @@ def helix(pitch, count=50, radius=0.05, turns=1.0, at=None):
 
 def bend_of_helix(pitch, radius=0.05, turns=1.0):
     return 2 * np.pi * turns * radius / np.hypot(radius, pitch / (2 * np.pi))
-
-
-def uneven(count, seed, spread=0.4):
-    """Shares from 0 to 1 whose steps differ by up to (1 + spread) / (1 - spread)."""
-    steps = np.random.default_rng(seed).uniform(1 - spread, 1 + spread, count - 1)
-    return np.concatenate([[0.0], np.cumsum(steps) / steps.sum()])
 
 
 def wave(count=50, at=None):
@@ -65,27 +59,12 @@ def test_a_helix_of_one_turn_is_measured_to_a_thousandth(pitch):
     assert found[0] == pytest.approx(bend_of_helix(pitch), rel=PERMILLE)
 
 
-def test_a_steep_helix_bends_less_than_its_turn_seen_from_above():
-    assert total_curvature(helix(0.5))[0] < 0.6 * 2 * np.pi
-
-
 @pytest.mark.parametrize("count", [3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("degrees", [20, 90, 150])
 def test_few_points_on_an_arc_are_enough(count, degrees):
     found = total_curvature(arc(np.radians(degrees), count))
     assert found[0] == pytest.approx(np.radians(degrees), rel=1e-12 if count < 7 else 2 * PERMILLE)
     assert found[1] == pytest.approx(np.radians(degrees) / (count - 1), rel=1e-9)
-
-
-def test_two_points_show_no_bend():
-    found = total_curvature([[0, 0, 0], [0.1, 0.2, 0.3]])
-    assert found == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("count", [3, 4, 5, 6, 7, 8])
-def test_few_points_on_a_helix_come_close(count):
-    exact = bend_of_helix(0.1, turns=0.5)
-    assert total_curvature(helix(0.1, count, turns=0.5))[0] == pytest.approx(exact, rel=0.1)
 
 
 def test_an_s_of_two_arcs_adds_both_bends():
@@ -140,13 +119,6 @@ def test_a_bend_between_two_straight_parts_is_found_whole(count):
     assert total_curvature(route)[0] == pytest.approx(np.pi / 2, rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("pitch", [0.05, 0.3])
-def test_uneven_points_on_a_helix_cost_little(seed, pitch):
-    found = total_curvature(helix(pitch, at=uneven(50, seed)))
-    assert found[0] == pytest.approx(bend_of_helix(pitch), rel=PERMILLE)
-
-
 def test_a_part_sampled_ten_times_as_densely_does_not_count_for_more():
     share = np.concatenate([np.linspace(0, 0.5, 40, endpoint=False), np.linspace(0.5, 1, 401)])
     assert total_curvature(arc(np.pi, at=share))[0] == pytest.approx(np.pi, rel=PERMILLE)
@@ -166,38 +138,12 @@ ROUTES = st.integers(0, 10_000).map(
 )
 
 
-def assert_alike(found, expected):
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-@given(ROUTES, st.integers(0, 1000))
-def test_turning_and_moving_a_route_leaves_its_bend(route, seed):
+@given(ROUTES, st.integers(0, 1000), st.floats(1e-4, 1e4))
+def test_neither_unit_nor_frame_nor_direction_of_a_route_counts(route, seed, unit):
     rng = np.random.default_rng(seed)
-    moved = Rotation.random(rng=rng).apply(route) + rng.normal(0, 10.0, 3)
-    assert_alike(total_curvature(moved), total_curvature(route))
-
-
-@given(ROUTES, st.floats(1e-4, 1e4))
-def test_the_unit_of_length_does_not_matter(route, unit):
-    assert_alike(total_curvature(unit * route), total_curvature(route))
-
-
-@given(ROUTES)
-def test_a_route_bends_as_much_backwards(route):
-    assert_alike(total_curvature(route[::-1]), total_curvature(route))
-
-
-@given(ROUTES)
-def test_a_mirrored_route_bends_as_much(route):
-    assert_alike(total_curvature(route * [1, 1, -1]), total_curvature(route))
-
-
-@given(ROUTES)
-@settings(max_examples=50)
-def test_the_route_itself_is_left_alone(route):
-    before = route.copy()
-    total_curvature(route)
-    np.testing.assert_array_equal(route, before)
+    moved = unit * Rotation.random(rng=rng).apply(route) + rng.normal(0, 10.0, 3)
+    for other in (moved, route[::-1], route * [1, 1, -1]):
+        assert total_curvature(other) == pytest.approx(total_curvature(route), rel=1e-9)
 
 
 # --- Corners ---------------------------------------------------------------------------------------------------------
@@ -221,12 +167,7 @@ def test_points_that_are_not_in_space_are_refused(points):
         total_curvature(points)
 
 
-@pytest.mark.parametrize("count", [1, 2, 10])
+@pytest.mark.parametrize("count", [0, 1, 2, 10])
 def test_a_route_that_never_leaves_its_first_point_is_refused(count):
     with pytest.raises(ValueError, match="two different"):
         total_curvature(np.ones((count, 3)))
-
-
-def test_a_route_without_points_is_refused():
-    with pytest.raises(ValueError, match="two different"):
-        total_curvature(np.empty((0, 3)))
