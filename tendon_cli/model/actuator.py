@@ -169,7 +169,7 @@ class State:
         per_path = np.where(self.coupling.elbow_torque < 0.0, 1.0 / np.asarray(self.design.ratio), 1.0)
         per_path = np.where(unilateral & ~self.response.idle, per_path, np.nan)
         taut = np.where(unilateral & ~np.isnan(self.coupling.moment_arm), 0.0, np.nan)
-        return np.where(slack, self.balance.path * per_path, taut) if slack.any() else taut
+        return np.where(slack, self.balance.path * per_path, taut)
 
     @property
     def elbow_torque(self) -> Array:
@@ -192,8 +192,7 @@ class State:
         direction of friction that the state assumes is wrong.
         """
         (taut, slack), (of_flexor, of_extensor), balance = self.held_stiffness, self.arm_slopes, self.balance
-        standing = np.where(balance.is_slack, slack, taut) if balance.is_slack.any() else taut
-        stiffness = standing - balance.flexor * of_flexor
+        stiffness = np.where(balance.is_slack, slack, taut) - balance.flexor * of_flexor
         return np.asarray(stiffness + balance.extensor * of_extensor if np.any(of_extensor) else stiffness)
 
     @property

@@ -6,8 +6,7 @@ All fields are scalars or arrays that broadcast against each other. SI units, an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
-from functools import cache
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -147,18 +146,10 @@ Made = TypeVar("Made")
 
 def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Made:
     """A design, or what is made of one, with each of its arrays changed; numbers are left as they are."""
-
-    def anew(value: Any) -> Any:
-        if isinstance(value, np.ndarray):
-            return change(value) if value.ndim else value
-        if isinstance(value, Mapping):
-            return {key: anew(each) for key, each in value.items()}
-        return changed(value, change) if is_dataclass(value) else value
-
-    return type(made)(*(anew(getattr(made, name)) for name in _names_of(type(made))))  # type: ignore[arg-type]
-
-
-@cache
-def _names_of(kind: type) -> tuple[str, ...]:
-    """The fields of a dataclass, all of which its constructor takes in this order."""
-    return tuple(each.name for each in fields(kind))
+    if isinstance(made, np.ndarray):
+        return change(made) if made.ndim else made  # type: ignore[return-value]
+    if isinstance(made, Mapping):
+        return {key: changed(each, change) for key, each in made.items()}  # type: ignore[return-value]
+    if not is_dataclass(made):
+        return made
+    return replace(made, **{each.name: changed(getattr(made, each.name), change) for each in fields(made)})

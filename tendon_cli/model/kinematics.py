@@ -10,7 +10,7 @@ would not close the balance of energy. All functions broadcast their arguments; 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -49,19 +49,6 @@ class Travels:
     def mismatch(self, ratio: Real) -> Array:
         """h = H_e - η H_f, what the springs must give for the spool's ratio η, m."""
         return np.asarray(self.extensor_travel - ratio * self.flexor_travel)
-
-
-class AnyJoint(Protocol):
-    """One degree of freedom that two tendons pull on."""
-
-    def motion(self, angle: Real) -> Travels:
-        """Travels and moment arms at angles of the joint."""
-        ...
-
-    @property
-    def strap_radius(self) -> Real:
-        """Radius of curvature of the extensor's strap on the joint, m; NaN where the joint does not tell."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,3 +169,7 @@ class Excursion:
             extensor_moment_arm_slope=along(self.extensor, 2),
             pulling_arm=np.where(balances, flexor_arm, np.nan),
         )
+
+
+AnyJoint: TypeAlias = Anchors | Excursion
+"""One degree of freedom that two tendons pull on."""

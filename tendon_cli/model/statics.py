@@ -45,13 +45,13 @@ class Balance:
 
     @cached_property
     def flexor_slack(self) -> Flags:
-        """Whether the flexor is; where none is, one flag for all."""
-        return _if_any(self.pretension < self.response.flexor_limit)
+        """Whether the flexor is."""
+        return np.asarray(self.pretension < self.response.flexor_limit)
 
     @cached_property
     def extensor_slack(self) -> Flags:
         """Likewise the extensor."""
-        return _if_any(self.pretension < self.response.extensor_limit)
+        return np.asarray(self.pretension < self.response.extensor_limit)
 
     @cached_property
     def status(self) -> Status:
@@ -61,8 +61,8 @@ class Balance:
 
     @cached_property
     def is_slack(self) -> Flags:
-        """Whether either side is; where none is, one flag for all."""
-        return _if_any(self.pretension < self.response.limit)
+        """Whether either side is."""
+        return np.asarray(self.pretension < self.response.limit)
 
     @property
     def path(self) -> Array:
@@ -100,8 +100,3 @@ def solve(
         pretension=pretension,
         margin=margin,
     )
-
-
-def _if_any(flags: Flags) -> Flags:
-    """Flags; where none is set, one for all, so that what is made of them costs nothing."""
-    return flags if flags.any() else np.zeros((1,) * np.ndim(flags), np.bool_)

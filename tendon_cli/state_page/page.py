@@ -173,7 +173,10 @@ def _notes(plan: Plan, block: Block) -> list[str]:
         elif len(axis) > 1:
             notes.append(f"{axis.key}: the first of {len(axis)} values; --set {axis.key}=... chooses")
     if plan.study.trajectory is not None:
-        notes.append(f"the first of {plan.states_per_design} samples; `tendon sweep` writes all of them")
+        notes.append(
+            f"the first of the trajectory's {plan.states_per_design} samples, with its inertia; `tendon sweep` and "
+            "`tendon show RUN --table states` have them all"
+        )
     elif plan.states_per_design > 1:
         notes.append(
             f"the first of {plan.states_per_design} states; --set 'motion.elbow_angle=75 deg' and "

@@ -60,12 +60,6 @@ def test_the_arm_of_a_study_is_drawn_at_angles_with_units(tendon, run_folder):
     assert drawn == ["persons-arm.png"]
 
 
-def test_a_route_is_drawn_beside_the_arm(tendon, workplace):
-    (workplace / "route.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,0.2,0.1\n")
-    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
-    assert figures(tendon("plot", "--arm", "study.toml", "--json")) == ["study-arm.png", "study-arm-route.png"]
-
-
 SIDES = """
 [sheath.flexor]
 path = "front.csv"
@@ -96,20 +90,15 @@ def test_sheaths_of_either_side_and_of_a_case_are_drawn(tendon, workplace):
     assert "short.csv" in (workplace / "arm-route-extensor.svg").read_text()
 
 
-def test_the_angle_in_the_route_s_figure_is_that_of_the_model(tendon, workplace):
-    (workplace / "route.csv").write_text("x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,0.2,0.1\n")
-    (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
-    figures(tendon("plot", "--arm", "study.toml", "--json", "--out", "arm.svg"))
-    angle = tendon("sweep", "study.toml", "--out", "run", "--json", "--no-figures").json["study"]["sheath"][
-        "bend_angle"
-    ]
-    angle = parse_measure(angle["mean"], "angle").si
-    assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
-
-
-def test_a_setting_s_route_is_the_one_that_is_drawn(tendon, workplace):
+def test_a_route_is_drawn_beside_the_arm_with_the_angle_of_the_model_or_the_one_of_a_setting(tendon, workplace):
     for name, end in (("route", 0.2), ("other", 0.4)):
         (workplace / f"{name}.csv").write_text(f"x,y,z\n0,0,0\n0.1,0,0\n0.2,0.1,0\n0.2,{end},0.1\n")
     (workplace / "study.toml").write_text('[sheath]\npath = "route.csv"\n')
-    figures(tendon("plot", "--arm", "study.toml", "--set", "sheath.path=other.csv", "--json", "--out", "arm.svg"))
+    asked = ("plot", "--arm", "study.toml", "--json")
+    assert figures(tendon(*asked)) == ["study-arm.png", "study-arm-route.png"]
+    figures(tendon(*asked, "--out", "arm.svg"))
+    study = tendon("sweep", "study.toml", "--out", "run", "--json", "--no-figures").json["study"]
+    angle = parse_measure(study["sheath"]["bend_angle"]["mean"], "angle").si
+    assert f"φ = {math.degrees(angle):.4g} deg" in (workplace / "arm-route.svg").read_text()
+    figures(tendon(*asked, "--set", "sheath.path=other.csv", "--out", "arm.svg"))
     assert "other.csv" in (workplace / "arm-route.svg").read_text()

@@ -456,12 +456,6 @@ def test_a_run_stopped_within_a_part_says_one_thing(run, outside, workplace):
     assert "Traceback" not in ran.err
 
 
-def test_a_second_sigint_ends_at_once(run, outside):
-    twice = f"{int(signal.SIGINT)},{int(signal.SIGINT)}"
-    assert outside("-c", STOPPED, twice, python=True).exit == 130
-    assert run("--resume").exit == 0
-
-
 def test_a_run_that_was_told_to_ignore_hang_ups_goes_on(run, outside):
     ignore = {"preexec_fn": lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)}
     assert outside("-c", STOPPED, int(signal.SIGHUP), python=True, **ignore).exit == 0
