@@ -4,7 +4,7 @@ The library's face, usually imported as `import tendon_cli as tendon`; the comma
 raised as a `TendonError`, whose `exit` is the exit code of the commands. Importing it loads no other module.
 """
 
-# No import but of tendon's own: `python -m tendon_cli` would take it from the working directory.
+# No import from elsewhere: `python -m tendon_cli` would take it from the working directory.
 from tendon_cli.version import __version__
 
 TYPE_CHECKING = False

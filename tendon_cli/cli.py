@@ -108,7 +108,7 @@ def _as_fault(error: Exception) -> TendonError:
     if is_memory_short(error):
         hint = "fewer --jobs need less; what was finished of a sweep is kept, --resume goes on"
         return MemoryShortError(f"there is not enough memory: {error or type(error).__name__}", hint=hint)
-    if callable(message := getattr(error, "format_message", None)):  # typer's own errors of a wrong call
+    if callable(message := getattr(error, "format_message", None)):  # typer's errors of a wrong call
         option, near = getattr(error, "option_name", None), getattr(error, "possibilities", None)
         if option and near:
             return UsageError(f"no such option: {option}", hint=f"did you mean {' or '.join(near)}?")

@@ -94,7 +94,7 @@ def spare_time() -> None:
     gc.set_threshold(100_000)  # else Python looks for garbage a hundred times while it reads modules, which leave none
     atexit.register(gc.freeze)  # and once more, at the end, in all that the process is about to give back
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else pydantic looks into every installed package
-    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # as fast as its own, and gives back what it frees
+    os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # as fast as Arrow's, and gives back what it frees
 
 
 def keep_freed_memory() -> None:

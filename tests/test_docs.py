@@ -40,6 +40,17 @@ def test_every_command_is_in_the_readme(command):
     assert f"`tendon {command}" in README
 
 
+def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    sources = (file for ending in ("py", "h") for file in (ROOT / "tendon_cli").rglob(f"*.{ending}"))
+    files = {f"/{file.relative_to(ROOT)}": file.read_text() for file in sources}
+    for path in re.findall(r"`([a-z_/]+\.(?:py|h))`", text):
+        assert [name for name in files if name.endswith(f"/{path}")], path
+    for name, path in re.findall(r"`([\w.]+)`[^`()]{0,12}\(`([a-z_/]+\.py)`\)", text):
+        definition = re.compile(rf"(?:def|class) {name.split('.')[-1]}\b")
+        assert any(definition.search(code) for file, code in files.items() if file.endswith(f"/{path}")), (name, path)
+
+
 @pytest.mark.parametrize("path", COMMON_KEYS)
 def test_every_key_is_documented_with_its_meaning_and_column(path):
     row = next(line for line in PAGES["study.md"].splitlines() if line.startswith(f"| `{path}` |"))

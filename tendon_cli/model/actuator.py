@@ -180,9 +180,7 @@ class State:
     def motor_torque(self) -> Array:
         """τ_m (Eq. 17), N m."""
         flexor_arm, extensor_arm = self.motor_arms
-        torque = self.balance.flexor * flexor_arm
-        torque -= self.balance.extensor * extensor_arm
-        return np.asarray(torque)
+        return np.asarray(self.balance.flexor * flexor_arm - self.balance.extensor * extensor_arm)
 
     @property
     def elbow_stiffness(self) -> Array:

@@ -34,7 +34,7 @@ class Limb:
     contact_radius: Real = np.nan
     """Its radius of curvature, m; not a number where the joint tells."""
     stiffness: Real = 0.0
-    """The joint's own, N m/rad."""
+    """Of the joint itself, N m/rad."""
     rest_angle: Real = 0.0
     """Where that asks for no torque, rad."""
     torque: Spline | None = None
@@ -128,7 +128,7 @@ class Design:
     read: str = F0
     """How the pretension is read, one of READINGS."""
     given: Mapping[str, Real] = field(default_factory=dict)
-    """Numbers that a limit alone needs, by key (`limits.GIVEN`); what a side may have of its own is the flexor's."""
+    """Numbers that a limit alone needs, by key (`limits.GIVEN`); of a number of each side that of the flexor."""
 
     @property
     def follows(self) -> bool:
@@ -137,8 +137,8 @@ class Design:
 
     def other_torque(self, angle: Real, derivative: int = 0) -> Real:
         """What joint and task ask for besides the weights (N m), or its slope (N m/rad)."""
-        own = self.arm.passive(angle, derivative)
-        return own if self.load_torque is None else own + self.load_scale * self.load_torque(angle, derivative)
+        joint = self.arm.passive(angle, derivative)
+        return joint if self.load_torque is None else joint + self.load_scale * self.load_torque(angle, derivative)
 
 
 Made = TypeVar("Made")

@@ -50,7 +50,7 @@ def _largest_end(capstan: Array) -> Array:
 
 
 def _room(at: Any) -> Real:
-    """Between the flexor's anchors beside its spring without load, m; without end where the joint tells no path."""
+    """Between the flexor's anchors, less its spring without load, m; infinite where the joint has no path."""
     path = np.inf if at.motion.flexor_path is None else at.motion.flexor_path
     room: Real = path - at.design.given[FREE_LENGTH.key]
     return room

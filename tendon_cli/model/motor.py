@@ -8,7 +8,7 @@ with U what tendons and springs store and W what friction takes. Along a sheath 
 takes dF/ds du ds: W comes from friction itself, and the balance above is used nowhere. SI units, angles in radians.
 
 A cycle is both strokes of a design. Its works are integrals over the elbow angle; where a tendon goes slack or the
-motor turns from driving to braking they have a kink, which is found by bisection. What the turns between the strokes
+motor turns from driving to braking they have a kink, which bisection finds. What the turns between the strokes
 cost is left out.
 """
 

@@ -101,9 +101,7 @@ class Response:
     @cached_property
     def lowest(self) -> Array:
         """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
-        if np.ndim(self.unilateral):
-            return np.where(self.unilateral, np.zeros_like(self.required), -np.inf)
-        return np.full_like(self.required, 0.0 if self.unilateral else -np.inf)
+        return np.where(self.unilateral, np.zeros_like(self.required), -np.inf)
 
     @cached_property
     def limit(self) -> Array:
@@ -114,7 +112,7 @@ class Response:
 def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
     """The tensions of a state as functions of its pretension.
 
-    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at a pretension of its own.
+    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at another pretension.
     With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what
     balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
     solution for J > 0. Bilateral ones go on along the same lines.

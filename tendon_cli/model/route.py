@@ -18,7 +18,7 @@ import numpy.typing as npt
 from tendon_cli.model.kinematics import Array
 
 FEWEST = 7
-"""With fewer way-points neither their scatter nor the bend at their ends can be told."""
+"""With fewer way-points neither their scatter nor the bend at their ends can be estimated."""
 _SHORTEST_STEP = 1e-3  # of the median step
 _FEWEST_WINDOWS = 5
 _MOST_OFFSETS = 8
@@ -30,7 +30,7 @@ _LEFT = 0.2977  # mean of sqrt(θ² - v), counted where θ² > 4v, in units of s
 _MEDIANS = {2: 1.386, 3: 2.366}  # of chi-squared
 _LEAST_OF_SEVERAL = 1.06  # the least of several estimates of one noise is this much too small
 _CORNER = 0.5  # rad
-_TURNS_SHOW = 0.02  # rad²; where noise makes larger turns than this no single one can be told from it
+_TURNS_SHOW = 0.02  # rad²; where noise makes larger turns than this no single one stands out
 _LEAST_ERROR, _UNKNOWN_LOSS = 0.003, 0.1  # shares of the bend
 
 

@@ -1,7 +1,7 @@
 """How a pretension is set and read: what gauges show in the posture in which the suit is set, and back.
 
 F0 is a number of the model that no gauge shows. In the posture of the setting, at rest after a direction of motion, the
-forearm's weight, the joint's own torque and the load of the setting act, and both tensions are lines in F0 with one
+forearm's weight, the joint's torque and the load of the setting act, and both tensions are lines in F0 with one
 kink (`response`), at the joint and, by the capstan's factor, at the motor. Arguments broadcast as in `actuator`; SI.
 """
 
@@ -67,7 +67,7 @@ def shown(design: Design, pretension: Real) -> Array:
 
 
 def pretension_of(design: Design, reading: Real) -> Array:
-    """The F0 of a reading of the design's own kind, N."""
+    """The F0 of a reading as the design takes it, N."""
     return np.asarray(reading) if design.read == F0 else Reading.of(design, design.read).pretension(reading)
 
 

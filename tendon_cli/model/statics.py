@@ -8,7 +8,7 @@ The unknowns are the distal tensions x (flexor) and y (extensor). With c the dis
 with c0 the compliance in the posture in which the pretension is set; only a bend that follows the joint makes it
 another.
 
-The sign of the right side and the simultaneous solution depart from the letter of the paper; only so do its own figures
+The sign of the right side and the simultaneous solution depart from the paper's text; only so do its own figures
 come out (see docs/physics.md).
 """
 
@@ -30,18 +30,29 @@ Status = npt.NDArray[np.int8]
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The solution of a state."""
+    """The solution of a state at a pretension; without an equilibrium its numbers are NaN."""
 
     coupling: Coupling
     response: Response
-    flexor: Array
-    """x, distal flexor tension, N."""
-    extensor: Array
-    """y, distal extensor tension, N."""
     pretension: Array
     """Of both sides, or what does the same, N."""
-    margin: Array
-    """By how much that is above the smallest that keeps the state taut, N."""
+
+    @cached_property
+    def margin(self) -> Array:
+        """By how much that is above the smallest that keeps the state taut, N."""
+        return np.asarray(self.pretension - self.response.required)
+
+    @cached_property
+    def flexor(self) -> Array:
+        """x, distal flexor tension, N."""
+        response = self.response
+        return np.asarray(response.flexor_gain * np.maximum(self.margin, response.lowest) + response.flexor_floor)
+
+    @cached_property
+    def extensor(self) -> Array:
+        """y, distal extensor tension, N."""
+        response = self.response
+        return np.asarray(response.extensor_gain * np.maximum(self.margin, response.lowest) + response.extensor_floor)
 
     @cached_property
     def flexor_slack(self) -> Flags:
@@ -85,18 +96,4 @@ def solve(
     Without an equilibrium the tensions are not numbers. `response` is what `respond` gives, for whoever has it already.
     """
     response = respond(state, unilateral=unilateral) if response is None else response
-    pretension = state.common_pretension(flexor_pretension, extensor_pretension)
-    margin = np.asarray(pretension - response.required)
-    taking = np.maximum(margin, response.lowest)
-    # In place, for this is where the time of many states goes; the floors vary along no axis that `taking` has not.
-    flexor, extensor = response.flexor_gain * taking, response.extensor_gain * taking
-    flexor += response.flexor_floor
-    extensor += response.extensor_floor
-    return Balance(
-        coupling=state,
-        response=response,
-        flexor=np.asarray(flexor),
-        extensor=np.asarray(extensor),
-        pretension=pretension,
-        margin=margin,
-    )
+    return Balance(state, response, state.common_pretension(flexor_pretension, extensor_pretension))
