@@ -152,4 +152,5 @@ def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) 
         return {key: changed(each, change) for key, each in made.items()}  # type: ignore[return-value]
     if not is_dataclass(made):
         return made
-    return replace(made, **{each.name: changed(getattr(made, each.name), change) for each in fields(made)})
+    parts = {each.name: changed(getattr(made, each.name), change) for each in fields(made)}
+    return replace(made, **parts)  # type: ignore[type-var]
