@@ -8,37 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.compute as pc
 
 from tendon_cli import say
 from tendon_cli.cube.axes import Ints
-from tendon_cli.cube.columns import Columns, Values
-from tendon_cli.cube.cube import Cube, foreign
+from tendon_cli.cube.columns import Values
+from tendon_cli.cube.cube import Cube
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis
-from tendon_cli.studies.study import keys
-from tendon_cli.tables.read import AnyTable, as_numpy
-
-
-def choices_of(table: AnyTable) -> Cube:
-    """The choices of an answer by the axes of their grid; raises InputError for another table."""
-    try:
-        held, record = Columns.of(table.schema), table.facts["study"]
-        names = list(held.held)[: list(held.held).index("refined")]
-        grid = table.read([*names, "refined"])
-        grid = grid.filter(pc.invert(grid["refined"]))
-        axes: list[Axis] = []
-        for name in names:
-            values = list(dict.fromkeys(as_numpy(grid[name]).tolist()))
-            key = next((key.path for key in keys().values() if key.column == name), name)
-            is_text = held.held[name] is None
-            axes.append(Axis(key, name, {} if is_text else {key: np.array(values)}, tuple(values) if is_text else ()))
-        if math.prod(axis.length for axis in axes) != grid.num_rows:
-            raise foreign(table)
-        return Cube("choices", tuple(axes), held, record["study"], str(table.facts["study_hash"]), table)
-    except (LookupError, TypeError, ValueError, AttributeError, pa.ArrowException):
-        raise foreign(table) from None
 
 
 def position(axis: Axis, value: Any) -> Ints:
@@ -52,11 +28,6 @@ def position(axis: Axis, value: Any) -> Ints:
 def value_text(cube: Cube, axis: Axis, value: Any) -> str:
     """One value of an axis, as titles have it."""
     return str(value) if axis.is_text else cube.shown(axis.column).equation(float(value))
-
-
-def bounds_of(cube: Cube) -> dict[str, float]:
-    """The limits of the study of a table, SI."""
-    return {key: cube.limit(key) for key in cube.study.get("limits", {})}
 
 
 def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Values:

@@ -9,19 +9,22 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyarrow as pa
 
 from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
 from tendon_cli.cube.columns import Columns, Values
 from tendon_cli.cube.labels import Shown
 from tendon_cli.engine.states import WorkedOut
-from tendon_cli.errors import InputError, UsageError
-from tendon_cli.quantities import QUANTITIES, Quantity
-from tendon_cli.space.axis import SIDES, Axis
+from tendon_cli.errors import InputError, TendonError, UsageError
+from tendon_cli.quantities import Quantity
+from tendon_cli.space.axis import SIDES, SLACK, Axis
+from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.filters import Condition
+from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import AnyTable, as_numpy
-from tendon_cli.units import parse_measure, shorten
+from tendon_cli.units import shorten
 
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")
 """Columns that every table has, and that say what a design is."""
@@ -40,6 +43,8 @@ class Cube:
     of: Columns
     study: Mapping[str, Any]
     """The resolved study as a document."""
+    asked: Study
+    """The study itself."""
     study_hash: str
     files: AnyTable | None = None
 
@@ -58,20 +63,28 @@ class Cube:
         """Name and hash of the study, for a figure's file."""
         return f"tendon study {self.study.get('name', '')} {self.study_hash}"
 
+    @cached_property
+    def limits(self) -> dict[str, float]:
+        """What the study says under [limits], in SI."""
+        return dict(self.asked.limits.items())
+
     def limit(self, key: str) -> float:
-        """What the study says under [limits], in SI; 0 if it says nothing."""
-        given = self.study.get("limits", {}).get(key, 0.0)
-        return float(given) if isinstance(given, (int, float)) else parse_measure(given, QUANTITIES[key].dimension).si
+        """A limit of the study, in SI; 0 if it says nothing."""
+        return self.limits.get(key, 0.0)
+
+    @cached_property
+    def _unilateral(self) -> npt.NDArray[np.bool_]:
+        space = space_of(self.asked)
+        return np.asarray(space.number(SLACK).within(space.whole)) > 0.0
 
     @property
     def pushes(self) -> bool:
         """Whether tendons push in the model of the study, so that negative tension means slack."""
-        return any(model.get("slack") == "bilateral" for model in _models(self.study))
+        return not self._unilateral.all()
 
     def is_null(self, column: str) -> bool:
         """Whether a column is null whatever the numbers are: slack lengths have no meaning if tendons push."""
-        always = self.pushes and all(model.get("slack", "bilateral") == "bilateral" for model in _models(self.study))
-        return always and column in ("flexor_slack", "extensor_slack", "max_slack")
+        return column in ("flexor_slack", "extensor_slack", "max_slack") and not self._unilateral.any()
 
     @cached_property
     def defining(self) -> list[str]:
@@ -171,17 +184,18 @@ def _nothing(kind: pa.DataType) -> tuple[Any, Any]:
     return ("", object) if pa.types.is_dictionary(kind) else (np.nan, np.float64)
 
 
-def cube_of(table: AnyTable) -> Cube:
-    """A table by what it knows of its study; raises InputError for a table of another kind."""
+def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cube:
+    """A table by what it knows of its study; raises InputError for one of another kind."""
     try:
         kind, record = table.facts["table"], table.facts["study"]
-        columns = Columns.of(table.schema)
-        axes = axes_of(record, kind, columns.held, lambda key: _names_in(table, key))
-        is_one = kind in {"designs", "states"} and _is_ours(table.schema)
-        if not is_one or table.rows != math.prod(axis.length for axis in axes) or not _is_study(record["study"]):
+        asked = recorded_study(record)
+        axes, rows = axes_of(asked, kind), table.rows
+        if kind == "choices":
+            rows -= int(as_numpy(table.read(["refined"])["refined"]).sum())
+        if kind not in kinds or not _is_ours(table.schema) or rows != math.prod(map(len, axes)):
             raise foreign(table)
-        return Cube(kind, axes, columns, record["study"], str(table.facts["study_hash"]), table)
-    except (LookupError, TypeError, ValueError, OverflowError, AttributeError, StopIteration, pa.ArrowException):
+        return Cube(kind, axes, Columns.of(table.schema), record["study"], asked, str(table.facts["study_hash"]), table)
+    except (LookupError, TypeError, ValueError, OverflowError, AttributeError, pa.ArrowException, TendonError):
         raise foreign(table) from None
 
 
@@ -190,27 +204,9 @@ def cube_to_come(study: Study, kind: str) -> Cube:
     return cube_of(WorkedOut(study.record, study.hash, kind=kind))
 
 
-def _is_study(document: Any) -> bool:
-    """Whether a document that a file holds has the sections of which figures read, as they must be."""
-    limits = [value for part in _parts(document) for value in part.get("limits", {}).values()]
-    models = all(isinstance(model, dict) for model in _models(document))
-    return models and all(isinstance(value, (int, float, str)) for value in limits)
-
-
-def _models(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [part.get("model", {}) for part in _parts(document)]
-
-
-def _parts(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """What a study says for all cases, then what each case says."""
-    return [document, *document.get("cases", ())]
-
-
-def _names_in(table: AnyTable, key: str) -> list[str]:
-    """The names along an axis, from the table's column."""
-    if isinstance(table, WorkedOut):
-        return list(next(axis.names for axis in table.plan.axes if axis.key == key))
-    return list(dict.fromkeys(table.read([key]).column(key).cast(pa.string()).to_pylist()))
+def choices_of(table: AnyTable) -> Cube:
+    """The choices of an answer by the axes of their grid; raises InputError for another table."""
+    return cube_of(table, ("choices",))
 
 
 def _is_ours(schema: pa.Schema) -> bool:

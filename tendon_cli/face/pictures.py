@@ -6,8 +6,8 @@ import base64
 from typing import TYPE_CHECKING, Any
 
 from tendon_cli.answers.result import Answer
-from tendon_cli.cube.choices import choices_of
 from tendon_cli.cube.columns import Columns
+from tendon_cli.cube.cube import choices_of
 from tendon_cli.engine.results import Run
 from tendon_cli.errors import UsageError
 from tendon_cli.files import result_path

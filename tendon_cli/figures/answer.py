@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import evenly
-from tendon_cli.cube.choices import choices_of, pretension_name
-from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.choices import pretension_name
+from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.between import draw_between
 from tendon_cli.figures.choice_maps import (

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choices import bounds_of, over_angle, pretension_name
+from tendon_cli.cube.choices import over_angle, pretension_name
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.choice_maps import answer_page, choice_text
 from tendon_cli.figures.engine import Axes, Line2D, Patch
@@ -22,7 +22,7 @@ _BOUND: dict[str, Any] = {"linewidth": 2.2, "zorder": 3}
 
 def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> Page | None:
     """What the limits ask of the pretension at each angle; None for an answer that has no such curves."""
-    drawn, bounds = over_angle(record), bounds_of(cube)
+    drawn, bounds = over_angle(record), cube.limits
     if drawn is None:
         return None
     (lower, upper), (floor, roof), top = drawn.ends, drawn.tightest, drawn.top

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.cube.choices import bounds_of, conflicts_of, position, value_text
+from tendon_cli.cube.choices import conflicts_of, position, value_text
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
 from tendon_cli.figures.engine import Axes, Line2D, ListedColormap, Patch, mpl
@@ -53,7 +53,7 @@ class Slice:
         )
         places = {axis.column: scale.order.astype(np.int64) for axis, scale in zip(axes, scales, strict=True)}
         rows = cube.rows([axis.column for axis in reversed(axes)], at | places)
-        return cls(tuple(axes), tuple(scales), cube.gather(rows, _READ), title, bounds_of(cube))
+        return cls(tuple(axes), tuple(scales), cube.gather(rows, _READ), title, cube.limits)
 
     @property
     def low(self) -> Values:

@@ -13,9 +13,9 @@ from tendon_cli import say
 from tendon_cli.answers.question import question
 from tendon_cli.answers.words import population_share
 from tendon_cli.cube.axes import evenly, thinned
-from tendon_cli.cube.choices import bounds_of, choices_of, conflicts_of, over_angle, position, pretension_name
+from tendon_cli.cube.choices import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import Values
-from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.cube import Cube, choices_of
 from tendon_cli.cube.labels import Shown
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
@@ -66,7 +66,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     persons = folder / "persons.parquet"
     people = people_record(record, open_table(persons).read() if persons.exists() else None)
     design = _answers(read, columns, labels, len(grid), pretension_name(cube.study))
-    between = _between(record, bounds_of(cube))
+    between = _between(record, cube.limits)
     data = page_data(
         "design", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,
         table=_table(axes, read, columns, labels, len(grid)), start=_start(record, axes), people=people,
@@ -105,7 +105,7 @@ def _cells(read: Mapping[str, Values], cells: int) -> list[int]:
 
 def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
     """Why a choice has no window, as a map of classes."""
-    texts = conflicts_of(read, bounds_of(cube)).tolist()
+    texts = conflicts_of(read, cube.limits).tolist()
     names = list(dict.fromkeys(text for text in texts if text))
     classes = [{"label": "has a window", "letter": "W", "colour": "feasible"}]
     classes += [
