@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -21,28 +22,22 @@ MARGIN, STIFFNESS = "margin", "min_elbow_stiffness"
 
 
 @dataclass(frozen=True)
-class Panel:
-    """What one panel shows, of shape (y, x) in the order of the scales."""
-
-    title: str
-    margin: Floats
-    """In the unit shown."""
-    rooms: tuple[Floats, ...]
-    """What is left up to each limit of the map, in the same order; negative where it is not held."""
-
-
-@dataclass(frozen=True)
 class MapData:
-    """Everything that the pages of a slack map show."""
+    """Everything that the pages of a slack map show; arrays of shape (panels, y, x) in the order of the scales."""
 
     title: str
     study: str
     x: Scale
     y: Scale
     margin: Shown
+    margins: Floats
+    """In the unit shown."""
+    rooms: Mapping[str, Floats]
+    """What is left up to each limit; negative where it is not held."""
     limits: Mapping[str, str]
     """What the key says of each limit."""
-    panels: tuple[Panel, ...]
+    titles: tuple[str, ...]
+    """Of panels."""
     in_row: int
     """How many neighbouring panels differ in one axis only, the load if there is one."""
     notes: tuple[str, ...]
@@ -54,36 +49,32 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
         raise UsageError("the table has no column of margins, which a map shows")
     limits = [key for key in dict.fromkeys((STIFFNESS, *cube.study.get("limits", ()))) if _column(key) in cube.columns]
     names = (MARGIN, *map(_column, limits), *cube.defining)
-    rows = np.stack([plan.rows(cube, panel) for panel in plan.panels])
-    read = cube.gather(rows, [name for name in names if name in cube.columns])
+    read = cube.gather(plan.rows(cube), [name for name in names if name in cube.columns])
     if not np.isfinite(read[MARGIN]).any():
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
     x, y = (axis_scale(cube, axis, plan.positions[axis.column], spec.units) for axis in (plan.x, plan.y))
     margin = margin_shown(cube, spec)
-    rooms = [_room(read[_column(key)], key, cube.limit(key)) for key in limits]
-    margins, *rooms = (each[:, y.order][..., x.order] for each in (margin.scaled(read[MARGIN]), *rooms))
-    texts = {
-        axis.column: dict(zip(at, value_texts(cube, axis, np.array(at), spec.units), strict=True))
-        for axis in plan.titled for at in [sorted({panel[axis.column] for panel in plan.panels})]
-    }  # fmt: skip
+    shown = {key: _room(read[_column(key)], key, cube.limit(key)) for key in limits}
+    shown = {key: each[:, y.order][..., x.order] for key, each in shown.items()}
+    margins = margin.scaled(read[MARGIN])[:, y.order][..., x.order]
+    texts = [value_texts(cube, axis, plan.positions[axis.column], spec.units) for axis in reversed(plan.titled)]
     groups: dict[bytes, list[tuple[int, str]]] = {}  # panels that would repeat a picture are one
-    for at, panel in enumerate(plan.panels):
-        title = ", ".join(texts[axis.column][panel[axis.column]] for axis in plan.titled)
-        groups.setdefault(b"".join(each[at].tobytes() for each in (margins, *rooms)), []).append((at, title))
-    panels = [
-        Panel(_joined([title for _, title in same]), margins[same[0][0]], tuple(room[same[0][0]] for room in rooms))
-        for same in groups.values()
-    ]
-    repeated = [
-        f"The same picture for {', '.join(title for _, title in same)}." for same in groups.values() if same[1:]
-    ]
+    for at, words in enumerate(itertools.product(*texts)):
+        picture = b"".join(each[at].tobytes() for each in (margins, *shown.values()))
+        groups.setdefault(picture, []).append((at, ", ".join(reversed(words))))
+    first = [same[0][0] for same in groups.values()]
+    names_of = [[title for _, title in same] for same in groups.values()]
+    repeated = [f"The same picture for {', '.join(titles)}." for titles in names_of if titles[1:]]
     lines, fixed = caption(cube, spec, read, varied=[plan.x.column, plan.y.column])
-    if len(panels) == 1 and not panels[0].title:
-        panels = [replace(panels[0], title=next((text for text in fixed if text.endswith(" load")), ""))]
-    in_row = len({panel[plan.titled[0].column] for panel in plan.panels}) if plan.titled else 1
-    notes = (meaning_of_margin(cube), *lines, *plan.notes, *repeated)
-    words = {key: _words(cube, spec, key) for key in limits}
-    return MapData(spec.title or cube.title, cube.source, x, y, margin, words, tuple(panels), in_row, notes)
+    titles = [_joined(titles) for titles in names_of]
+    if titles == [""]:
+        titles = [next((text for text in fixed if text.endswith(" load")), "")]
+    return MapData(
+        spec.title or cube.title, cube.source, x, y, margin, margins[first],
+        {key: each[first] for key, each in shown.items()}, {key: _words(cube, spec, key) for key in limits},
+        tuple(titles), len(plan.positions[plan.titled[0].column]) if plan.titled else 1,
+        (meaning_of_margin(cube), *lines, *plan.notes, *repeated),
+    )  # fmt: skip
 
 
 def _column(key: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_cli.figures.engine import Axes, Line2D, Patch, TickedStroke, TwoSlopeNorm, mpl, withStroke
 from tendon_cli.figures.frame import Page, empty_panels, framed, grid_shape, lowest, settle
-from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData, Panel
+from tendon_cli.figures.map_data import STIFFNESS, Floats, MapData
 from tendon_cli.figures.plan import PANELS_PER_PAGE
 from tendon_cli.figures.scales import Scale
 from tendon_cli.figures.style import DIVERGING, INK, PAGE_HEIGHT, broken, hatch_key, unknown_hatch, wrapped
@@ -31,24 +31,26 @@ _LINES = (INK, "#006b4e", "#8f2d72", "#5a4a00", "#7a0019", "#003a70", "#4d4d4d")
 
 def draw_maps(data: MapData, width: float, height: float | None) -> list[Page]:
     """The pages of a map, of a size in mm."""
-    parts = [data.panels[at : at + PANELS_PER_PAGE] for at in range(0, len(data.panels), PANELS_PER_PAGE)]
+    count = len(data.titles)
+    parts = [range(at, min(count, at + PANELS_PER_PAGE)) for at in range(0, count, PANELS_PER_PAGE)]
     names = [f"{data.title} (page {page} of {len(parts)})" for page in range(1, len(parts) + 1)]
     titles = names if len(parts) > 1 else [data.title]
     return [_page(data, panels, title, width, height) for panels, title in zip(parts, titles, strict=True)]
 
 
-def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, height: float | None) -> Page:
+def _page(data: MapData, panels: range, title: str, width: float, height: float | None) -> Page:
     rows, columns = grid_shape(len(panels), data.in_row, most=max(1, int(width / _NARROWEST)))
     each = (width - _BAR) / columns * (0.8 if len(panels) == 1 and height is None else 1.0)
     usual = min(PAGE_HEIGHT, rows * min(0.8 * each + 6.0, 80.0) + 8.0)
-    key, notes = _key(data, panels), (*_remarks(panels), *data.notes)
+    seen = slice(panels.start, panels.stop)
+    key, notes = _key(data, seen), (*_remarks(data.margins[seen]), *data.notes)
     page = framed(title, usual, key, notes, width=width, height=height, study=data.study)
-    limit, levels, extend = colour_scale([panel.margin for panel in data.panels])
+    limit, levels, extend = colour_scale(data.margins)
     colour = mpl.cm.ScalarMappable(TwoSlopeNorm(0.0, -limit, limit), DIVERGING)
     grid = empty_panels(page, rows, columns, len(panels), sharex=True, sharey=True)
     for axes, panel in zip(grid.flat, panels, strict=False):
         _draw_panel(axes, data, panel, colour, levels, ticks=max(2, min(6, int(each / 9.0))))
-        axes.set_title(wrapped(panel.title, int(each / 1.9)), y=1.0)  # placed without a search
+        axes.set_title(wrapped(data.titles[panel], int(each / 1.9)), y=1.0)  # placed without a search
     # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
     if columns > 2 and rows * columns == len(panels):
         grid[-1, (columns - 1) // 2].set_xlabel(data.x.label, x=0.5 if columns % 2 else 1.07)
@@ -66,12 +68,12 @@ def _page(data: MapData, panels: Sequence[Panel], title: str, width: float, heig
     return page
 
 
-def colour_scale(margins: list[Floats]) -> tuple[float, list[float], str]:
+def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
     """One scale for all panels, symmetric about zero and round: its limit, levels, and the ends that lie beyond it.
 
     The positive side is shown whole, a far longer negative side is cut off.
     """
-    finite = np.concatenate([panel[np.isfinite(panel)] for panel in margins]) if margins else np.zeros(0)
+    finite = margins[np.isfinite(margins)]
     most, least = (float(finite.max()), float(finite.min())) if len(finite) else (1.0, -1.0)
     usual = max(most, float(np.quantile(np.abs(finite), 0.9)) if len(finite) else 1.0)
     bound = max(most, -least)
@@ -84,22 +86,22 @@ def colour_scale(margins: list[Floats]) -> tuple[float, list[float], str]:
     return limit, inside, extend[least < -limit, most > limit]
 
 
-def _draw_panel(axes: Axes, data: MapData, panel: Panel, colour: Any, levels: list[float], ticks: int) -> None:
+def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, levels: list[float], ticks: int) -> None:
     """One panel, its cells whole, with at most so many ticks on x."""
     x, y = data.x, data.y
-    margin = np.ma.masked_invalid(panel.margin)
+    margin = np.ma.masked_invalid(data.margins[panel])
     if margin.mask.any():
         axes.patch.set(**unknown_hatch())
     axes.pcolormesh(x.edges, y.edges, margin, cmap=colour.cmap, norm=colour.norm, rasterized=True, gid="margin")
     if not (x.names or y.names) and min(margin.shape) >= _FEWEST_FOR_LEVELS:
         levels = [level for level in levels if level != 0.0 and margin.min() < level < margin.max()]
-        axes.contour(*_to_the_edges(x, y, panel.margin), levels=levels, colors="#00000055", linewidths=0.35,
+        axes.contour(*_to_the_edges(x, y, data.margins[panel]), levels=levels, colors="#00000055", linewidths=0.35,
                      linestyles="solid") if levels else None  # fmt: skip
-    for at, (limit, room) in enumerate(zip(data.limits, panel.rooms, strict=True)):
+    for at, (limit, rooms) in enumerate(data.rooms.items()):
         if limit == STIFFNESS:
-            _hatch_negative(axes, x, y, room)
-        _draw_limit(axes, x, y, room, gid=limit, linewidth=0.8, color=_LINES[at % len(_LINES)])
-    _draw_limit(axes, x, y, panel.margin, gid="boundary", linewidth=_BOUNDARY_WIDTH, color=INK)
+            _hatch_negative(axes, x, y, rooms[panel])
+        _draw_limit(axes, x, y, rooms[panel], gid=limit, linewidth=0.8, color=_LINES[at % len(_LINES)])
+    _draw_limit(axes, x, y, data.margins[panel], gid="boundary", linewidth=_BOUNDARY_WIDTH, color=INK)
     x.apply(axes, "x", ticks=ticks, cells=True)
     y.apply(axes, "y", cells=True)
 
@@ -167,27 +169,28 @@ def _to_the_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, A
     return places[0], places[1], np.ma.masked_invalid(values)
 
 
-def _remarks(panels: Sequence[Panel]) -> list[str]:
+def _remarks(margins: Floats) -> list[str]:
     """What the reader might look for in vain."""
-    known = np.concatenate([panel.margin[np.isfinite(panel.margin)] for panel in panels])
+    known = margins[np.isfinite(margins)]
     if not len(known) or known.min() < 0.0 <= known.max():
         return []
     return ["No design goes slack." if known.min() >= 0.0 else "Every design goes slack."]
 
 
-def _key(data: MapData, panels: Sequence[Panel]) -> list[Any]:
+def _key(data: MapData, seen: slice) -> list[Any]:
     key: list[Any] = []
 
     def line(label: str, width: float, colour: str) -> None:
         key.append(Line2D([], [], color=colour, linewidth=width, path_effects=_EFFECTS, label=label))
 
-    if any(_crosses_zero(panel.margin) for panel in panels):
+    if any(map(_crosses_zero, data.margins[seen])):
         line("margin = 0, ticks on the slack side", _BOUNDARY_WIDTH, INK)
     for at, (limit, label) in enumerate(data.limits.items()):
-        if limit == STIFFNESS and any((panel.rooms[at] < 0.0).any() for panel in panels):
+        rooms = data.rooms[limit][seen]
+        if limit == STIFFNESS and (rooms < 0.0).any():
             key.append(Patch(facecolor="none", label=label, **_UNSTABLE))
-        elif any(_crosses_zero(panel.rooms[at]) for panel in panels):
+        elif any(map(_crosses_zero, rooms)):
             line(label, 0.8, _LINES[at % len(_LINES)])
-    if not all(np.isfinite(panel.margin).all() for panel in panels):
+    if not np.isfinite(data.margins[seen]).all():
         key.append(hatch_key("no equilibrium at some elbow angle"))
     return key

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-
-import numpy as np
 
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
 from tendon_cli.cube.cube import Cube
@@ -18,9 +15,10 @@ from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec
 from tendon_cli.studies.study import keys
 
 MOST_COLOURS = 6
-MOST_PANELS = 12
+MOST_PANELS, PANELS_PER_PAGE = 24, 12
 MOST_PANELS_UNASKED = 4
 POINTS = 1000
+CELLS_PER_AXIS = 400
 
 STATE_PAIRS = (
     "flexor_tension_distal",
@@ -79,12 +77,9 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
         raise UsageError("one axis cannot play two parts", hint="x, colour and panels name different axes")
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
     most = {x: POINTS, colour: MOST_COLOURS, panels: most_panels}
-    positions, notes = _thinned(cube.axes, chosen, most)
-    for axis in cube.axes:
-        if axis not in parts:
-            at = chosen[axis.column]
-            positions[axis.column] = at[evenly(len(at), 1)]
-    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions, tuple(notes))
+    positions, notes = _thinned(parts, chosen, most)
+    others, _ = _thinned([axis for axis in cube.axes if axis not in parts], chosen, dict.fromkeys(cube.axes, 1))
+    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions | others, tuple(notes))
 
 
 def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
@@ -158,29 +153,22 @@ def _thinned(
     return positions, notes
 
 
-CELLS_PER_AXIS = 400
-PANELS_PER_PAGE = 12
-MOST_PANELS = 24
-
-
 @dataclass(frozen=True)
 class MapPlan:
     """Axes and positions of all panels."""
 
     x: Axis
     y: Axis
-    positions: Mapping[str, Ints]
-    """Positions drawn along x and y."""
-    panels: tuple[Mapping[str, int], ...]
-    """Position on every other axis, for each panel."""
     titled: tuple[Axis, ...]
     """Axes that differ between the panels, the load first."""
+    positions: Mapping[str, Ints]
     notes: tuple[str, ...]
 
-    def rows(self, cube: Cube, panel: Mapping[str, int]) -> Ints:
-        """Rows of one panel, of shape (y, x)."""
-        fixed = {column: np.array([at], dtype=np.int64) for column, at in panel.items()}
-        return cube.rows([self.y.column, self.x.column], {**fixed, **self.positions})
+    def rows(self, cube: Cube) -> Ints:
+        """Rows of all panels, of shape (panels, y, x); the load varies fastest, so that it is seen side by side."""
+        order = [axis.column for axis in (*reversed(self.titled), self.y, self.x)]
+        rows = cube.rows(order, self.positions)
+        return rows.reshape(-1, *rows.shape[-2:])
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
@@ -189,39 +177,24 @@ def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
-    """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least."""
+    """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least.
+
+    Too many combinations of the other axes become a few of each, evenly chosen, and a note of it.
+    """
     x, y = long_axes(cube, chosen)[:2]
-    positions, notes = _thinned((x, y), chosen, {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS})
-    others = [axis for axis in cube.axes if axis not in (x, y)]
-    several = [axis for axis in others if len(chosen[axis.column]) > 1]
-    several.sort(key=lambda axis: axis.column != LOAD)
-    fixed = {axis.column: int(chosen[axis.column][0]) for axis in others if axis not in several}
-    places, note = _thinned_panels(several, chosen)
-    fixed |= {column: int(at[0]) for column, at in places.items() if len(at) == 1}
-    titled = [axis for axis in several if len(places[axis.column]) > 1]
-    # The load varies fastest, so that the loads of one design stand side by side.
-    turned = [axis.column for axis in reversed(titled)]
-    panels = tuple(
-        {**fixed, **dict(zip(turned, map(int, at), strict=True))}
-        for at in itertools.product(*(places[column] for column in turned))
-    )
-    return MapPlan(x, y, positions, panels, tuple(titled), (*notes, *note))
-
-
-def _thinned_panels(axes: list[Axis], chosen: Mapping[str, Ints]) -> tuple[dict[str, Ints], list[str]]:
-    """All positions where their combinations fit, else a few of each axis, evenly chosen, and a note of it."""
-    lengths = [len(chosen[axis.column]) for axis in axes]
+    others = [axis for axis in cube.axes if axis not in (x, y) and len(chosen[axis.column]) > 1]
+    others.sort(key=lambda axis: axis.column != LOAD)
+    lengths = [len(chosen[axis.column]) for axis in others]
     total = math.prod(lengths)
     counts = lengths if total <= MOST_PANELS else _counts(lengths, PANELS_PER_PAGE)
-    kept = {
-        axis.column: chosen[axis.column][evenly(length, count)]
-        for axis, length, count in zip(axes, lengths, counts, strict=True)
-    }
-    drawn = math.prod(counts)
-    if drawn == total:
-        return kept, []
-    names = ", ".join(axis.words for axis in axes)
-    return kept, [f"{drawn} of {total} combinations of {names} drawn, evenly chosen; the table has all."]
+    positions, notes = _thinned((x, y), chosen, {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS})
+    kept, _ = _thinned(cube.axes, chosen, dict(zip(others, counts, strict=True)))
+    if counts != lengths:
+        names = ", ".join(axis.words for axis in others)
+        drawn = math.prod(counts)
+        notes.append(f"{drawn} of {total} combinations of {names} drawn, evenly chosen; the table has all.")
+    titled = tuple(axis for axis in others if len(kept[axis.column]) > 1)
+    return MapPlan(x, y, titled, kept | positions, tuple(notes))
 
 
 def _counts(lengths: list[int], most: int) -> list[int]:

@@ -185,11 +185,11 @@ def test_where_it_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:
-    limit, levels, extend = colour_scale([np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan])])
+    limit, levels, extend = colour_scale(np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan]))
     assert (limit, extend) == (120.0, "min")
     assert 0.0 in levels
-    assert colour_scale([np.array([-90.0, 110.0])])[2] == "neither"
-    assert colour_scale([np.zeros(3)])[0] > 0.0
+    assert colour_scale(np.array([-90.0, 110.0]))[2] == "neither"
+    assert colour_scale(np.zeros(3))[0] > 0.0
 
 
 def test_zero_crossings() -> None:
