@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, severest, worst
 from tendon_cli.model.actuator import evaluate
@@ -89,7 +88,7 @@ def setting_columns(problem: Problem, numbers: Numbers, low: Array, high: Array,
 
 def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
     """What to set for a choice, the drift beyond its window, and remarks, as the record of an answer has them."""
-    design = study_arm(problem, numbers_of(problem, choice.columns), choice["pretension"])
+    design = study_arm(problem, problem.numbers_of(choice.columns), choice["pretension"])
     beyond, posture = drift_of(problem, choice), problem.study.setting
     angles = {name: float(getattr(posture, name).array[0]) for name in ("angle", "upper_arm_angle", "load")}
     added = {"newtons_per_metre": float(_each(per_length(design), 1)[0])}
@@ -109,7 +108,7 @@ def remarks(problem: Problem, choice: Solutions) -> Iterator[Remark]:
     """What a suit would do that no limit forbids and nobody would want, at its pretension over all it serves."""
     if np.isnan(choice["pretension"][0]) or not choice["served_at"][0] > 0.0:
         return
-    numbers = numbers_of(problem, choice.columns)
+    numbers = problem.numbers_of(choice.columns)
     everyone = np.ones((1, len(problem.conditions)), dtype=np.bool_)
     if "max_contact_pressure" not in problem.bounds:
         pressure, width = choice.one("max_contact_pressure"), ""
@@ -168,7 +167,7 @@ def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
     if not (is_stability and np.isfinite(high) and problem.bounds["min_elbow_stiffness"] == 0.0):
         return None
     alone = problem.under(choice["to_condition"][:1])
-    design = alone.design(numbers_of(problem, choice.columns), pretension=np.array([BEYOND * high]))
+    design = alone.design(problem.numbers_of(choice.columns), pretension=np.array([BEYOND * high]))
     start = float(problem.angles[0, state % problem.angles.size])
     first, last = float(problem.angles.min()), float(problem.angles.max())
     ways = [drift(design, start, end) for end in (first, last) if end != start]

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.proofs import Certificate, certified
 from tendon_cli.answers.question import LOADS, Problem
 from tendon_cli.answers.solve import Solutions
@@ -109,7 +108,7 @@ def curves_of(problem: Problem, choice: Solutions) -> dict[str, Any]:
     study's angles. Limits on the whole motion have no curve.
     """
     lower, upper = dict[str, Array](), dict[str, Array]()
-    numbers, pretension = numbers_of(problem, choice.columns), choice["pretension"][:1]
+    numbers, pretension = problem.numbers_of(choice.columns), choice["pretension"][:1]
     ends = problem.ends(numbers, 1)
     serves = (ends.low <= pretension) & (pretension <= ends.high)
     counts = serves if serves.any() else ~serves

@@ -6,7 +6,8 @@ import numpy as np
 
 from tendon_cli.answers.front import SERVED, USUAL, Goal, best, front, goals_of
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import WORST, Columns, Solutions, severest, solve, without_worst, worst
+from tendon_cli.answers.solve import WORST, Solutions, of_rows, severest, without_worst, worst
+from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.space.axis import Numbers, Rows
@@ -20,27 +21,6 @@ STATES_FOR_ALL = 2**30
 _SEVEREST = 8
 _UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))
 """Better than any worst there is."""
-
-
-def of_rows(problem: Problem, rows: Rows) -> Solutions:
-    """The choices of some rows, solved."""
-    solved = solve(problem, problem.choices.numbers(rows), len(rows))
-    return Solutions(solved.results, rows, problem.choices.columns(rows))
-
-
-def of_columns(problem: Problem, columns: Columns, count: int) -> Solutions:
-    """Choices anywhere, solved."""
-    solved = solve(problem, numbers_of(problem, columns), count)
-    return Solutions(solved.results, solved.row, columns)
-
-
-def numbers_of(problem: Problem, columns: Columns) -> Numbers:
-    """What choices, given by their columns, say of the study's numbers."""
-    numbers: dict[str, Array] = {}
-    for axis in problem.choices.axes:
-        values = columns[axis.column]
-        numbers |= {key: each[values] for key, each in axis.numbers.items()} if axis.names else {axis.key: values}
-    return numbers
 
 
 def conflicts_of(solutions: Solutions) -> dict[Pair, Rows]:
@@ -123,3 +103,13 @@ def part_of(problem: Problem, rows: Rows) -> Solutions:
         solved = solved.with_worst(missing, worst(problem, *given(missing), served[missing]))
     left = np.flatnonzero(~solved["has_worst"])
     return solved.with_worst(left, dict.fromkeys(WORST, np.asarray(np.nan)), has_worst=False)
+
+
+def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
+    """What matters of some choices, as JSON has it: counts, conflicts, and the rows that may be named."""
+    return {
+        "choices": len(choices),
+        "feasible": int(choices["feasible"].sum()),
+        "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts_of(choices).items()],
+        "rows": choices.row[relevant(choices, goals)].tolist(),
+    }

@@ -12,13 +12,12 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.answers.answer import as_record, findings, named_rows, row_of, summarised
+from tendon_cli.answers.answer import findings, named_rows
 from tendon_cli.answers.between import rows_to_prove
-from tendon_cli.answers.candidates import numbers_of, part_of
+from tendon_cli.answers.candidates import part_of, summarised
 from tendon_cli.answers.front import goals_of
 from tendon_cli.answers.population import GroupWindows, people_of, population
-from tendon_cli.answers.question import Problem, question
-from tendon_cli.answers.solve import Columns
+from tendon_cli.answers.question import Columns, Problem, question
 from tendon_cli.answers.tables import (
     as_value,
     choice_columns,
@@ -157,11 +156,10 @@ class Choices(Task):
 
     def results(self, notes: Sequence[Note]) -> dict[str, Any]:
         """The answer, from the choices that may matter."""
-        found = findings(self.problem, notes)
-        record, chosen = as_record(found), found.most_universal
+        record, chosen, row = findings(self.problem, notes)
         if self.persons is not None:
             windows = self._windows_of(chosen.columns)
-            record["population"] = population(self.problem, chosen, row_of(found, chosen), windows)
+            record["population"] = population(self.problem, chosen, row, windows)
         blocks = [*blocks_of(self.problem, record)]
         return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
 
@@ -202,5 +200,5 @@ class Choices(Task):
         """The windows of all persons or draws for one choice, solved once."""
         key = tuple((name, values[0].item()) for name, values in columns.items())
         if key not in self.solved:
-            self.solved[key] = GroupWindows.of(self.problem, numbers_of(self.problem, columns))
+            self.solved[key] = GroupWindows.of(self.problem, self.problem.numbers_of(columns))
         return self.solved[key]

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.model.kinematics import Array
@@ -53,7 +52,7 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     SI; `after` is null if no value within the plausible range gives a window, else `printed` is a value as a study can
     have it, rounded so that it gives one, too, and `printed_pretension` is one of that, N.
     """
-    numbers = numbers_of(problem, choice.columns)
+    numbers = problem.numbers_of(choice.columns)
     before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf}
     found = [_fix(problem, numbers, key, value) for key, value in before.items()]
     return sorted(found, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
@@ -61,7 +60,7 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
 
 def relaxation(problem: Problem, choice: Solutions, limit: str) -> float | None:
     """The value of a limit nearest to the one asked for at which a choice has a window, all else equal, or None."""
-    numbers, start = numbers_of(problem, choice.columns), float(problem.bounds[limit])
+    numbers, start = problem.numbers_of(choice.columns), float(problem.bounds[limit])
     outward = -1.0 if limit.startswith("min_") else 1.0
 
     def first(values: Array) -> tuple[int | None, int]:

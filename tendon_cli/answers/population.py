@@ -11,20 +11,17 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers import coverage
 from tendon_cli.answers.bench import FEW, settings, study_arm
-from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import ROUNDING, Sizes, best_sizes, effective_count, grouped, normalised
 from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.solve import Solutions
-from tendon_cli.answers.uncertainty import indices
+from tendon_cli.answers.words import LESS, MORE, NEITHER, population_share, row_words, why_not
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Numbers, Rows
 from tendon_cli.studies.people.population import Population as People
 from tendon_cli.studies.values import RIGID
-
-MORE, LESS, NEITHER = "more", "less", "another suit"
-"""What someone who is not served would need: more pretension, less, or another suit."""
 
 MOST_SIZES = 3
 _MOST_ALONG = 16
@@ -83,7 +80,7 @@ def population(problem: Problem, chosen: Solutions, row: dict[str, Any], windows
     curve = coverage.curve(windows.low, windows.high, weighting)
     count = len(curve.pretension)
     kept = np.unique(np.linspace(0, count - 1, min(count, _MOST_OF_CURVE)).round().astype(np.int64))
-    return {
+    record = {
         "choice": row["choice"],
         "values": {axis.column: row[axis.column] for axis in problem.choices.axes},
         "kind": problem.counted,
@@ -101,8 +98,11 @@ def population(problem: Problem, chosen: Solutions, row: dict[str, Any], windows
         "curve": {name: values[kept].tolist() for name, values in vars(curve).items()},
         "not_served": not_served(problem, windows, pretension),
         "sizes": {} if people is None else dict(_sizes(problem, chosen)),
-        "sobol": indices(problem, numbers_of(problem, chosen.columns)),
+        "sobol": indices(problem, problem.numbers_of(chosen.columns)),
     }
+    at = "" if row["pretension"] is None else f"{say.number(row['pretension'])} N "
+    what = row_words(problem.choices, record["values"])
+    return record | {"title": ", ".join(filter(None, (what, f"{at}serves {population_share(record)}")))}
 
 
 def _set(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
@@ -110,7 +110,7 @@ def _set(problem: Problem, chosen: Solutions) -> dict[str, list[float]]:
     axis = problem.one_by_one
     if axis is None:
         return {}
-    numbers, each = numbers_of(problem, chosen.columns), chosen["pretension"][:1]
+    numbers, each = problem.numbers_of(chosen.columns), chosen["pretension"][:1]
     values = settings(study_arm(problem, numbers, each, axis), len(axis))
     ends = (0.05, 0.95) if problem.counts[PERSON_AXIS] >= FEW else (0.0, 1.0)
     return {name: np.quantile(shown, ends).tolist() for name, shown in values.items()}
@@ -167,7 +167,8 @@ def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> li
             rows = person_of(problem, members)
             names = list(dict.fromkeys(people.persons[at] for at in (rows // people.completions).tolist()))
         reasons.append({
-            "needs": need, "limits": limits, "conditions": conditions, "count": len(members), "share": share,
+            "text": why_not(problem, limits, conditions), "needs": need, "limits": limits, "conditions": conditions,
+            "count": len(members), "share": share,
             "interval_95": list(say.interval(share, effective_count(weighting))), "first": names[:_MOST_NAMES],
             "bodies": {} if people is None else dict(_differences(people, rows)),
         })  # fmt: skip
@@ -206,7 +207,7 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
             continue
         columns = {name: np.repeat(values[:1], len(along)) for name, values in chosen.columns.items()}
         columns[axis.column] = along if axis.names else axis.values[along]
-        windows = some.ends(numbers_of(problem, columns), len(along))
+        windows = some.ends(problem.numbers_of(columns), len(along))
         low, high = grouped(windows.low, windows.high, problem.groups[: persons * each * draws])
         if draws > 1:  # the window of a person is of enough of the draws
             pairs = (low.reshape(-1, draws), high.reshape(-1, draws))

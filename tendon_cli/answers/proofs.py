@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import grouped
 from tendon_cli.answers.estimates import estimated
 from tendon_cli.answers.question import LEAN, LOADS, Flags, Problem
@@ -134,7 +133,7 @@ class _Held:
 def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]:
     """One choice with its window proved; tightened where the proof meets a state that does not keep a limit."""
     exactly = replace(problem, near=np.inf) if problem.enough < 1.0 else problem
-    numbers, cells = numbers_of(problem, one.columns), 0
+    numbers, cells = problem.numbers_of(one.columns), 0
     held, ends = _Held.of(problem, numbers), exactly.ends_over_angles(numbers, 1)
     provable = one.has_window.item() and problem.study.trajectory is None
     for _ in range(_ROUNDS if provable else 0):

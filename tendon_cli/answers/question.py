@@ -32,6 +32,7 @@ from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 
 Flags = npt.NDArray[np.bool_]
+Columns = dict[str, npt.NDArray[Any]]
 
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
 _MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
@@ -158,6 +159,14 @@ class Problem:
         """The axis of persons, or if there are none of draws; None if there are neither."""
         axes = {axis.key: axis for axis in self.conditions.axes}
         return axes.get(PERSON_AXIS) or axes.get(DRAW_AXIS)
+
+    def numbers_of(self, columns: Columns) -> Numbers:
+        """What choices, given by their columns, say of the study's numbers."""
+        numbers: dict[str, Array] = {}
+        for axis in self.choices.axes:
+            values = columns[axis.column]
+            numbers |= {key: each[values] for key, each in axis.numbers.items()} if axis.names else {axis.key: values}
+        return numbers
 
     def design(self, numbers: Numbers, conditions: Numbers | None = None, pretension: Array | None = None) -> Design:
         """Designs (choices, conditions, 1, 1) of some choices under all conditions, or those given, as they vary.

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.candidates import numbers_of, of_columns
 from tendon_cli.answers.front import Goal
-from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import WORST, Columns, Solutions, solve
+from tendon_cli.answers.question import Columns, Problem
+from tendon_cli.answers.solve import WORST, Solutions, of_columns
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis
 
@@ -44,8 +43,7 @@ def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solu
         return rest | {axis.column: _value(axis, place) for axis, place in zip(axes, at.T, strict=True)}
 
     def cost(at: Array) -> Array:
-        tried = solve(problem, numbers_of(problem, columns(at.T)), at.shape[1], with_worst=with_worst)
-        tried = Solutions(tried.results, tried.row, columns(at.T))
+        tried = of_columns(problem, columns(at.T), at.shape[1], with_worst=with_worst)
         gain = (tried.scores(goals) - before) / scale
         lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
         costs = np.where(tried["feasible"], -np.sum(gain, axis=1) + _PENALTY * lost, _infeasible(problem, tried))

@@ -12,15 +12,13 @@ import numpy.typing as npt
 from tendon_cli import kernel
 from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, share_served
 from tendon_cli.answers.front import Goal
-from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.question import Columns, Flags, Problem
 from tendon_cli.model import extremes, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.window import Ends, Window
 from tendon_cli.space.axis import Numbers, Rows, over
-
-Columns = dict[str, npt.NDArray[Any]]
 
 WORST = (
     "max_tension", "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
@@ -29,9 +27,6 @@ WORST = (
 
 STATUSES = ("sampled", "proven", "open")
 """What is known of a window between the samples."""
-
-_DESIGNS_AT_ONCE = 2**20
-"""Windows of choices under conditions that are held at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +88,21 @@ class Solutions:
         return cls(results, np.concatenate([part.row for part in parts]), columns)
 
 
+def of_rows(problem: Problem, rows: Rows) -> Solutions:
+    """The choices of some rows, solved."""
+    return replace(of_columns(problem, problem.choices.columns(rows), len(rows)), row=rows)
+
+
+def of_columns(problem: Problem, columns: Columns, count: int, *, with_worst: bool = True) -> Solutions:
+    """Choices anywhere, solved."""
+    return replace(solve(problem, problem.numbers_of(columns), count, with_worst=with_worst), columns=columns)
+
+
 def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = True) -> Solutions:
     """Solve `count` choices, whose numbers have the shape (count,). Without the worst it takes a third of the time."""
-    step = max(1, _DESIGNS_AT_ONCE // len(problem.conditions))
-    parts = []
-    for at in range(0, max(count, 1), step):
-        some = {key: values[at : at + step] for key, values in numbers.items()}
-        solutions, held = without_worst(problem, some, min(step, count - at))
-        worsts = worst(problem, some, solutions["pretension"], held) if with_worst else {}
-        parts.append(solutions.with_worst(slice(None), worsts, has_worst=with_worst))
-    return Solutions.joined(parts)
+    solved, held = without_worst(problem, numbers, count)
+    worsts = worst(problem, numbers, solved["pretension"], held) if with_worst else {}
+    return solved.with_worst(slice(None), worsts, has_worst=with_worst)
 
 
 def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None) -> tuple[Solutions, Flags]:

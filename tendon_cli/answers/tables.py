@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.bench import SET, setting_columns, settings, study_arm
-from tendon_cli.answers.candidates import numbers_of
 from tendon_cli.answers.coverage import share_served
-from tendon_cli.answers.population import LESS, MORE, NEITHER, GroupWindows, people_of
-from tendon_cli.answers.question import Flags, Problem
-from tendon_cli.answers.solve import STATUSES, WORST, Columns, Solutions
+from tendon_cli.answers.population import GroupWindows, people_of
+from tendon_cli.answers.question import Columns, Flags, Problem
+from tendon_cli.answers.solve import STATUSES, WORST, Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array
@@ -66,7 +65,7 @@ def choice_rows(problem: Problem, choices: Solutions, refined: Flags, on_front: 
         rows[f"{end}_direction"] = np.where(state < 0, 0, direction + 1)
         of_state = np.where(state < 0, np.nan, problem.angles[0, place])
         rows[f"{end}_elbow_angle"] = np.where(np.isnan(angle), of_state, angle)
-    return rows | setting_columns(problem, numbers_of(problem, choices.columns), low, high, at)
+    return rows | setting_columns(problem, problem.numbers_of(choices.columns), low, high, at)
 
 
 def condition_columns(problem: Problem) -> tuple[Column, ...]:
@@ -128,7 +127,7 @@ def person_rows(problem: Problem, axis: Axis, windows: GroupWindows, columns: Co
         rows |= {name: mean[:, at] for at, name in enumerate(DIMENSIONS)}
         sexes = people.sexes[::bodies]
         rows |= {"sex": np.array([_SEX.choices.index(sex) for sex in sexes])} if sexes else {}
-    design = study_arm(problem, numbers_of(problem, columns), np.array([pretension]), axis)
+    design = study_arm(problem, problem.numbers_of(columns), np.array([pretension]), axis)
     set_ = settings(design, len(axis))
     return rows | {name: values.reshape(count, -1).mean(axis=1) for name, values in set_.items()}
 
@@ -146,19 +145,6 @@ def _windows(problem: Problem, windows: GroupWindows, shape: tuple[int, ...]) ->
         last = np.where(some, np.argmax(high == covered.high[:, np.newaxis], axis=1), last)
         ends = np.where(some, covered.low, ends[0]), np.where(some, covered.high, ends[1])
     return *ends, start + first, start + last
-
-
-def members(rows: Any, reason: Any, pretension: float) -> Rows:
-    """Who of a table is not served for a reason of the record, as places in it; `rows` has arrays by column."""
-    low, high, limits = rows["pretension_from"], rows["pretension_to"], [*map(_LIMITS.index, reason["limits"])]
-    with np.errstate(invalid="ignore"):
-        has_window = ~np.isnan(low) & ~(low > high)
-        chosen = {
-            MORE: has_window & (low > pretension) & (rows["from_by"] == limits[0]),
-            LESS: has_window & (high < pretension) & (rows["to_by"] == limits[0]),
-            NEITHER: ~has_window & (rows["from_by"] == limits[0]) & np.isin(rows["to_by"], [*limits, 0]),
-        }[reason["needs"]]
-    return np.flatnonzero((rows["served"] < 1.0) & chosen)
 
 
 # --- Columns and values ----------------------------------------------------------------------------------------------

@@ -10,9 +10,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.coverage import ROUNDING
-from tendon_cli.answers.population import LESS, MORE, NEITHER
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.uncertainty import BODY
 from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
@@ -24,6 +22,8 @@ Row = Mapping[str, Any]
 _MOST_NAMED = 3
 _DIFFERENT = 0.5
 """Standard deviations from which on those not served are said to differ."""
+MORE, LESS, NEITHER = "more", "less", "another suit"
+"""What someone who is not served would need: more pretension, less, or another suit."""
 _NEEDS = {MORE: "would need more", LESS: "would need less", NEITHER: "cannot be served by any pretension"}
 _HOW_MANY = ("one suit", "two suits", "three suits")
 
@@ -106,21 +106,13 @@ def margins(problem: Problem, row: Row) -> str:
 # --- Persons and draws -----------------------------------------------------------------------------------------------
 
 
-def why_not(problem: Problem, reason: Row) -> str:
+def why_not(problem: Problem, limits: list[str], conditions: list[int]) -> str:
     """What happens to those not served, under which condition."""
     words = []
-    for limit, condition in zip(reason["limits"], reason["conditions"], strict=False):
+    for limit, condition in zip(limits, conditions, strict=False):
         under = condition_words(problem.conditions, condition, but_first=True)
-        words.append(say.limit_words(limit, problem.study.limits).broken + (f" ({under})" if under else ""))
+        words.append(broken(problem, limit) + (f" ({under})" if under else ""))
     return " and ".join(words)
-
-
-def input_name(key: str) -> str:
-    """An input of the indices in words."""
-    if key not in keys():
-        return key
-    side = say.side_of(key)
-    return say.column(keys()[key].number.quantity.name) + (f" of the {side}" if side else "")
 
 
 def population_share(population: Row) -> str:
@@ -147,7 +139,7 @@ def population_blocks(problem: Problem, population: Row) -> Iterator[say.Block]:
     yield from say.items([
         f"{what}: {_served(population)}" if what else _served(population),
         *(["; ".join(map(_of_sex, population["by"]))] if population["by"] else []),
-        *(_not_served(problem, population, reason) for reason in population["not_served"]),
+        *(_not_served(population, reason) for reason in population["not_served"]),
     ])  # fmt: skip
     if population["counts"].get("person", 0) > 1:
         for axis in problem.choices.axes:
@@ -178,9 +170,9 @@ def _of_sex(share: Row) -> str:
     return f"{say.percent(share['served'])} of {whom} ({low} to {high})"
 
 
-def _not_served(problem: Problem, population: Row, reason: Row) -> str:
+def _not_served(population: Row, reason: Row) -> str:
     share = f"{say.percent(reason['share'])} " if population["count"] > 1 else ""
-    words = f"{share}{_NEEDS[reason['needs']]}: {why_not(problem, reason)}"
+    words = f"{share}{_NEEDS[reason['needs']]}: {reason['text']}"
     if population["counts"].get("person", 1) == 1:
         return words
     bodies = [
@@ -215,12 +207,12 @@ def _sobol(ends: list[Row]) -> Iterator[say.Block]:
     for each in ends:
         end = "lower" if each["end"] == "pretension_from" else "upper"
         inputs = [
-            f"{input_name(key)} {_index(index, 'first')}, {_index(index, 'total')}"
-            for key, index in sorted(each["inputs"].items(), key=lambda item: -item[1]["total"])
+            f"{index['name']} {_index(index, 'first')}, {_index(index, 'total')}"
+            for index in sorted(each["inputs"].values(), key=lambda index: -index["total"])
         ]
         deviation = say.number(each["standard_deviation"], 2)
         yield from say.items([f"{end} end, standard deviation {deviation} N: {'; '.join(inputs)}"])
-    if BODY in ends[0]["inputs"]:
+    if "body" in ends[0]["inputs"]:
         yield from say.items(["the dimensions of a body are correlated and count as one input"])
 
 

@@ -146,13 +146,7 @@ def _draw_run(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> 
     return [file.name for file in drawn.files], list(drawn.warnings), no_map
 
 
-def _draw_answer(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
+def _draw_answer(_: Study, folder: Path, out: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:
     from tendon_cli.figures.answer import draw_answer
 
-    files, warnings = draw_answer(folder, record, out)
-    if record["population"] is not None:
-        from tendon_cli.answers.population_figures import draw_population
-        from tendon_cli.answers.question import question
-
-        files = files + draw_population(question(study), record, folder, out)
-    return files, warnings, None
+    return *draw_answer(folder, record, out), None

@@ -27,6 +27,7 @@ from tendon_cli.figures.choice_maps import (
 )
 from tendon_cli.figures.engine import Axes, FigureCanvasAgg, Line2D, Patch
 from tendon_cli.figures.frame import Page, grid_shape
+from tendon_cli.figures.population import draw_population
 from tendon_cli.figures.style import INK, OKABE_ITO, broken, hatch_key, house_style, unknown_hatch
 from tendon_cli.tables.read import open_table
 
@@ -47,13 +48,13 @@ def draw_answer(folder: Path, record: dict[str, Any], out: Path) -> tuple[list[s
     files: list[str] = []
     faults: list[str] = []
     cube = choices_of(open_table(folder / "choices.parquet"))
-    for name in list(FIGURES)[:-1]:  # between is drawn if it is asked for
+    for name in [*FIGURES][:-1]:  # between is drawn if it is asked for
         try:
             if (page := answer_figure(name, cube, record)) is not None:
                 files.append(page.save(out / f"{name}.png").name)
         except Exception as error:  # noqa: BLE001
             faults.append(f"the figure {name} cannot be drawn: {type(error).__name__}: {error}")
-    return files, faults
+    return files + (draw_population(folder, record, out) if record["population"] else []), faults
 
 
 def answer_figure(name: str, cube: Cube, record: dict[str, Any]) -> Page | None:

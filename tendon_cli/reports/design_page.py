@@ -11,7 +11,6 @@ import pyarrow as pa
 
 from tendon_cli import say
 from tendon_cli.answers.question import question
-from tendon_cli.answers.words import population_share
 from tendon_cli.cube.axes import evenly, thinned
 from tendon_cli.cube.choices import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import Values
@@ -231,5 +230,4 @@ def people_record(record: dict[str, Any], persons: pa.Table | None) -> dict[str,
         axes[name] = number_record(shown, as_numpy(persons.column(dimension))[kept])
     enough = 1.0 if population["kind"] == "persons" else record["serve"]
     served = as_numpy(persons.column("served"))[kept] >= enough - 1e-9
-    title = f"{say.number(population['pretension'])} N serves {population_share(population)}"
-    return {**axes, "served": {"array": packed_classes(served)}, "title": title}
+    return {**axes, "served": {"array": packed_classes(served)}, "title": population["title"]}

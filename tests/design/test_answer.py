@@ -7,11 +7,10 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.answer import findings, summarised
-from tendon_cli.answers.candidates import of_columns, of_rows
 from tendon_cli.answers.front import goals_of
 from tendon_cli.answers.question import question
 from tendon_cli.answers.sensitivity import sensitivities
+from tendon_cli.answers.solve import of_columns, of_rows
 from tendon_cli.errors import StudyError
 
 from .studies import CATALOGUE, LOADS, RANGES, asked
@@ -21,9 +20,16 @@ SPRINGS = {"spring": {"stiffness": {"from": "1 kN/m", "to": "6 kN/m", "num": 6}}
 SPOOLS = {"spool": {"ratio": {"from": 0.55, "to": 1.0, "num": 4}}}
 
 
+def scored(rows, goals):
+    """The scores of rows of an answer."""
+    return np.column_stack([goal.score(np.array([row[goal.column] for row in rows], float)) for goal in goals])
+
+
 def answered(text, folder):
-    problem = asked(text, folder)
-    return findings(problem, [summarised(of_rows(problem, np.arange(len(problem.choices))), goals_of(problem.study))])
+    """The answer, its goals, and the scores of a grid of four times its density."""
+    fine = asked(text.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), folder)
+    goals, study = goals_of(fine.study), asked(text, folder).study
+    return tendon.design(study), goals, of_rows(fine, np.arange(len(fine.choices))).scores(goals)
 
 
 def without_window(content):
@@ -125,20 +131,16 @@ def test_the_least_relaxation_opens_a_window_and_less_does_not(paper):
     ],
 )
 def test_no_grid_of_four_times_the_density_beats_the_refined_best(goal, column, tmp_path):
-    found = answered(f'[design]\n{goal} = "{column}"\n' + RANGES, tmp_path)
-    fine = asked(RANGES.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), tmp_path)
-    rivals = of_rows(fine, np.arange(len(fine.choices)))
-    rival = rivals.scores(found.goals).max()
-    assert found.chosen.scores(found.goals).item() >= rival - 1e-9 * abs(rival)
+    answer, goals, rivals = answered(f'[design]\n{goal} = "{column}"\n' + RANGES, tmp_path)
+    rival = rivals.max()
+    assert scored([answer.best], goals).item() >= rival - 1e-9 * abs(rival)
 
 
 def test_no_finer_grid_dominates_the_front(tmp_path):
-    found = answered('[design]\nminimise = ["max_tension"]\nmaximise = ["tolerance"]\n' + RANGES, tmp_path)
-    fine = asked(RANGES.replace("num = 8", "num = 29").replace("num = 6", "num = 21"), tmp_path)
-    rivals = of_rows(fine, np.arange(len(fine.choices))).scores(found.goals)
-    own = found.front.scores(found.goals)
-    assert len(own) > 4
-    for row in own:
+    goals = '[design]\nminimise = ["max_tension"]\nmaximise = ["tolerance"]\n'
+    answer, goals, rivals = answered(goals + RANGES, tmp_path)
+    assert len(answer.front) > 4
+    for row in scored(answer.front, goals):
         margin = 2e-3 * np.abs(row)
         assert not ((rivals >= row).all(axis=1) & (rivals > row + margin).any(axis=1)).any()
 

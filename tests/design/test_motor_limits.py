@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.candidates import of_columns
 from tendon_cli.answers.question import question
 from tendon_cli.answers.sensitivity import sensitivities
-from tendon_cli.answers.solve import solve
+from tendon_cli.answers.solve import of_columns, solve
 from tendon_cli.model.limits import LIMIT_NAMES
 from tendon_cli.model.motor import cycle
 from tendon_cli.studies.load import study_from

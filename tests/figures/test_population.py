@@ -1,52 +1,68 @@
-"""Figures of a crowd hold what they are given, odd windows too."""
+"""Figures of persons and draws hold what they are given, odd windows too."""
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from tendon_cli.figures.population import Bars, Group, draw_for_whom, draw_how_sure
+from tendon_cli.figures.population import for_whom, how_sure
+from tendon_cli.figures.style import house_style
 
 
-def colours_of(path):
+def colours(page, path):
+    with house_style():
+        page.save(path)
     with Image.open(path) as image:
         return np.unique(np.asarray(image.convert("RGB")).reshape(-1, 3), axis=0)
 
 
-def has(path, colour):
+def has(found, colour):
     wanted = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)])
-    return bool((np.abs(colours_of(path).astype(int) - wanted).max(axis=1) < 12).any())
+    return bool((np.abs(found.astype(int) - wanted).max(axis=1) < 12).any())
 
 
-def test_served_and_others_are_told_apart(tmp_path):
-    low = np.array([100.0, 110.0, 150.0, 90.0, np.nan])
-    high = np.array([130.0, np.inf, 170.0, 80.0, np.nan])
-    served = np.array([True, True, False, False, False])
-    bodies = (np.linspace(60.0, 90.0, 5), np.linspace(300.0, 380.0, 5))
-    groups = [Group("needs $more$", np.array([2])), Group("none", np.array([3, 4]))]
-    whole = draw_for_whom(
-        tmp_path / "a.png", "five $persons$", low, high, served, (110.0, 130.0), 120.0, bodies, ("kg", "mm"), groups
+def record(**population):
+    nothing = {"title": "t", "kind": "persons", "pretension": None, "window": [None, None], "not_served": []}
+    return {"serve": 0.95, "population": {**nothing, "sobol": [], **population}}
+
+
+def reason(text, needs, low, high):
+    bodies = {"weight": {"deviations": 1.0}, "stature": {"deviations": 2.0}}
+    return {"text": text, "needs": needs, "limits": [low, high], "share": 0.2, "bodies": bodies}
+
+
+def test_served_and_others_have_their_colours(tmp_path):
+    rows = {
+        "pretension_from": np.array([100.0, 110.0, 150.0, 90.0, np.nan]),
+        "pretension_to": np.array([130.0, np.nan, 170.0, 80.0, np.nan]),
+        "served": np.array([1.0, 1.0, 0.0, 0.0, 0.0]),
+        "from_by": np.array(["a", "a", "a", "b", "b"], dtype=object),
+        "to_by": np.array(["c", "", "c", "c", ""], dtype=object),
+        "weight": np.linspace(60.0, 90.0, 5), "stature": np.linspace(1.6, 1.9, 5),
+    }  # fmt: skip
+    reasons = [reason("needs $more$", "more", "a", "c"), reason("none", "another suit", "b", "c")]
+    whole = colours(
+        for_whom(record(window=[110.0, 130.0], pretension=120.0, not_served=reasons), rows), tmp_path / "a.png"
     )
     assert has(whole, "#0072b2")
     assert has(whole, "#d55e00")
-    nobody = draw_for_whom(
-        tmp_path / "b.png", "nobody", low, high, np.zeros(5, dtype=bool), (np.nan, np.nan), np.nan, kind="draws"
-    )
-    assert not has(nobody, "#0072b2")
+    of_draws = {name: rows[name] for name in ("pretension_from", "pretension_to")} | {"served": np.zeros(5)}
+    assert not has(colours(for_whom(record(kind="draws"), of_draws), tmp_path / "b.png"), "#0072b2")
 
 
-def test_of_those_who_have_no_window_of_any_kind_the_number_is_told(tmp_path):
+def test_where_nobody_has_a_window_it_is_drawn(tmp_path):
     nowhere = np.full(3, np.nan)
-    no = np.zeros(3, dtype=bool)
-    path = draw_for_whom(tmp_path / "n.png", "none", nowhere, nowhere, no, (np.nan, np.nan), np.nan)
-    assert path.stat().st_size > 5_000
+    page = for_whom(record(), {"pretension_from": nowhere, "pretension_to": nowhere, "served": np.zeros(3)})
+    assert len(colours(page, tmp_path / "n.png")) > 5
 
 
 @pytest.mark.parametrize("count", [0, 1, 40])
 def test_a_curve_of_any_length_is_drawn(tmp_path, count):
-    place = np.repeat(np.linspace(100.0, 140.0, count), 2)
     share = np.linspace(0.0, 1.0, 2 * count)
-    bars = Bars("lower end", np.array([0.3, 0.6]), np.array([0.02, 0.02]), np.array([0.4, 0.7]), np.array([0.1, 0.1]))
-    path = draw_how_sure(
-        tmp_path / "c.png", "curve", place, share, share * 0.9, share, 120.0, 0.95, ("μ", "K"), [bars, bars]
-    )
-    assert has(path, "#56b4e9")
+    curve = {"pretension": np.repeat(np.linspace(100.0, 140.0, count), 2), "share": share, "low": share * 0.9}
+    each = {"first": 0.3, "first_standard_error": 0.02, "total": 0.4, "total_standard_error": 0.1}
+    ends = [
+        {"end": end, "standard_deviation": 2.0, "inputs": {"a": {"name": "μ", **each}, "b": {"name": "K", **each}}}
+        for end in ("pretension_from", "pretension_to")
+    ]
+    page = how_sure(record(curve={**curve, "high": share}, pretension=120.0, sobol=ends))
+    assert has(colours(page, tmp_path / "c.png"), "#56b4e9")

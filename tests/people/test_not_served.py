@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.population import LESS, MORE, NEITHER, GroupWindows, left_out, not_served
+from tendon_cli.answers.population import GroupWindows, left_out, not_served
 from tendon_cli.answers.question import question
+from tendon_cli.answers.words import LESS, MORE, NEITHER
 from tendon_cli.studies.load import study_from
 
 STUDY = {

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import tendon_cli as tendon
-from tendon_cli.answers.question import question
-from tendon_cli.answers.tables import members, person_columns
-from tendon_cli.tables.read import arrays_of
+from tendon_cli.figures.population import members
+from tendon_cli.tables.read import as_numpy
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}, "load": {"mass": [0.0, 10.0]}}
 SUIT = {**COARSE, "spring": {"stiffness": [5e3, 8e3]}, "spool": {"ratio": 0.6}}
@@ -35,8 +34,8 @@ def test_shares_of_the_record_are_those_of_the_table(answer):
     assert len(persons) == population["count"] == 40
     assert persons["served"].mean() == pytest.approx(population["served"], abs=1e-12)
     assert set(persons["sex"]) == {"male", "female"}
-    problem = question(tendon.study({**SUIT, "people": {"count": 40, "seed": 3}}))
-    rows = arrays_of(person_columns(problem, problem.one_by_one), answer.table("persons"))
+    table = answer.table("persons")
+    rows = {name: as_numpy(table.column(name)) for name in table.column_names}
     out = [members(rows, reason, population["pretension"]) for reason in population["not_served"]]
     assert [len(each) for each in out] == [reason["count"] for reason in population["not_served"]]
     assert len(np.unique(np.concatenate([np.empty(0), *out]))) == (persons["served"] < 1.0).sum()

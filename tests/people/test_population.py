@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli import say
-from tendon_cli.answers import fixes, uncertainty
+from tendon_cli.answers import fixes, sensitivity
 from tendon_cli.answers import population as population_module
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
@@ -106,7 +106,7 @@ DOUBT = {
 
 
 def test_the_probability_of_a_pretension_is_that_of_a_sweep_over_the_draws(monkeypatch):
-    monkeypatch.setattr(uncertainty, "_STATES", 256 * 4 * 28)
+    monkeypatch.setattr(sensitivity, "_STATES", 256 * 4 * 28)
     study = study_from(COARSE | DOUBT)
     found = tendon.design(study).record["population"]
     assert (found["kind"], found["count"]) == ("draws", 256)

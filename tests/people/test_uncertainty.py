@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers import uncertainty
+from tendon_cli.answers import sensitivity
 from tendon_cli.answers.question import question
-from tendon_cli.answers.uncertainty import BODY, indices, sobol
+from tendon_cli.answers.sensitivity import BODY, indices, sobol
 from tendon_cli.studies.load import study_from
 
 
@@ -95,8 +95,8 @@ def test_indices_of_windows_are_those_of_a_plain_estimate_of_ten_times_the_size(
         taken.update(ends=ends, inputs=inputs)
         return sobol(ends, inputs, names, count, seed)
 
-    monkeypatch.setattr(uncertainty, "sobol", spied)
-    monkeypatch.setattr(uncertainty, "_STATES", 1024 * 5 * len(problem.conditions) * problem.states_per_design)
+    monkeypatch.setattr(sensitivity, "sobol", spied)
+    monkeypatch.setattr(sensitivity, "_STATES", 1024 * 5 * len(problem.conditions) * problem.states_per_design)
     found = indices(problem, numbers)
     assert taken["inputs"] == ("sheath.friction", "spring.stiffness", *([BODY] if people else []))
     random = np.random.default_rng(4)
