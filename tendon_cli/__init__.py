@@ -43,7 +43,7 @@ _PLACES = {
     "check": "checks.check.check", "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
     "plot": "face.pictures.plot", "picture": "face.pictures.picture",
-    "run_text": "summary.run_text", "fit_text": "friction.report.summary_lines",
+    "run_text": "summary.run_text", "study_text": "summary.study_text", "fit_text": "friction.report.summary_lines",
 }  # fmt: skip
 """By its name, where something of the face stands."""
 __all__ = [

@@ -1,12 +1,15 @@
-"""What a command says of what it did, as short text: runs, estimates."""
+"""Studies, runs, estimates and tables as short text."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from tendon_cli import say
 from tendon_cli.say import counted
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
 
@@ -16,6 +19,54 @@ if TYPE_CHECKING:
     from tendon_cli.cube.rows import TableRows
     from tendon_cli.engine.estimate import Estimate
     from tendon_cli.engine.results import Run
+    from tendon_cli.studies.study import Study
+    from tendon_cli.studies.values import Values
+
+
+_MOST_VALUES = 6
+
+
+def study_text(study: Study) -> str:
+    """Name, axes, limits and warnings of a study, in a few lines."""
+    motion = f"{' and '.join(study.motion.direction)}, elbow angle "
+    motion += _values_text("elbow_angle", study.motion.elbow_angle)
+    if study.trajectory is not None:
+        low, high = np.degrees([study.angles.min(), study.angles.max()])
+        motion = f"a trajectory of {study.trajectory.time[-1]:.4g} s from {low:.4g} to {high:.4g} deg"
+    lines = [
+        *(("axis", f"{key}: {_axis_text(study, key)}") for key in study.axes),
+        ("motion", motion),
+        *([("conditions", ", ".join(study.conditions))] if study.conditions else []),
+        *(("limit", f"{name} {say.quantity(name, value)}") for name, value in study.limits.items()),
+        *([("uncertain", ", ".join(study.uncertain))] if study.uncertain else []),
+        *(("note", note) for note in study.notes),
+        *(("warning", warning) for warning in study.warnings),
+    ]
+    title = f"{study.name}: {study.title}" if study.title else f"study {study.name}"
+    return "\n".join([title, *(f"  {name:<11} {text}" for name, text in lines)])
+
+
+def _axis_text(study: Study, key: str) -> str:
+    """The values of an axis, the middle of a long one left out."""
+    if key in study.numbers:
+        return _values_text(keys()[key].number.name, study.numbers[key])
+    if key in study.words:
+        return ", ".join(study.words[key])
+    if key == DRAW_AXIS:
+        return counted(study.draws, "draw")
+    if study.people is not None and key == PERSON_AXIS:
+        return f"those of {study.people.file}" if study.people.file else counted(study.people.count, "person")
+    names = [str(getattr(case, "name", "")) for case in study.cases]
+    more = f", ... ({counted(len(names), 'case')})" if len(names) > _MOST_VALUES else ""
+    return ", ".join(names[:_MOST_VALUES]) + more
+
+
+def _values_text(quantity: str, values: Values) -> str:
+    """The values of a number as people write them, the middle of a long axis left out."""
+    if len(values) > _MOST_VALUES:
+        first, last = (say.quantity(quantity, value) for value in (values.array[0], values.array[-1]))
+        return f"{first} to {last}, {len(values):,} values"
+    return ", ".join(say.quantity(quantity, value) for value in values.array)
 
 
 def run_text(run: Run) -> str:

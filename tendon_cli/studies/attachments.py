@@ -41,39 +41,40 @@ class Attachments:
 
     def _trajectory(self, study: Study) -> Study:
         """The study with the rows of its motion in time; raises InputError."""
-        file = study.motion.trajectory
-        content = self._read(file, "motion.trajectory", curves.MAX_BYTES) if isinstance(file, str) else None
-        if content is None or not isinstance(file, str):
+        file, key = study.motion.trajectory, "motion.trajectory"
+        content = self._read(file, key, curves.MAX_BYTES) if isinstance(file, str) else None
+        if content is None:
             return study
         from tendon_cli.studies import trajectory  # only a trajectory pays for its import
 
-        where = shorten(file, 200)
+        where = shorten(str(file), 200)
         rows = curves.read_curve(content, where, curves.TRAJECTORY)
         motion = study.motion.model_copy(update={"trajectory": rows})
         if (wrong := trajectory.trajectory_fault(motion)) is not None:
             self.faults.append(wrong)
             motion = motion.model_copy(update={"trajectory": None})
-        self._note("motion.trajectory", file, content, **trajectory.facts_of(motion, where))
+        self._note(key, str(file), content, **trajectory.facts_of(motion, where))
         return study.replaced({"motion": motion})
 
     def _curves(self, study: Study) -> dict[str, Any]:
         """The tables of joint and load with the curves of their files; raises InputError."""
         update: dict[str, Any] = {}
-        files = {"joint.torque": curves.TORQUE, "joint.excursion": curves.EXCURSION, "load.torque": curves.TORQUE}
-        for key, columns in files.items():
-            table, name = key.split(".")
+        for table, name, columns in (
+            ("joint", "torque", curves.TORQUE),
+            ("joint", "excursion", curves.EXCURSION),
+            ("load", "torque", curves.TORQUE),
+        ):
             part = update.get(table) or getattr(study, table)
             file, is_travel = getattr(part, name), columns is curves.EXCURSION
-            content = self._read(file, key, curves.MAX_BYTES) if isinstance(file, str) else None
+            content = self._read(file, f"{table}.{name}", curves.MAX_BYTES) if isinstance(file, str) else None
             if content is None:
                 continue
             where = shorten(file, 200)
             curve = curves.read_curve(content, where, columns)
-            beyond = curves.not_covered(study, curve, is_travel=is_travel)
-            if beyond is not None:
+            if (beyond := curves.not_covered(study, curve, is_travel=is_travel)) is not None:
                 raise InputError(beyond, where=where, hint="extend the table, or ask for fewer angles")
             warnings = curves.warnings_of(study, curve, where) if is_travel else []
-            self._note(key, file, content, rows=len(curve.angles), warnings=warnings)
+            self._note(f"{table}.{name}", file, content, rows=len(curve.angles), warnings=warnings)
             update[table] = part.model_copy(update={name: curve})
         return update
 

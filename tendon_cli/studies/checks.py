@@ -27,16 +27,16 @@ from tendon_cli.units import shorten
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
     quantities = {name: key.number.quantity for path, key in keys().items() for name in (path, key.column)}
+    rules = (*_of_files(study, at_fault), *_of_joint(study, at_fault), *_of_motion(study))
+    people = study.people.contradictions() if study.people is not None else ()
     return [
-        *_two_sources(study, at_fault),
+        *(Fault(key, problem, hint) for is_wrong, key, problem, hint in rules if is_wrong),
         *_case_faults(study),
-        *_output_faults(study, at_fault),
         *_limit_faults(study, at_fault),
-        *_joint_faults(study, at_fault),
         *curve_faults(study),
-        *_trajectory_faults(study),
+        *((wrong,) if (wrong := trajectory_fault(study.motion)) is not None else ()),
         *_goal_faults(study, at_fault),
-        *(study.people.contradictions() if study.people is not None else ()),
+        *people,
         *figure_faults(study.figure, quantities, at_fault),
     ]
 
@@ -55,28 +55,63 @@ def without_intervals(study: Study) -> Study:
     return study
 
 
-def _two_sources(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """A number that is given twice, as itself and by a file, or a smoothing of no file."""
-    for key, sheath in _sheaths(study):
+_Rule = tuple[bool, str, str, str]
+"""Whether keys contradict each other, which is at fault, the problem and a hint."""
+_ONE = "leave one of them out"
+
+
+def _of_files(study: Study, at_fault: set[str]) -> Iterator[_Rule]:
+    """Numbers that are given twice, as themselves and by a file, and what is of no file and no table."""
+    for at, sheath in _sheaths(study):
         for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
-            if number in sheath.model_fields_set and getattr(sheath, file) is not None:
-                yield Fault(f"{key}.{number}", f"stands beside {file}, which gives it too", "leave one of them out")
-        if sheath.path_smoothing is not None and sheath.path is None and f"{key}.path" not in at_fault:
-            problem = "smooths a route, but this table names none"
-            yield Fault(f"{key}.path_smoothing", problem, 'add path = "route.csv", or leave it out')
+            twice = number in sheath.model_fields_set and getattr(sheath, file) is not None
+            yield twice, f"{at}.{number}", f"stands beside {file}, which gives it too", _ONE
+        lone = sheath.path_smoothing is not None and sheath.path is None and f"{at}.path" not in at_fault
+        problem = "smooths a route, but this table names none"
+        yield lone, f"{at}.path_smoothing", problem, 'add path = "route.csv", or leave it out'
+    unwritten = bool(study.output.states) and not {"states", "output.tables"} & {*study.output.tables, *at_fault}
+    problem = "names columns of a table that is not written"
+    yield unwritten, "output.states", problem, 'leave it out, or add "states" to tables'
 
 
-def _output_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    if study.output.states and "states" not in study.output.tables and "output.tables" not in at_fault:
-        hint = 'leave it out, or add "states" to tables'
-        yield Fault("output.states", "names columns of a table that is not written", hint)
+def _of_joint(study: Study, at_fault: set[str]) -> Iterator[_Rule]:
+    """What the joint asks for by itself, and how its tendons travel, given twice or not at all; readings per side."""
+    joint, (stiffness, rest) = study.joint, (Need(f"joint.{name}", "", "") for name in ("stiffness", "rest_angle"))
+    lacks_rest = is_stated(study, stiffness) and not is_stated(study, rest) and rest.key not in at_fault
+    problem = "needs the angle at which the joint itself asks for no torque"
+    yield lacks_rest, stiffness.key, problem, f'such as {rest.key} = "73 deg"'
+    twice = joint.torque is not None and joint.stiffness is not None
+    yield twice, "joint.torque", "stands beside stiffness, which gives it too", _ONE
+    measured = joint.excursion is not None
+    for name in ("smoothing", "scale_with"):
+        lone = not measured and getattr(joint, name) is not None
+        yield lone, f"joint.{name}", "is of measured travels, but the study has none", "add joint.excursion"
+    for name in sorted(set(ANCHORS) & study.arm.model_fields_set):
+        yield measured, f"arm.{name}", "stands beside joint.excursion, which gives the travels", "leave it out"
+    given = {*study.numbers, *(key for case in study.cases for key in case_numbers(case))}
+    problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
+    for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
+        yield study.setting.read != F0, key, problem, "leave it out"
+
+
+def _of_motion(study: Study) -> Iterator[_Rule]:
+    """Keys of a motion in time beside those of sampled angles, or without it."""
+    motion, moves = study.motion, study.motion.trajectory is not None
+    for name in ("cutoff", "reversal", "inertia"):
+        lone = not moves and getattr(motion, name) is not None
+        yield lone, f"motion.{name}", "is of a trajectory, but the study has none", "add motion.trajectory"
+    for name in sorted({"elbow_angle", "direction", "speed"} & motion.model_fields_set):
+        yield moves, f"motion.{name}", "stands beside trajectory, which gives it, too", _ONE
+    problem = "compares the directions at one angle, which a trajectory does not"
+    for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
+        yield moves, f"limits.{name}", problem, "leave it out"
 
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
     """Limits of what cannot be known without another key."""
     for name in study.limits:
         for need in LIMITS[name].needs:
-            if not is_stated(study, need) and not any(key.endswith(need.key) for key in at_fault):
+            if not is_stated(study, need) and not _is_of(need, at_fault):
                 yield Fault(f"limits.{name}", f"needs {need.what}", f'such as {need.key} = "{need.example}"')
     if "min_spring_room" in study.limits and (problem := _no_room(study)):
         yield Fault("limits.min_spring_room", problem, "leave it out")
@@ -100,26 +135,6 @@ def _no_room(study: Study) -> str | None:
     return None
 
 
-def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
-    """What the joint asks for by itself, and how its tendons travel, given twice or not at all; readings per side."""
-    joint, (stiffness, rest) = study.joint, (Need(f"joint.{name}", "", "") for name in ("stiffness", "rest_angle"))
-    if is_stated(study, stiffness) and not is_stated(study, rest) and rest.key not in at_fault:
-        problem = "needs the angle at which the joint itself asks for no torque"
-        yield Fault(stiffness.key, problem, f'such as {rest.key} = "73 deg"')
-    if joint.torque is not None and joint.stiffness is not None:
-        yield Fault("joint.torque", "stands beside stiffness, which gives it too", "leave one of them out")
-    for key in ("smoothing", "scale_with") if joint.excursion is None else ():
-        if getattr(joint, key) is not None:
-            yield Fault(f"joint.{key}", "is of measured travels, but the study has none", "add joint.excursion")
-    for name in sorted(set(ANCHORS) & study.arm.model_fields_set) if joint.excursion is not None else ():
-        yield Fault(f"arm.{name}", "stands beside joint.excursion, which gives the travels", "leave it out")
-    sides = {of_side(PRETENSION, side) for side in SIDES} if study.setting.read != F0 else set()
-    given = {*study.numbers, *(key for case in study.cases for key in case_numbers(case))}
-    for key in sorted(sides & given):
-        problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
-        yield Fault(key, problem, "leave it out")
-
-
 def curve_faults(study: Study) -> Iterator[Fault]:
     """Curves in the study that do not reach as far as the joint moves."""
     joint = study.joint
@@ -130,24 +145,6 @@ def curve_faults(study: Study) -> Iterator[Fault]:
         )
         if beyond is not None:
             yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
-
-
-def _trajectory_faults(study: Study) -> Iterator[Fault]:
-    """Keys of a motion in time beside those of sampled angles, or without it."""
-    motion = study.motion
-    if motion.trajectory is None:
-        for key in ("cutoff", "reversal", "inertia"):
-            if getattr(motion, key) is not None:
-                yield Fault(f"motion.{key}", "is of a trajectory, but the study has none", "add motion.trajectory")
-        return
-    for key in sorted({"elbow_angle", "direction", "speed"} & motion.model_fields_set):
-        yield Fault(f"motion.{key}", "stands beside trajectory, which gives it, too", "leave one of them out")
-    for name in {"max_backlash", "max_torque_band"} & study.limits.keys():
-        yield Fault(
-            f"limits.{name}", "compares the directions at one angle, which a trajectory does not", "leave it out"
-        )
-    if (wrong := trajectory_fault(motion)) is not None:
-        yield wrong
 
 
 def is_stated(study: Study, need: Need) -> bool:
@@ -165,8 +162,11 @@ def is_stated(study: Study, need: Need) -> bool:
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str:
     """The key that a column of the choices needs and the study does not state; empty if it lacks none."""
     needs = LIMITS[column].needs if column in LIMITS else ()
-    stated = (need for need in needs if is_stated(study, need) or any(key.endswith(need.key) for key in at_fault))
-    return "" if len([*stated]) == len(needs) else needs[0].key
+    return next((need.key for need in needs if not is_stated(study, need) and not _is_of(need, at_fault)), "")
+
+
+def _is_of(need: Need, at_fault: set[str]) -> bool:
+    return any(key.endswith(need.key) for key in at_fault)
 
 
 def _goal_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -209,12 +209,12 @@ def _case_faults(study: Study) -> Iterator[Fault]:
         if name in names:
             yield Fault(f"cases.{at}.name", f'"{name}" names two cases, expected each name once')
         names.add(name)
-        for key in study.words:
-            if word_of(case, key) is not None:
-                yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")
-        for key in case_numbers(case):
-            if key in study.numbers and study.numbers[key].is_axis:
-                yield Fault(f"cases.{at}.{key}", "is an axis of this study, so a case cannot set it")
+        is_axis = "is an axis of this study, so a case cannot set it"
+        words = [key for key in study.words if word_of(case, key) is not None]
+        numbers = [*case_numbers(case)]
+        for key in words + [key for key in numbers if key in study.numbers and study.numbers[key].is_axis]:
+            yield Fault(f"cases.{at}.{key}", is_axis)
+        for key in numbers:
             if study.uncertainty is not None and key in study.uncertain:
                 yield Fault(f"cases.{at}.{key}", "is uncertain in this study and drawn, so a case cannot set it")
             if key in study.of_the_body:

@@ -33,13 +33,11 @@ from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.parts import Part
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.values import Uncertain, Values
-from tendon_cli.units import counted
 
 __all__ = ["Key", "Study", "keys"]
 
 _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_width"
 """Tables of what a designer does not decide, and the number of these that one does."""
-_MOST_VALUES = 6
 
 
 class Study(Displayed, Part):
@@ -80,38 +78,7 @@ class Study(Displayed, Part):
     @property
     def text(self) -> str:
         """Name, axes, limits and warnings, in a few lines."""
-        from tendon_cli import say  # only who prints a study pays for its import
-
-        motion = f"{' and '.join(self.motion.direction)}, elbow angle "
-        motion += _values_text("elbow_angle", self.motion.elbow_angle)
-        if self.trajectory is not None:
-            low, high = np.degrees([self.angles.min(), self.angles.max()])
-            motion = f"a trajectory of {self.trajectory.time[-1]:.4g} s from {low:.4g} to {high:.4g} deg"
-        lines = [
-            *(("axis", f"{key}: {self._axis_text(key)}") for key in self.axes),
-            ("motion", motion),
-            *([("conditions", ", ".join(self.conditions))] if self.conditions else []),
-            *(("limit", f"{name} {say.quantity(name, value)}") for name, value in self.limits.items()),
-            *([("uncertain", ", ".join(self.uncertain))] if self.uncertain else []),
-            *(("note", note) for note in self.notes),
-            *(("warning", warning) for warning in self.warnings),
-        ]
-        title = f"{self.name}: {self.title}" if self.title else f"study {self.name}"
-        return "\n".join([title, *(f"  {name:<11} {text}" for name, text in lines)])
-
-    def _axis_text(self, key: str) -> str:
-        """The values of an axis, the middle of a long one left out."""
-        if key in self.numbers:
-            return _values_text(keys()[key].number.name, self.numbers[key])
-        if key in self.words:
-            return ", ".join(self.words[key])
-        if key == DRAW_AXIS:
-            return counted(self.draws, "draw")
-        if self.people is not None and key == PERSON_AXIS:
-            return f"those of {self.people.file}" if self.people.file else counted(self.people.count, "person")
-        names = [str(getattr(case, "name", "")) for case in self.cases]
-        more = f", ... ({counted(len(names), 'case')})" if len(names) > _MOST_VALUES else ""
-        return ", ".join(names[:_MOST_VALUES]) + more
+        return str(face().study_text(self))
 
     def vary(self, **settings: Any) -> Study:
         """The same study with other values: `study.vary(**{"load.mass": "3 kg"})`; raises StudyError."""
@@ -267,13 +234,3 @@ class Study(Displayed, Part):
         """SHA-256 of the resolved study and the order of its axes, whatever file and layout it came from."""
         content = {"study": self.document(), "axes": list(self.axes)}
         return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=True).encode()).hexdigest()
-
-
-def _values_text(quantity: str, values: Values) -> str:
-    """The values of a number as people write them, the middle of a long axis left out."""
-    from tendon_cli import say
-
-    if len(values) > _MOST_VALUES:
-        first, last = (say.quantity(quantity, value) for value in (values.array[0], values.array[-1]))
-        return f"{first} to {last}, {len(values):,} values"
-    return ", ".join(say.quantity(quantity, value) for value in values.array)
