@@ -33,6 +33,7 @@ from tendon_cli.space.axis import (
     SPRING_AT,
     Axis,
     Numbers,
+    Role,
     Rows,
     of_side,
     scale_of,
@@ -103,15 +104,18 @@ class Space:
         """The box of all rows."""
         return tuple(slice(0, length) for length in self.shape)
 
+    def _of_role(self, role: Role) -> Space:
+        return Space(tuple(axis for axis in self.axes if axis.role == role), self.single)
+
     @cached_property
     def choices(self) -> Space:
         """The product of what a designer decides."""
-        return Space(tuple(axis for axis in self.axes if axis.role == "choice"), self.single)
+        return self._of_role("choice")
 
     @cached_property
     def conditions(self) -> Space:
         """The product of what a design must survive, grouped by what a share is of."""
-        return Space(tuple(axis for axis in self.axes if axis.role == "condition"), self.single).grouped()
+        return self._of_role("condition").grouped()
 
     @property
     def intervals(self) -> tuple[int, ...]:
@@ -200,51 +204,32 @@ class Space:
         """The axes that the numbers of the model whose keys are wanted depend on."""
         return frozenset(at for (key, _), number in self.of_the_model.items() if wanted(key) for at in number.axes)
 
-    def _excursion(self, given: Mapping[Place, Any]) -> Excursion | None:
-        """The joint of a study that has its travels measured."""
-        flexor, extensor = (given[f"joint.{side}_excursion", None] for side in SIDES)
-        if flexor is None or extensor is None:
-            return None
-        return Excursion(flexor, extensor, origin=given["setting.angle", None], scale=given[EXCURSION, None])
-
     def design(self, box: Box | None = None) -> Design:
         """The designs of a box, else of the whole product, each number shaped as it varies to (*box, 1, 1)."""
         place = self.whole if box is None else box
         given: dict[Place, Any] = {where: number.within(place) for where, number in self.of_the_model.items()}
 
-        def arm(names: tuple[str, ...]) -> dict[str, Any]:
-            return {name: given[f"arm.{name}", None] for name in names}
+        def of(names: Mapping[str, str], side: str | None = None) -> dict[str, Any]:
+            return {name: given[key, side] for name, key in names.items()}
 
-        def is_so(key: str) -> Flag:
-            return np.asarray(given[key, None]) > 0.5
+        def is_so(key: str, side: str | None = None) -> Flag:
+            return np.asarray(given[key, side]) > 0.5
 
-        flexor, extensor = (
-            Side(
-                **{name: given[key, side] for name, key in _OF_A_SIDE.items()},
-                spring_at_motor=np.asarray(given[SPRING_AT, side]) > 0.5,
-            )
-            for side in SIDES
-        )
+        flexor, extensor = (Side(**of(_OF_A_SIDE, side), spring_at_motor=is_so(SPRING_AT, side)) for side in SIDES)
+        travels = of(_TRAVELS)
+        if travels["flexor"] is None or travels["extensor"] is None:
+            joint: Anchors | Excursion = Anchors(**of(_ANCHORS), from_initial=is_so(REFERENCE))
+        else:
+            joint = Excursion(**travels, origin=given["setting.angle", None], scale=given[EXCURSION, None])
         made = Design(
-            arm=Limb(
-                self._excursion(given) or Anchors(**arm(ANCHORS), from_initial=is_so(REFERENCE)),
-                **arm(_WEIGHTS),
-                **{name: given[f"joint.{name}", None] for name in _JOINT},
-                inertia=self.single.get(INERTIA, 0.0),
-            ),
+            arm=Limb(joint, **of(_LIMB), inertia=self.single.get(INERTIA, 0.0)),
             flexor=flexor,
             extensor=extensor,
-            flexor_radius=given["spool.flexor_radius", None],
-            ratio=given["spool.ratio", None],
-            load_mass=given["load.mass", None],
-            load_torque=given["load.torque", None],
-            load_scale=given["load.scale", None],
+            **of(_OF_A_DESIGN),
             trajectory=self.single.get(TRAJECTORY),
             unilateral=is_so(SLACK),
             given={key: given[key, side] for key, side in _GIVEN},
-            setting=Posture(
-                **{name: given[f"setting.{key}", None] for name, key in _SETTING.items()}, after_flexion=is_so(AFTER)
-            ),
+            setting=Posture(**of(_SETTING), after_flexion=is_so(AFTER)),
             read=READINGS[int(self.single.get(READ, 0.0))],
         )
         return set_by(made)
@@ -255,37 +240,36 @@ EXCURSION = "joint.excursion"
 """Measured travels, times which those of a body are."""
 ANCHORS = ("a1", "b1", "a2", "b2", "elbow_radius")
 _WEIGHTS = ("forearm_mass", "forearm_com", "load_distance", "upper_arm_angle", "contact_width", "contact_radius")
-_JOINT = ("stiffness", "rest_angle", "torque")
-_CURVES = ("joint.flexor_excursion", "joint.extensor_excursion", "load.torque")
-_SETTING = {"angle": "angle", "upper_arm_angle": "upper_arm_angle", "load_mass": "load"}
+
+# The names in the model and the common keys: of a joint, of the arm, of a design, of its setting, and of a side.
+_ANCHORS = {name: f"arm.{name}" for name in ANCHORS}
+_TRAVELS = {side: f"joint.{side}_excursion" for side in SIDES}
+_LIMB = {name: f"arm.{name}" for name in _WEIGHTS} | {
+    name: f"joint.{name}" for name in ("stiffness", "rest_angle", "torque")
+}
+_OF_A_DESIGN = {
+    "flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio",
+    "load_mass": "load.mass", "load_torque": "load.torque", "load_scale": "load.scale",
+}  # fmt: skip
+_SETTING = {"angle": "setting.angle", "upper_arm_angle": "setting.upper_arm_angle", "load_mass": "setting.load"}
+_OF_A_SIDE = {
+    "friction": "sheath.friction", "bend_angle": "sheath.bend_angle",
+    "length": "tendon.length", "diameter": "tendon.diameter", "youngs_modulus": "tendon.youngs_modulus",
+    "spring_stiffness": "spring.stiffness", "anchor_stiffness": "anchor.stiffness", "pretension": PRETENSION,
+}  # fmt: skip
 _DEFAULTS: dict[str, Any] = {
-    **{f"setting.{key}": 0.0 for key in _SETTING.values()},
-    **dict.fromkeys(("joint.stiffness", "joint.rest_angle", SPRING_AT, AFTER), 0.0),
+    **dict.fromkeys((*_SETTING.values(), "joint.stiffness", "joint.rest_angle", SPRING_AT, AFTER), 0.0),
     **dict.fromkeys((EXCURSION, "load.scale"), 1.0),
-    **dict.fromkeys((*_CURVES, "joint.torque")),
+    **dict.fromkeys((*_TRAVELS.values(), "load.torque", "joint.torque")),
     "anchor.stiffness": np.inf,
 }
 """What a number is that nothing gives; others are not a number then."""
-_OF_A_SIDE = {
-    "friction": "sheath.friction",
-    "bend_angle": "sheath.bend_angle",
-    "length": "tendon.length",
-    "diameter": "tendon.diameter",
-    "youngs_modulus": "tendon.youngs_modulus",
-    "spring_stiffness": "spring.stiffness",
-    "anchor_stiffness": "anchor.stiffness",
-    "pretension": PRETENSION,
-}
-"""What a side of the arm has: the names in the model and the common keys."""
 _WITH_SIDES = ("sheath", "tendon", "spring", "anchor")
 _GIVEN: tuple[Place, ...] = tuple((key, SIDES[0] if key.startswith(_WITH_SIDES) else None) for key in GIVEN)
 """What a limit alone needs; of what the sides may differ in, the flexor's."""
 _PLACES: tuple[Place, ...] = (
-    *((f"arm.{name}", None) for name in (*ANCHORS, *_WEIGHTS)),
-    *((key, None) for key in ("spool.flexor_radius", "spool.ratio", "load.mass", REFERENCE, SLACK)),
-    *((f"joint.{name}", None) for name in _JOINT),
-    *((f"setting.{key}", None) for key in _SETTING.values()),
-    *((key, None) for key in (AFTER, *_CURVES, EXCURSION, "load.scale")),
+    *((key, None) for names in (_ANCHORS, _TRAVELS, _LIMB, _OF_A_DESIGN, _SETTING) for key in names.values()),
+    *((key, None) for key in (REFERENCE, SLACK, AFTER, EXCURSION)),
     *((key, side) for key in (*_OF_A_SIDE.values(), SPRING_AT) for side in SIDES),
     *_GIVEN,
 )

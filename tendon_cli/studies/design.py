@@ -20,28 +20,17 @@ MOST_DRAWS = 2**20
 PLACES = ("middle", "least")
 """Where in its window of pretension a choice may be set."""
 CHOICE_RESULTS = (
-    "pretension_from",
-    "pretension_to",
-    "windows",
-    "tolerance",
-    "served",
-    "served_at",
-    "pretension",
-    "max_tension",
-    "max_spring_extension",
-    "peak_motor_torque",
-    "min_elbow_stiffness",
-    "max_contact_pressure",
-)
+    "pretension_from", "pretension_to", "windows", "tolerance", "served", "served_at", "pretension", "max_tension",
+    "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
+)  # fmt: skip
 """Columns of choices.parquet that a goal may name, besides the axes of the choices."""
 
 
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """The field of a limit in a study, and its default."""
-    number = Single(limit.name, *limit.accepts)
-    if limit.default is None:
-        return Annotated[Values | None, number], None
-    return Annotated[Values, number], Field(f"{limit.default:g} {QUANTITIES[limit.name].unit}")
+    unit = QUANTITIES[limit.name].unit
+    default = None if limit.default is None else f"{limit.default:g} {unit}"
+    return Annotated[Values | None, Single(limit.name, *limit.accepts)], default
 
 
 class _Limits(Part, Mapping[str, float]):
