@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.answers.coverage import grouped
-from tendon_cli.answers.estimates import estimated
+from tendon_cli.answers.denser import estimated, worst_between
 from tendon_cli.answers.question import LEAN, LOADS, Flags, Problem
-from tendon_cli.answers.solve import STATUSES, Solutions, without_worst, worst
+from tendon_cli.answers.solve import STATUSES, Solutions, without_worst
 from tendon_cli.model.between import refined
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
@@ -136,6 +136,8 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
     numbers, cells = problem.numbers_of(one.columns), 0
     held, ends = _Held.of(problem, numbers), exactly.ends_over_angles(numbers, 1)
     provable = one.has_window.item() and problem.study.trajectory is None
+    if provable:
+        one = _solved_again(exactly, numbers, one, ends)
     for _ in range(_ROUNDS if provable else 0):
         low, high = _served(exactly, exactly.finished(ends, numbers), one)
         margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
@@ -233,5 +235,5 @@ def _tightest(held: _Held, shares: Array, state: Positions, *, upper: bool) -> t
 def _solved_again(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) -> Solutions:
     """One choice, from ends of its windows over all angles."""
     solved, held = without_worst(problem, numbers, 1, problem.finished(ends, numbers))
-    worsts = worst(problem, numbers, solved["pretension"], held)
+    worsts = worst_between(problem, numbers, solved["pretension"], held)
     return replace(one, results=solved.with_worst(slice(None), worsts).results)

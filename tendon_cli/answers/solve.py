@@ -213,16 +213,27 @@ def worst(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) 
     for rows, conditions, values in _quantities(problem, numbers, pretension):
         here = np.fmax.reduce(np.where(served[rows, conditions], values, np.nan), axis=2)
         largest[:, rows] = np.fmax(largest[:, rows], here)
+    return worst_columns(largest)
+
+
+def worst_columns(largest: Array) -> dict[str, Array]:
+    """Columns of the largest of the six quantities, (6, choices)."""
     tension, extension, forward, backward, softness, pressure = largest
     torque = np.where(backward > forward, -backward, forward)
     return dict(zip(WORST, (tension, extension, torque, -softness, pressure), strict=True))
 
 
-def severest(problem: Problem, numbers: Numbers, pretension: Array, served: Flags, most: int) -> Rows:
-    """The conditions, `most` for each quantity, that are the worst for one choice."""
+def under_each(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) -> Array:
+    """The six quantities of one choice under each condition, (6, conditions); those that are not served have least."""
     whole = np.full((6, len(problem.conditions)), -np.inf)
     for rows, conditions, values in _quantities(problem, numbers, pretension):
         whole[:, conditions] = np.where(served[rows, conditions] & ~np.isnan(values), values, -np.inf)[:, 0]
+    return whole
+
+
+def severest(problem: Problem, numbers: Numbers, pretension: Array, served: Flags, most: int) -> Rows:
+    """The conditions, `most` for each quantity, that are the worst for one choice."""
+    whole = under_each(problem, numbers, pretension, served)
     return np.unique(np.argsort(-whole, axis=1, kind="stable")[:, :most])
 
 

@@ -1,0 +1,107 @@
+"""What denser angles show of one choice: the worst at its pretension, and by how much a sampled window may be off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.solve import Solutions, under_each, worst_columns
+from tendon_cli.model.actuator import State
+from tendon_cli.model.design import Design
+from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import contact_pressure
+from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.window import Window, as_read
+from tendon_cli.space.axis import PRETENSION, Numbers
+
+_GRIDS, _MOST_NEAR = 16, 16
+"""How much denser, and for how many of the conditions that are tightest at either end."""
+_SAFE, _MISSED, _LEAST = 1.1, 0.05, 1e-6
+"""The dense grid misses at most 3 % of what is missed near an end, and elsewhere 1.2 % of the worst; the rest is
+room. N for what is rounded."""
+_BESIDE, _AT_ONCE = 0.01, 2**8
+"""Conditions that come so near to the worst, as a share of that and of all between, may be it at other angles."""
+_STEPS = 16
+"""Between two angles."""
+
+
+def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) -> dict[str, Array]:
+    """The worst of one choice at all angles over the conditions that its pretension serves, (1,); NaN if none.
+
+    Between two angles a quantity may exceed both by an eighth of its second difference. Wherever twice that makes it
+    the worst, it is taken at denser angles and at the tops of the parabolas through these.
+    """
+    whole = under_each(problem, numbers, pretension, served)
+    most, known = whole.max(axis=1), np.isfinite(whole)
+    least = np.where(known, whole, np.inf).min(axis=1)
+    with np.errstate(invalid="ignore"):
+        near = most - _BESIDE * (np.abs(most) + most - least)
+    rows, angles = np.flatnonzero((known & (whole >= near[:, np.newaxis])).any(axis=0)), problem.angles.ravel()
+    given = {**numbers, PRETENSION: pretension}
+    dense = np.linspace(angles[0], angles[-1], _STEPS * (len(angles) - 1) + 1)[np.newaxis]
+    for some in (rows[at : at + _AT_ONCE] for at in range(0, len(rows) if len(angles) > 2 else 0, _AT_ONCE)):
+        design = problem.paired(given, np.zeros_like(some), some)
+        values = _quantities_at(design, problem.angles, problem.flexion)
+        with np.errstate(invalid="ignore"):
+            rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
+        may = np.maximum(values[..., 1:], values[..., :-1]) + rise >= most[:, np.newaxis, np.newaxis, np.newaxis]
+        for place in np.flatnonzero(may.any(axis=(0, 1, 2))):
+            beside = dense[:, max(0, place * _STEPS - 1) : (place + 1) * _STEPS + 2]
+            most = np.fmax(most, _tops(_quantities_at(design, beside, problem.flexion)).max(axis=(1, 2, 3)))
+    return worst_columns(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
+
+
+def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
+    """Six quantities of states, the larger the worse, (6, designs, directions, angles)."""
+    state = State.of(design, angles, flexion)
+    x, y = state.balance.flexor, state.balance.extensor
+    tension = np.maximum(np.maximum(x, state.flexor_tension_proximal), np.maximum(y, state.extensor_tension_proximal))
+    extension, torque = np.maximum(x * state.flexor.spring, y * state.extensor.spring), state.motor_torque
+    six = (tension, extension, torque, -torque, -state.elbow_stiffness, contact_pressure(design, y))
+    values: Array = np.stack(np.broadcast_arrays(*six))
+    return np.where(np.isnan(values), -np.inf, values)
+
+
+def _tops(values: Array) -> Array:
+    """Values, those that are largest among neighbours at the top of the parabola through the three."""
+    before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = here - (after - before) ** 2 / (8.0 * (before - 2.0 * here + after))
+    peak = (here >= before) & (here >= after) & (top > here)
+    return np.concatenate([values, np.where(peak, top, here)], axis=-1)
+
+
+def estimated(problem: Problem, numbers: Numbers, one: Solutions) -> float | None:
+    """By how much the ends that limits on the whole motion set may be off, N, as they are read.
+
+    It is what a grid sixteen times as dense takes from the window of the conditions that it serves. That grid misses,
+    too: of a peak between two angles a share of what grids as wide as the window's, displaced by shares of a step, miss
+    at worst; of one near the first or last angle, which all grids hold, a share of what the window's misses.
+    """
+    if not problem.bounds.of_motion:
+        return None
+    ends, window = problem.ends(numbers, 1), (one["pretension_from"][0], one["pretension_to"][0])
+    low, high = (
+        np.where(each[0] * sign <= end * sign, each[0] * sign, -np.inf)
+        for each, end, sign in zip((ends.low, ends.high), window, (1.0, -1.0), strict=True)
+    )
+    rows = np.unique([*np.argsort(-low)[:_MOST_NEAR], *np.argsort(-high)[:_MOST_NEAR]])
+    found = replace(problem, bounds=problem.bounds.of_states).windows(numbers, 1)
+    some = Window(**{name: values[0, rows] for name, values in vars(found).items()})
+    design = problem.paired(numbers, np.zeros_like(rows), rows)
+
+    def ends_over(angles: Array) -> Array:
+        grid = np.unique(angles)[np.newaxis]
+        each = as_read(narrowed(some, design, grid, problem.flexion, problem.bounds, problem.loads).window, design)
+        return np.array([each.low.max(), -each.high.min()])
+
+    angles, step = problem.angles[0], np.diff(problem.angles)[0, 0]
+    displaced = [np.append(angles[:-1] + share * step, angles[[0, -1]]) for share in np.arange(_GRIDS) / _GRIDS]
+    near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _GRIDS))
+    finest = ends_over(np.concatenate([*displaced, angles[0] + near_ends, angles[-1] - near_ends]))
+    with np.errstate(invalid="ignore"):
+        off = [np.nan_to_num(finest - ends_over(grid), nan=0.0, posinf=np.inf) for grid in displaced]
+    estimate = float(np.max(_SAFE * np.maximum(off[0], 0.0) + _MISSED * np.max(off, axis=0)) + _LEAST)
+    return estimate if np.isfinite(estimate) else None
