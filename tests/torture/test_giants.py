@@ -10,7 +10,7 @@ import pytest
 from tendon_cli.errors import InputError
 from tendon_cli.tables.read import open_table
 
-from .hostile.tables import stamped
+from .hostile.breed import stamped
 from .hostile.tally import MOST_MEGABYTES
 from .tools import launched, some
 

@@ -48,22 +48,6 @@ def test_a_link_in_the_run_folder_is_not_written_through(tendon, tmp_path, small
             assert not precious.exists()
 
 
-def test_a_link_put_in_during_a_run_is_not_written_through(tmp_path, place):
-    """Every file of a stopped run exchanged for a link to one of a stranger; then it is resumed and replaced."""
-    assert launched(place, SMALL, *SWEEP, "--no-figures")[0] == 0
-    run, precious = place / "run", tmp_path / "precious"
-    precious.mkdir()
-    for number, file in enumerate(sorted(run.rglob("part-*.parquet"))):
-        shutil.move(file, precious / str(number))
-        file.symlink_to(precious / str(number))
-    before = {file: file.read_bytes() for file in precious.iterdir()}
-    for words in (("--resume",), ("--overwrite",)):
-        code, out, said = launched(place, SMALL, *SWEEP, "--no-figures", *words)
-        assert code == 0, out + said
-        assert {file: file.read_bytes() for file in precious.iterdir()} == before
-    assert not [file for file in run.rglob("*") if file.is_symlink()]
-
-
 # --- No home ---------------------------------------------------------------------------------------------------------
 
 

@@ -1,57 +1,131 @@
 """Hostile files by the thousand, in a process of its own so that its memory can be measured.
 
-    python -W error -m hostile.fuzz KIND CASES FOLDER
+    python -W error -m hostile.fuzz KIND CASES FOLDER           bred by chance from good files
+    python -m hostile.fuzz KIND CASES FOLDER --guided [WORDS]   bred by what they reach: those that come to new branches
+                                                                of tendon have offspring (atheris, libFuzzer)
+    python -W error -m hostile.fuzz replay CORPUS FOLDER        files of a corpus, which once reached something new
 
-KIND is `study`, `friction` or `parquet`. Leaves `tally.json` in FOLDER: how many cases were refused or taken, the
-slowest, the peak of memory, and each kind of fault that is not a refusal, with a file that brings it about.
+    python -m hostile.fuzz minimise KIND CORPUS FOLDER...       keeps in CORPUS/KIND, of what these hold, the few files
+                                                                that between them reach all lines that all do
+
+KIND is `toml`, `yaml`, `csv` or `parquet`. Leaves `tally.json` in FOLDER: how many cases were refused or taken, the
+slowest, the peak of memory, and each kind of fault that is not a refusal, with a file that brings it about; guided also
+`found`, files that reached something new. WORDS are for libFuzzer, for instance folders of a corpus.
 """
 
 import contextlib
+import hashlib
+import os
 import random
+import resource
 import signal
 import sys
+import trace
 from pathlib import Path
 
-from hypothesis import HealthCheck, Phase, given, seed, settings
+from .attempts import ATTEMPTS
+from .breed import breeder
+from .seeds import dictionary, seeds
+from .tally import LONGEST, Tally, too_slow
 
-from .attempts import try_friction, try_parquet, try_study
-from .readings import friction_files
-from .studies import study_files
-from .tables import parquet_files
-from .tally import Tally, too_slow
-
-CHUNK = 500
-KINDS = {
-    "study": (study_files, try_study),
-    "friction": (friction_files, try_friction),
-    "parquet": (parquet_files, try_parquet),
-}
+SECONDS = 60
+MOST_BYTES = {"toml": 8192, "yaml": 4096, "csv": 8192, "parquet": 65536}
 
 
-def main():
-    """All cases, in chunks of so many that the generator's own memory stays small."""
-    kind, cases, folder = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
-    make, attempt = KINDS[kind]
-    tally, files = Tally(folder, attempt), make()
-    signal.signal(signal.SIGALRM, too_slow)
-    chunk = 0
-    while tally.cases < cases:
-        chunk += 1
-
-        @seed(chunk)
-        @settings(
-            max_examples=min(CHUNK, cases - tally.cases), database=None, deadline=None, phases=[Phase.generate],
-            suppress_health_check=list(HealthCheck),
-        )  # fmt: skip
-        @given(files)
-        def one(case):
-            tally.meet(*case)
-
-        one()
+def by_chance(kind, cases, folder):
+    """All cases, one after the other; what is bred is bred from what is good."""
+    good, chance = seeds(kind), random.Random(1)  # noqa: S311 - a repeatable sample
+    breed, tally = breeder(kind, good), Tally(folder, ATTEMPTS[kind], LONGEST)
+    for _ in range(cases):
+        tally.meet(f".{kind}", breed(chance.choice(good), chance)[: MOST_BYTES[kind]])
     tally.save()
+
+
+def replay(corpus, folder):
+    """All kinds, one after the other, in one tally."""
+    tally = Tally(folder, None, LONGEST)
+    for kind, tally.attempt in ATTEMPTS.items():
+        for file in sorted((corpus / kind).iterdir()):
+            tally.meet(file.suffix, file.read_bytes())
+    tally.save()
+
+
+def guided(kind, cases, folder, words):
+    """All cases; ends the process after the last, with its tally written, or with a code of libFuzzer's."""
+    import atheris
+
+    attempt, good_files = ATTEMPTS[kind], folder / "seeds"
+    for name in ("seeds", "found"):
+        (folder / name).mkdir()
+    with atheris.instrument_imports(include=["tendon_cli", "tomllib", "ruamel.yaml"]):
+        good = seeds(kind)
+        for number, content in enumerate(good):  # good files come to all modules that are to be watched
+            file = good_files / f"{number}.{kind}"
+            file.write_bytes(content)
+            with contextlib.suppress(Exception):  # a fault is a matter for the tally
+                attempt(file)
+    (folder / "words").write_text(dictionary(kind), encoding="ascii")
+    tally = Tally(folder, attempt, longest=None)
+
+    def one(content):
+        tally.meet(f".{kind}", content)
+        if tally.cases >= cases:
+            tally.save()
+            os._exit(0)  # libFuzzer would print and leave with a code of its own
+
+    def custom(content, most, seed):
+        breed = breeder(kind, good, lambda piece: atheris.Mutate(bytes(piece), min(most, len(piece) + 64)))
+        bred = breed(content, random.Random(seed))  # noqa: S311 - a repeatable sample
+        return bred if len(bred) <= most else content
+
+    resource.setrlimit(resource.RLIMIT_AS, (16 << 30, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    options = [
+        "-seed=1", f"-max_len={MOST_BYTES[kind]}", f"-timeout={SECONDS}", "-rss_limit_mb=0", "-len_control=0",
+        "-mutate_depth=2", f"-dict={folder / 'words'}", f"-artifact_prefix={folder}/",
+    ]  # fmt: skip
+    atheris.Setup([sys.argv[0], *options, str(folder / "found"), str(good_files), *words], one, custom_mutator=custom)
+    atheris.Fuzz()
+
+
+def minimise(kind, place, folders):
+    """Leave in a corpus what adds to the files that every run starts from; the long go first."""
+    place.mkdir(parents=True, exist_ok=True)
+
+    def lines(content):
+        file = place / f"case.{kind}"
+        file.write_bytes(content)
+        watch = trace.Trace(trace=0)
+        with contextlib.suppress(Exception):
+            watch.runfunc(ATTEMPTS[kind], file)
+        file.unlink()
+        return {line for line in watch.counts if "tendon_cli" in line[0]}
+
+    covered = set().union(*map(lines, seeds(kind)))
+    old = {file: file.read_bytes() for folder in (place, *folders) for file in folder.iterdir()}
+    reached = {content: lines(content) - covered for content in sorted({*old.values()}, key=len, reverse=True)}
+    for content in list(reached):
+        if reached[content] <= set().union(*(more for other, more in reached.items() if other != content)):
+            del reached[content]
+    for file in list(place.iterdir()):
+        file.unlink()
+    for content in reached:
+        (place / f"{hashlib.sha256(content).hexdigest()[:12]}.{kind}").write_bytes(content)
+
+
+def main(kind, cases, folder, *words):
+    """One of the above."""
+    signal.signal(signal.SIGALRM, too_slow)
+    if kind == "minimise":
+        minimise(cases, Path(folder) / cases, [Path(word) for word in words])
+    elif kind == "replay":
+        replay(Path(cases), Path(folder))
+    elif words:
+        guided(kind, int(cases), Path(folder), words[1:])
+    else:
+        by_chance(kind, int(cases), Path(folder))
 
 
 if __name__ == "__main__":
     random.seed(0)
     with contextlib.redirect_stdout(sys.stderr):
-        main()
+        main(*sys.argv[1:])
