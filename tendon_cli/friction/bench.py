@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import read_file
-from tendon_cli.friction.reading.header import force_factor
+from tendon_cli.friction.reading.header import STANDARD_GRAVITY, force_factor
 from tendon_cli.friction.reading.readings import LARGEST_BEND, Floats, Readings
+from tendon_cli.friction.reading.text import content_of, name_of
 from tendon_cli.units import UnitError, parse_measure, shorten
 
 _SMALLEST_BEND = 1e-3
@@ -57,8 +57,8 @@ def bend_angle_of(
 
 def parse_bend_angle(text: str) -> BendAngle:
     """Read "144 deg", "144 deg +/- 2 deg", or "+/- 2 deg" for a column of angles; raises UsageError."""
-    parts = re.split(r"\+/-|\+-|±", text, maxsplit=1) if len(text) <= 200 else [text]
-    only = len(parts) == 2 and not parts[0].strip()
+    parts = [part.strip() for part in re.split(r"\+/-|\+-|±", text, maxsplit=1)] if len(text) <= 200 else [text]
+    only = len(parts) == 2 and not parts[0]
     try:
         angle = LARGEST_BEND if only else parse_measure(parts[0], "angle").si
         uncertainty = parse_measure(parts[1], "angle").si if len(parts) == 2 else 0.0
@@ -71,16 +71,15 @@ def parse_bend_angle(text: str) -> BendAngle:
     if not 0.0 <= uncertainty < angle / 2.0:
         problem = f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle'
         raise UsageError(problem, where="--bend-angle")
-    written = [part.strip() for part in parts]
-    return BendAngle(None if only else angle, uncertainty, written[0], written[1] if len(written) == 2 else None)
+    return BendAngle(None if only else angle, uncertainty, *parts)
 
 
 def _advice(parts: list[str], error: UnitError) -> str:
     """A bare number may be degrees or radians: both are offered, and neither is guessed."""
-    bare = [part.strip() for part in parts if re.fullmatch(r"[+-]?\d{1,20}(?:\.\d{0,20})?", part.strip(), re.ASCII)]
+    bare = [part for part in parts if re.fullmatch(r"[+-]?\d{1,20}(?:\.\d{0,20})?", part, re.ASCII)]
     if not bare:
         return error.hint or 'write "144 deg" or "144 deg +/- 2 deg"'
-    degrees = " +/- ".join(part.strip() + (" deg" if part.strip() in bare else "") for part in parts)
+    degrees = " +/- ".join(part + (" deg" if part in bare else "") for part in parts)
     radians = f', in radians "{degrees.replace("deg", "rad")}"' if float(bare[0]) <= LARGEST_BEND else ""
     return f'in degrees "{degrees}"{radians}'
 
@@ -88,19 +87,14 @@ def _advice(parts: list[str], error: UnitError) -> str:
 def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
     from tendon_cli.studies.route import MAX_BYTES, measure_route, route_note
 
-    name = shorten(os.fsencode(route.name).decode("utf-8", "replace"), 200)
-    try:
-        content = read_file(route, MAX_BYTES)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "the name is not one"
-        raise InputError(f"cannot be read: {reason}", where=name, hint="--route names a CSV of x, y and z") from None
-    where = "--path-smoothing"
+    name = name_of(route)
+    content = content_of(route, MAX_BYTES, "--route names a CSV of x, y and z")
     try:
         noise = parse_measure(smoothing, "length").si if isinstance(smoothing, str) else float(smoothing or 0.0)
     except UnitError as error:
-        raise UsageError(error.problem, where=where, hint=error.hint or 'write "0.5 mm"') from error
+        raise UsageError(error.problem, where="--path-smoothing", hint=error.hint or 'write "0.5 mm"') from error
     if not 0.0 <= noise < math.inf:
-        raise UsageError(f'"{smoothing}" is no noise of way-points: it is 0 or more', where=where)
+        raise UsageError(f'"{smoothing}" is no noise of way-points: it is 0 or more', where="--path-smoothing")
     measured, warnings = measure_route(content, name, noise)
     bend, error_of = measured.bend_angle, measured.standard_error
     if bend < _SMALLEST_BEND or error_of >= bend / 2.0:
@@ -141,29 +135,18 @@ def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, flo
 
 def force_of(given: str | float | None, option: str, unit: str | None) -> float:
     """A force, or a mass as its weight, in the unit of the file, in which a bare number is; 0 if it is not given."""
-    try:
-        number = float(given or 0.0) if given != "" else math.nan
-    except ValueError:
-        number = _measured(str(given), option, unit)
-    if not math.isfinite(number):
-        raise UsageError(f'"{given}" is not a finite number', where=option, hint='write "0.4 N"')
-    return number
-
-
-def _measured(text: str, option: str, unit: str | None) -> float:
-    """A force or a mass with its unit, in the unit of the file."""
-    try:
-        newton = parse_measure(text, "force").si
-    except UnitError as error:
-        try:
-            newton = parse_measure(text, "mass").si * 9.80665
-        except UnitError:
-            raise UsageError(error.problem, where=option, hint=error.hint or 'write "0.4 N" or "0.4 kgf"') from error
-    scale = force_factor(unit)
-    if scale is None:
-        hint = f'the file gives no unit of force; write the number alone: {option} "0.4"'
-        raise UsageError(f'"{text}" cannot be compared with the readings', where=option, hint=hint)
-    return newton / scale
+    text, scale = str(0.0 if given is None else given), force_factor(unit)
+    with contextlib.suppress(ValueError):
+        if math.isfinite(number := float(text)):
+            return number
+    for dimension, weight in (("force", 1.0), ("mass", float(STANDARD_GRAVITY))):
+        with contextlib.suppress(UnitError):
+            newton = parse_measure(text, dimension).si * weight
+            if scale is None:
+                hint = f'the file gives no unit of force; write the number alone: {option} "0.4"'
+                raise UsageError(f'"{shorten(text)}" cannot be compared with the readings', where=option, hint=hint)
+            return newton / scale
+    raise UsageError(f'"{shorten(text)}" is no force', where=option, hint='write "0.4 N" or "0.4 kgf"')
 
 
 def cells_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
@@ -176,9 +159,9 @@ def cells_of(text: str | None, unit: str | None) -> tuple[float, float] | None:
             zero = force_of(part, option, unit)
             continue
         try:
-            gain = float(parse_measure(part, "number").si)
+            gain = parse_measure(part, "number").si
         except UnitError as error:
             raise UsageError(error.problem, where=option, hint=hint) from error
     if zero < 0.0 or not 0.0 <= gain < 1.0:
-        raise UsageError(f'"{text}" is no uncertainty: it is 0 or more', where=option, hint=hint)
+        raise UsageError(f'"{shorten(text)}" is no uncertainty: it is 0 or more', where=option, hint=hint)
     return zero, gain

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tendon_cli.friction.estimate import Estimated
-from tendon_cli.friction.plateaus import Log
+from tendon_cli.friction.log import Log
 from tendon_cli.friction.rows import noise_of
 
 FEW, FEW_SHARE = 4, 0.03

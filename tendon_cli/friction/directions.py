@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -34,23 +33,16 @@ _SLOW = 0.05
 """Of the usual speed: what is slower rests. Creep after a stop is slower, a crank passes its turn within few rows."""
 
 
-@dataclass(frozen=True, eq=False)
-class StatedMotion:
-    """What the file itself says of the motor in each row."""
+def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
+    """Way of the motor in each row, by a column of position or speed or else of names, and where it rests.
 
-    way: Integers
-    """+1 and -1 by a position or by the names of directions; 0 at rest, or for a name without a meaning."""
-    rest: Mask
-    """Rows in which the motor stands."""
-
-
-def stated_motion(readings: Readings) -> StatedMotion:
-    """By a column of position or speed, else by a column of names."""
+    The way is 0 at rest, and where a name says nothing of it.
+    """
     if "position" in readings.rows:
         way = _moving(readings)
-        return StatedMotion(way, way == 0)
+        return way, way == 0
     if "direction" not in readings.rows:
-        return StatedMotion(np.zeros(len(readings.rows), dtype=np.int64), np.zeros(len(readings.rows), dtype=bool))
+        return np.zeros(len(readings.rows), dtype=np.int64), np.zeros(len(readings.rows), dtype=bool)
     labels, code = readings.codes("direction")
     names = [_tidy(str(label)) for label in labels]
     if "" in names:
@@ -64,7 +56,7 @@ def stated_motion(readings: Readings) -> StatedMotion:
         shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
         hint = 'use "pull", "release" and "rest", or two other names'
         raise InputError(f"directions are named in two ways: {shown}", where=readings.source, hint=hint)
-    return StatedMotion(known[code], resting[code])
+    return known[code], resting[code]
 
 
 def _tidy(label: str) -> str:
@@ -94,34 +86,27 @@ def _moving(readings: Readings) -> Integers:
     return np.where(np.abs(speed) > least, np.sign(speed), 0.0).astype(np.int64)
 
 
-def stated_sides(readings: Readings, motion: StatedMotion, log_ratio: Floats, good: Mask) -> Integers | None:
+def stated_sides(readings: Readings, way: Integers, log_ratio: Floats, good: Mask) -> Integers | None:
     """Per good row: +1 if the file says that cell 1 / cell 2 is at its upper limit, -1 at its lower, 0 at rest.
 
-    `log_ratio` is of the good rows. None if the file says nothing.
+    `way` is that of the motor in all rows, `log_ratio` that of the good ones. None if the file says nothing.
     """
     if "position" in readings.rows:
-        return _like_the_ratio(readings, motion.way[good], log_ratio)
+        way, (middle, half) = way[good], levels_of(log_ratio)
+        counted = (np.abs(log_ratio - middle) > 0.5 * half) & (way != 0)
+        agree = float(np.mean((way * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
+        if abs(agree) < 0.2 and len(np.unique(way)) > 1:
+            problem = f'"{shorten(readings.position_name, 30)}" turns at other times than the force ratio does'
+            raise InputError(problem, where=readings.source, hint="is it the motor's position, and of the same clock?")
+        return way if agree >= 0.0 else -way
     if "direction" not in readings.rows:
         return None
-    labels, code = readings.codes("direction")
+    code = readings.codes("direction")[1]
     names = np.unique(code[good])
-    if len(names) == 0 or (len(names) == 1 and len(code) >= _MANY):
+    if len(names) == 1 and len(code) >= _MANY:
         return None
-    means = np.zeros(len(labels))
-    means[names] = [float(np.mean(log_ratio[code[good] == name])) for name in names]
-    middle = (means[names].max() + means[names].min()) / 2.0 if len(names) == 2 else 0.0
-    return np.where(motion.rest[good], 0, np.where(means > middle, 1, -1)[code[good]])
-
-
-def _like_the_ratio(readings: Readings, way: Integers, log_ratio: Floats) -> Integers:
-    """The motion with the sign that the ratio has."""
-    middle, half = levels_of(log_ratio)
-    counted = (np.abs(log_ratio - middle) > 0.5 * half) & (way != 0)
-    agree = float(np.mean((way * np.sign(log_ratio - middle))[counted])) if counted.any() else 0.0
-    if abs(agree) < 0.2 and len(np.unique(way)) > 1:
-        problem = f'"{shorten(readings.position_name, 30)}" turns at other times than the force ratio does'
-        raise InputError(problem, where=readings.source, hint="is it the motor's position, and of the same clock?")
-    return way if agree >= 0.0 else -way
+    mean = (np.bincount(code[good], log_ratio) / np.maximum(np.bincount(code[good]), 1))[code[good]]
+    return np.where(mean > ((mean.max() + mean.min()) / 2.0 if len(names) == 2 else 0.0), 1, -1)
 
 
 def levels_of(log_ratio: Floats) -> tuple[float, float]:
@@ -167,46 +152,34 @@ def _triggered(height: Floats) -> Integers:
 def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
     """Directions of a short table by the forces: the motor's cell reads more when it pulls."""
     ordered = np.sort(log_ratio)
-    steps = np.diff(ordered)
-    if len(steps) > 1 and (ordered[0] > 0.0 or ordered[-1] < 0.0):
-        gap, whole = float(steps.max()), float(ordered[-1] - ordered[0])
-        if gap > 3.0 * (whole - gap) and gap > 0.1 * float(np.mean(np.abs(ordered))):
-            problem = (
-                "the readings form two groups on the same side of ratio 1, so the forces do not show the direction"
-            )
-            hint = 'add a column "direction" with "pull" and "release"'
-            raise InputError(problem, where=readings.source, hint=hint)
+    gap, whole = float(np.max(np.diff(ordered), initial=0.0)), float(np.ptp(ordered))
+    apart = gap > 3.0 * (whole - gap) and gap > 0.1 * float(np.mean(np.abs(ordered)))
+    if len(ordered) > 2 and apart and (ordered[0] > 0.0 or ordered[-1] < 0.0):
+        problem = "the readings form two groups on the same side of ratio 1, so the forces do not show the direction"
+        hint = 'add a column "direction" with "pull" and "release"'
+        raise InputError(problem, where=readings.source, hint=hint)
     return np.sign(log_ratio).astype(np.int64)
 
 
 def motor_cell(
-    readings: Readings,
-    motion: StatedMotion,
-    sides: Integers,
-    cells: tuple[Floats, Floats],
-    good: Mask,
-    stated: str | None,
+    readings: Readings, way: Integers, sides: Integers, cells: tuple[Floats, Floats], stated: str | None
 ) -> tuple[str, list[str], list[str]]:
-    """Which cell is the motor's, "1" or "2", with notes and warnings; `sides` and `cells` are of the good rows.
+    """Which cell is the motor's, "1" or "2", with notes and warnings; `way` is 0 where no name says it.
 
     It is as stated, by the headers, by named directions, or by the steadier force.
     """
-    agree = 0 if "position" in readings.rows else int(np.sum(motion.way[good] * sides))
+    agree = 0 if "position" in readings.rows else int(np.sum(way * sides))
     by_name = "1" if agree > 0 else "2" if agree < 0 else None
     given = stated or readings.motor
     if given and by_name and given != by_name:
-        raise InputError(
-            f"friction would help the motion: with cell {given} at the motor, its force is the smaller one where the"
-            " tendon is pulled toward it",
-            where=readings.source,
-            hint=f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions",
-        )
+        problem = f"friction would help the motion: cell {given}, at the motor, reads less where it pulls"
+        hint = f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions"
+        raise InputError(problem, where=readings.source, hint=hint)
     if stated or (by_name and not given):
         return stated or by_name or "1", [], []
     changes = [0.0, 0.0]
     if np.any(sides > 0) and np.any(sides < 0):
-        logs = [np.log(cell) for cell in cells]
-        changes = [abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0]))) for log in logs]
+        changes = [abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0]))) for log in map(np.log, cells)]
     if given:
         header = f'"{shorten(readings.names[int(given) - 1], 30)}"'
         swapped = changes[int(given) - 1] < _STILL * max(changes)

@@ -16,103 +16,72 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tendon_cli.friction.plateaus import bend_groups
-from tendon_cli.friction.reading.readings import Floats, Integers
+from tendon_cli.friction.log import Log, bend_groups
+from tendon_cli.friction.reading.readings import Floats
 
-OFFSETS, DELAY, FORCE, ENTRY = "offsets", "delay", "force", "entry"
-PRIOR = {OFFSETS: 0.05, DELAY: 0.05, FORCE: 0.2, ENTRY: 0.3}
+OFFSETS, DELAY, FORCE, ENTRY = ("offset_motor", "offset_load"), "delay", "force_dependence", "entry"
+PRIOR = {OFFSETS[0]: 0.05, OFFSETS[1]: 0.05, DELAY: 0.05, FORCE: 0.2, ENTRY: 0.3}
 """Standard deviation of an effect before anything is read: offsets in shares of the median force, a delay in strokes,
 n, and ε in shares of μφ. It is what good and bad rigs have."""
-PER_STROKE = 8
-"""Points of a stroke: enough for the force within it to show, few enough that neighbouring rows are one."""
-_VARIES, _VARIES_NOISE = 0.015, 6.0
+STRICT = {DELAY: 5.0, FORCE: 5.0, ENTRY: 3.0}
+"""Log odds against an effect; none against offsets, since every cell has a zero error. Few loggers are late, and a
+force dependence mimics offsets."""
+_VARIES, _VARIES_NOISE = 0.015, 4.0
 """Standard deviation of ln F within a way, of itself and over the noise of a point, from which the force says
 anything."""
 _STROKES = 4
 """From which a delay, a dependence on force or friction outside is tried: with fewer, one odd stroke is one."""
 
 
-@dataclass(frozen=True, eq=False)
-class Forces:
-    """Both forces of rows, or means over some of them, and what effects depend on."""
-
-    motor: Floats
-    load: Floats
-    way: Integers
-    bend: Floats
-    rate: Floats | None
-    """d ln F/dt; None if there is no order in time."""
-    mean_force: float
-    """ln F that the power of the force counts from."""
-
-    @property
-    def log_ratio(self) -> Floats:
-        """ln(F_motor/F_load)."""
-        return np.asarray(np.log(self.motor / self.load))
-
-    def slope(self, effect: str) -> Floats:
-        """Change of the log ratio per unit of an effect other than offsets."""
-        if effect == DELAY and self.rate is not None:
-            return self.rate
-        if effect == FORCE:
-            return self.way * self.bend * (np.log(self.load) - self.mean_force)
-        return self.way.astype(np.float64)
+def columns_of(points: Log, effects: tuple[str, ...], zeros: Floats) -> list[Floats]:
+    """Slopes of the log ratio in μ, in ln g if there are both ways, and in each effect, at these offsets."""
+    columns = [points.way * points.bend, *[np.ones(len(points.way))] * points.both_ways]
+    return columns + [_slope(points, effect, zeros) for effect in effects]
 
 
-@dataclass(frozen=True, eq=False)
-class Points(Forces):
-    """Means over parts of strokes, on the limit."""
+def _slope(log: Log, effect: str, zeros: Floats) -> Floats:
+    if effect in OFFSETS:
+        return np.asarray(1.0 / (log.motor - zeros[0]) if effect == OFFSETS[0] else -1.0 / (log.load - zeros[1]))
+    if effect == DELAY and log.rate is not None:
+        return log.rate
+    if effect == FORCE:
+        return np.asarray(log.way * log.bend * (np.log(log.load) - log.mean_force))
+    return log.way.astype(np.float64)
 
-    stroke: Integers
-    """0, 1, ... without gaps."""
-    place: Floats
-    """Along the file, from -1/2 to 1/2."""
-    duration: float
-    """Of a usual stroke, in the unit of the rate's time."""
-    noise: float
-    """Standard deviation of ln F of a point from noise alone."""
 
-    @property
-    def both_ways(self) -> bool:
-        """Whether gain and friction can be separated."""
-        return len(np.unique(self.way[self.bend > 0.0])) == 2
+def priors_of(points: Log, duration: float, zero: float | None) -> dict[str, float]:
+    """Standard deviation of the effects that these points can say something about, before anything is read.
 
-    @property
-    def strokes(self) -> int:
-        """How many."""
-        return int(self.stroke.max()) + 1
+    `duration` is that of a stroke, `zero` the stated uncertainty of the cells' zero.
+    """
+    ratio, force = points.log_ratio, np.log(points.load)
+    turn = np.abs(ratio - np.median(ratio)) / np.maximum(points.bend, 1e-9)
+    friction = max(float(np.median(turn)), 1e-9)
+    noise = 0.0 if points.settled else float(np.median(points.noise))
+    spread = max(float(np.std(force[points.way == way])) for way in np.unique(points.way))
+    varies = points.both_ways and spread > max(_VARIES, _VARIES_NOISE * noise)
+    many = points.both_ways and points.strokes >= _STROKES
+    bent = np.unique(bend_groups(points.bend[points.bend > 0.0]))
+    scale = dict.fromkeys(PRIOR, 0.0)
+    if varies:
+        scale |= dict.fromkeys(OFFSETS, float(np.median(np.minimum(points.motor, points.load))))
+    if varies and many:
+        scale[FORCE] = friction
+    if varies and many and points.rate is not None and np.ptp(points.rate) > 0.0:
+        scale[DELAY] = duration
+    if many and len(bent) > 1:
+        scale[ENTRY] = friction * float(np.median(points.bend))
+    priors = {effect: scale[effect] * share for effect, share in PRIOR.items() if scale[effect]}
+    return priors | (dict.fromkeys(OFFSETS, zero) if zero and varies else {})
 
-    def columns(self, effects: tuple[str, ...], zeros: Floats) -> list[Floats]:
-        """Slopes of the log ratio in each number of the line, at these offsets; offsets come first of the effects."""
-        turn = self.way * self.bend
-        columns = [turn, np.ones(len(turn))] if self.both_ways else [turn]
-        if OFFSETS in effects:
-            columns += [1.0 / (self.motor - zeros[0]), -1.0 / (self.load - zeros[1])]
-        return columns + [self.slope(effect) for effect in effects if effect != OFFSETS]
 
-    def priors(self, zero: float | None) -> dict[str, float]:
-        """Standard deviation of the effects that these points can say something about, before anything is read.
-
-        `zero` is the stated uncertainty of the cells' zero.
-        """
-        bends = len(np.unique(bend_groups(self.bend[self.bend > 0.0])))
-        ratio = self.log_ratio
-        turn = np.abs(ratio - np.median(ratio)) / np.maximum(self.bend, 1e-9)
-        friction, force = max(float(np.median(turn)), 1e-9), np.log(self.load)
-        spread = max(float(np.std(force[self.way == way])) for way in np.unique(self.way))
-        varies = self.both_ways and spread > max(_VARIES, _VARIES_NOISE * self.noise)
-        many = self.both_ways and self.strokes >= _STROKES
-        median_force = float(np.median(np.minimum(self.motor, self.load)))
-        possible = {
-            OFFSETS: (varies, zero or PRIOR[OFFSETS] * median_force),
-            DELAY: (
-                varies and many and self.rate is not None and np.ptp(self.rate) > 0.0,
-                PRIOR[DELAY] * self.duration,
-            ),
-            FORCE: (varies and many, PRIOR[FORCE] * friction),
-            ENTRY: (many and bends > 1, PRIOR[ENTRY] * friction * float(np.median(self.bend))),
-        }
-        return {effect: prior for effect, (can_show, prior) in possible.items() if can_show}
+def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
+    """Every set; offsets and a dependence on force bend the line alike and are not fitted together."""
+    alone = [(effect,) for effect in priors if effect not in OFFSETS]
+    groups = [OFFSETS, *alone] if OFFSETS[0] in priors else alone
+    every = itertools.chain.from_iterable(itertools.combinations(groups, size) for size in range(len(groups) + 1))
+    sets = [tuple(itertools.chain.from_iterable(chosen)) for chosen in every]
+    return [chosen for chosen in sets if not {OFFSETS[0], FORCE} <= set(chosen)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +90,7 @@ class EffectModel:
 
     effects: tuple[str, ...]
     values: Floats
-    """μ, ln g if there are both ways, then the effects': two offsets, delay, n μ, ε."""
+    """μ, ln g if there are both ways, then the effects'; of the force nμ."""
     covariance: Floats
     evidence: float
     """Log of the probability of the readings under the model, but for a constant."""
@@ -131,7 +100,6 @@ class EffectModel:
     """Strokes less what is fitted to them."""
     zero: tuple[float, float]
     """What μ changes by per unit of a zero error in each cell; 0 if the offsets are fitted."""
-    both_ways: bool
 
     @property
     def friction(self) -> float:
@@ -146,30 +114,20 @@ class EffectModel:
     @property
     def log_gain(self) -> float:
         """ln g; 0 if one way is read only."""
-        return float(self.values[1]) if self.both_ways else 0.0
+        return float(self.values[1]) if len(self.values) > 1 + len(self.effects) else 0.0
 
-    def value(self, effect: str, part: int = 0) -> tuple[float, float]:
-        """An effect and its standard error; offsets have two parts."""
-        before = self.effects[: self.effects.index(effect)]
-        at = 1 + self.both_ways + len(before) + (OFFSETS in before) + part
+    def value(self, effect: str) -> tuple[float, float]:
+        """An effect and its standard error."""
+        at = len(self.values) - len(self.effects) + self.effects.index(effect)
         return float(self.values[at]), math.sqrt(max(float(self.covariance[at, at]), 0.0))
 
-    def shape(self, rows: Forces) -> Floats:
+    def shape(self, rows: Log) -> Floats:
         """What the effects add to the log ratio of rows."""
-        added = np.zeros(len(rows.motor))
-        for effect in self.effects:
-            if effect != OFFSETS:
-                added += self.value(effect)[0] * rows.slope(effect)
-                continue
+        others = [effect for effect in self.effects if effect not in OFFSETS]
+        added = sum((self.value(effect)[0] * _slope(rows, effect, np.zeros(2)) for effect in others), np.zeros(1))
+        if OFFSETS[0] in self.effects:
             # A row whose force is mostly offset is left with 5 % of it, so that it has a ratio.
-            zeros = self.value(OFFSETS)[0], self.value(OFFSETS, 1)[0]
-            motor, load = (np.maximum(cell - zero, 0.05 * cell)
-                           for cell, zero in zip((rows.motor, rows.load), zeros, strict=True))  # fmt: skip
-            added += rows.log_ratio - np.log(motor / load)
-        return added
-
-
-def sets_of(effects: dict[str, float]) -> list[tuple[str, ...]]:
-    """Every set; offsets and a dependence on force bend the line alike and are not fitted together."""
-    every = itertools.chain.from_iterable(itertools.combinations(effects, size) for size in range(len(effects) + 1))
-    return [chosen for chosen in every if not {OFFSETS, FORCE} <= set(chosen)]
+            motor, load = (np.maximum(cell - self.value(offset)[0], 0.05 * cell)
+                           for cell, offset in zip((rows.motor, rows.load), OFFSETS, strict=True))  # fmt: skip
+            added = added + rows.log_ratio - np.log(motor / load)
+        return np.broadcast_to(added, rows.motor.shape)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_cli.friction.effects import DELAY, PER_STROKE, Forces, Points
+from tendon_cli.friction.effects import DELAY, priors_of
+from tendon_cli.friction.log import Log
 from tendon_cli.friction.models import Average, average_of
-from tendon_cli.friction.plateaus import Log, on_limit
+from tendon_cli.friction.plateaus import on_limit
 from tendon_cli.friction.reading.readings import Floats, Mask
-from tendon_cli.friction.rows import noise_of, rates_of
+from tendon_cli.friction.rows import rates_of
 
 _ROUNDS = 6
 """Rows and effects settle in two or three rounds; what has not by six goes to and fro between two like choices."""
+_PER_STROKE = 8
+"""Points of a stroke: enough for the force within it to show, few enough that neighbouring rows are one."""
 _RATE_WINDOW = 16
 """Part of a stroke over which a rate is taken: half of a point's rows on either side."""
 _LATE = 0.10
@@ -26,7 +28,8 @@ class Estimated:
     """What the loop ends with."""
 
     average: Average
-    points: Points
+    points: Log
+    """Means over parts of strokes, on the limit."""
     used: Mask
     reached: Mask
     """Per stroke."""
@@ -47,7 +50,7 @@ def estimate(log: Log, zero: float | None) -> Estimated | None:
     if first is None or DELAY not in first.average.best.effects:
         return first
     delay = first.average.best.value(DELAY)[0]
-    if abs(delay) > _LATE * first.points.duration:
+    if abs(delay) > _LATE * log.duration:
         return first
     # The late cell's readings at the time they are of.
     time = np.arange(len(log.way), dtype=float) if log.time is None else log.time
@@ -61,66 +64,28 @@ def estimate(log: Log, zero: float | None) -> Estimated | None:
 
 def _settle(log: Log, zero: float | None) -> Estimated | None:
     """Pick rows, fit, take off what the effects do to them, and again."""
-    rate = None
     if log.time is not None:
         width = max(1, int(np.median(np.diff(log.first))) // _RATE_WINDOW)
-        rate = rates_of(log.time, np.log(log.load), log.stroke, width)
+        log = replace(log, rate=rates_of(log.time, np.log(log.load), log.stroke, width))
     shape, result = np.zeros(len(log.way)), None
+    used, reached = np.ones(len(log.way), dtype=bool), np.ones(log.strokes, dtype=bool)
     for _ in range(1 if log.settled else _ROUNDS):
-        used, reached = np.ones(len(log.way), dtype=bool), np.ones(int(log.stroke[-1]) + 1, dtype=bool)
         if not log.settled:
             used, reached = on_limit(log, shape)
         if not used.any():
             return None
         if result is not None and np.array_equal(used, result.used):
             break
-        points = _points(log, used, rate)
-        average = average_of(points, points.priors(zero))
-        shape = average.best.shape(Forces(log.motor, log.load, log.way, log.bend, rate, points.mean_force))
+        points = _points(log.taken(used))
+        average = average_of(points, priors_of(points, log.duration, zero))
+        shape = average.best.shape(log)
         result = Estimated(average, points, used, reached, shape)
     return result
 
 
-def _points(log: Log, used: Mask, rate: Floats | None) -> Points:
-    """The used rows, each stroke cut into up to eight parts of as many rows."""
-    _, stroke = np.unique(log.stroke[used], return_inverse=True)
-    length = np.bincount(stroke)[stroke]
-    position = np.arange(len(stroke)) - np.searchsorted(stroke, stroke)
-    _, part = np.unique(stroke * PER_STROKE + position * np.minimum(PER_STROKE, length) // length, return_inverse=True)
-    count = np.bincount(part)
-    columns = [log.motor, log.load, log.way, log.bend, log.place, *([] if rate is None else [rate])]
-    motor, load, way, bend, place, *rates = [np.bincount(part, column[used]) / count for column in columns]
-    duration = 1.0
-    if log.time is not None:
-        duration = max(float(np.median(log.time[log.first[1:] - 1] - log.time[log.first[:-1]])), 1e-300)
-    noise = 0.0 if log.settled else noise_of(np.log(log.load)) / math.sqrt(float(np.median(count)))
-    return Points(
-        motor, load, np.rint(way).astype(np.int64), bend, rates[0] if rates else None, float(np.mean(np.log(load))),
-        np.bincount(part, stroke).astype(np.int64) // count, place, duration, noise,
-    )  # fmt: skip
-
-
-def climbing(log: Log, result: Estimated) -> float:
-    """How far the ratio surely climbs on the limit, the motor's cell alone, over a stroke: 0 in slip, 1 in stick."""
-    from scipy.special import stdtrit
-
-    points = result.points
-    count = np.bincount(points.stroke)
-    full = count >= 4
-    if log.settled or np.count_nonzero(full) < 2:
-        return 0.0
-    every, kept = np.bincount(log.stroke), np.bincount(log.stroke[result.used], minlength=int(log.stroke[-1]) + 1)
-    stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
-    at = np.arange(len(points.stroke)) - np.searchsorted(points.stroke, points.stroke)
-    ends = [(at >= (0.75 * count)[points.stroke]), (at < (0.25 * count)[points.stroke])]
-
-    def change(column: Floats) -> Floats:
-        late, early = (np.bincount(points.stroke, column * end) / np.bincount(points.stroke, end) for end in ends)
-        return np.asarray((late - early)[full])
-
-    height = 2.0 * max(abs(result.friction) * float(np.mean(points.bend)), 1e-12)
-    climbs = change(points.way * points.log_ratio) * stretch / height
-    steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
-    alone = 1.0 - min(steps) / max(steps) if max(steps) > 0.0 else 0.0
-    error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs)) * float(stdtrit(len(climbs) - 1, 0.975))
-    return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
+def _points(log: Log) -> Log:
+    """Each stroke as the means of up to eight parts of as many rows."""
+    size = np.diff(log.first)[log.stroke]
+    position = np.arange(len(size)) - log.first[log.stroke]
+    part = log.stroke * _PER_STROKE + position * np.minimum(_PER_STROKE, size) // size
+    return log.means(np.unique(part, return_inverse=True)[1])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from os import PathLike
 from typing import Any, TypeAlias
 
@@ -16,18 +15,18 @@ from tendon_cli.files import path_of
 from tendon_cli.friction.bench import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
 from tendon_cli.friction.estimate import Estimated, estimate
+from tendon_cli.friction.log import Log
 from tendon_cli.friction.models import fit_model
-from tendon_cli.friction.plateaus import Log
 from tendon_cli.friction.prepare import Prepared, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, joined, read_readings
 from tendon_cli.friction.remarks import Remarks, never_rests
-from tendon_cli.friction.result import DirectionFit, Fit, Plain, SetAside
-from tendon_cli.friction.rows import INSIDE, PARTIAL, REASONS, USED
+from tendon_cli.friction.result import DirectionFit, Fit, Plain
+from tendon_cli.friction.rows import INSIDE, PARTIAL, USED
 from tendon_cli.friction.strokes import by_file, disagreement, presliding_of, speed_of, strokes_of
+from tendon_cli.units import counted
 
 Name: TypeAlias = str | PathLike[str]
 _PLAUSIBLE_GAIN = math.log(1.1)
-_MOST_STRETCHES = 20
 
 
 def fit_friction(
@@ -97,8 +96,7 @@ def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float
     log, source = prepared.log, readings.source
     used, needed = len(log.way), 3 if len(np.unique(log.way)) == 2 else 2
     if used < needed:
-        noun = "reading" if used == 1 else "readings"
-        problem = f"{used} {noun} used, fewer than the {needed} needed to show how they scatter"
+        problem = f"{counted(used, 'reading')} used, fewer than the {needed} needed to show how they scatter"
         hint = "repeat the measurement: five strokes or more in each direction are good"
         raise InputError(problem, where=source, hint=hint)
     if not np.any(log.bend > 0.0):
@@ -107,18 +105,18 @@ def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float
     moves = "no stroke slips: the force ratio reaches no limit" if result is None else never_rests(log, result)
     if result is None or moves:
         raise InputError(moves or "", where=source, hint="make the strokes longer, until the force ratio rests")
-    average = result.average
+    average, hint = result.average, "check the directions, and which cell is at the motor (--motor)"
     if log.settled and not average.best.effects:
         rounding = np.hypot(log.steps[0] / log.motor, log.steps[1] / log.load) / math.sqrt(3.0)
         travel = log.way * (log.log_ratio - average.log_gain)
         wrong = np.flatnonzero(travel < -rounding - 0.25 * abs(average.friction) * log.bend)
         if 0 < len(wrong) < len(travel):
-            problem = "friction would help the motion in this reading, against the others"
-            hint = "are its two forces, or its direction, swapped?"
-            raise InputError(problem, where=readings.place(int(prepared.rows[wrong[0]])), hint=hint)
+            place = readings.place(int(prepared.rows[wrong[0]]))
+            raise InputError(
+                "friction would help the motion in this reading, against the others", where=place, hint=hint
+            )
     if average.friction <= 0.0:
         problem = f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
-        hint = "check the directions, and which cell is at the motor (--motor)"
         raise InputError(problem, where=source, hint=hint)
     gain = abs(average.log_gain)
     if log.settled and gain > max(average.friction * float(log.bend.max()), _PLAUSIBLE_GAIN):
@@ -144,8 +142,11 @@ def _assembled(
     )  # fmt: skip
     strokes = strokes_of(rows, average.friction, given, readings.files)
     files = by_file(strokes, readings.files) if len(readings.files) > 1 else ()
-    mean, used = float(np.mean(points.bend)), np.unique(log.bend[result.used])
-    effects = average.best.shape(points)
+    mean, effects = float(np.mean(points.bend)), average.best.shape(points)
+    columns = {"way": points.way, "force": points.load, "misfit": average.best.residual + effects, "effects": effects}
+    columns |= {} if points.rate is None else {"rate": points.rate}
+    bend = bend or BendAngle(None, 0.0, _angles_text(points.bend) if given else "not given")
+    apart = disagreement(files)
     return Fit(
         friction_bend=average.friction * mean,
         bend_angle=mean if given else None,
@@ -154,27 +155,19 @@ def _assembled(
         gain_estimated=points.both_ways,
         by_direction=directions,
         plain=plain,
-        bend_angle_text=bend.text if bend else _angles_text(points.bend) if given else "not given",
-        bend_angle_uncertainty_text=bend.uncertainty_text if bend else None,
-        bend_angles=tuple(used.tolist()) if given else (),
+        bend_angle_text=bend.text,
+        bend_angle_uncertainty_text=bend.uncertainty_text,
         motor=prepared.motor,
         is_log=not log.settled,
-        strokes=points.strokes,
         rows=rows,
         stroke_table=strokes,
         speed=speed_of(strokes),
-        presliding=presliding_of(rows) if not log.settled else None,
+        presliding=None if log.settled else presliding_of(rows),
         files=files,
-        points=pd.DataFrame(
-            {"way": points.way, "force": points.load, "misfit": average.best.residual + effects, "effects": effects}
-            | ({} if points.rate is None else {"rate": points.rate})
-        ),
-        set_aside=_set_aside(rows),
+        points=pd.DataFrame(columns),
         checks=tuple(remarks.checks),
-        notes=(*(bend.notes if bend else ()), *prepared.notes, *remarks.notes),
-        warnings=tuple(
-            filter(None, [*(bend.warnings if bend else ()), *prepared.warnings, *remarks.warnings, disagreement(files)])
-        ),
+        notes=(*bend.notes, *prepared.notes, *remarks.notes),
+        warnings=(*bend.warnings, *prepared.warnings, *remarks.warnings, *([apart] if apart else [])),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,
@@ -188,14 +181,10 @@ def _angles_text(angles: Floats) -> str:
 
 def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:
     """μ of one direction with a gain of 1 and no offsets, as the paper has it, and its plain answer."""
-    points = result.points
-    mine = (points.way == way) & (points.bend > 0.0)
+    mine = (result.points.way == way) & (result.points.bend > 0.0)
     if not mine.any():
         return None
-    part = replace(
-        points, motor=points.motor[mine], load=points.load[mine], way=points.way[mine], bend=points.bend[mine],
-        rate=None, stroke=np.unique(points.stroke[mine], return_inverse=True)[1], place=points.place[mine],
-    )  # fmt: skip
+    part = result.points.taken(mine)
     model = fit_model(part, (), {}, 1.0)
     beyond = (log.bend > 0.0) & ((log.log_ratio > log.middle) == (way > 0))
     beyond &= log.way == way if not beyond.any() or log.settled else True
@@ -215,34 +204,25 @@ def _plain(log: Log, result: Estimated, directions: dict[str, DirectionFit]) -> 
 
 def _rows(readings: Readings, prepared: Prepared, result: Estimated, angles: Floats) -> pd.DataFrame:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
-    log, at, total = prepared.log, prepared.rows, len(readings.rows)
-    codes = np.where(prepared.codes == USED, INSIDE, prepared.codes)
-    codes[at] = np.where(result.used, USED, np.where(result.reached[log.stroke], INSIDE, PARTIAL))
-    way, run, used = np.zeros(total, dtype=np.int64), np.full(total, -1), np.zeros(total, dtype=bool)
-    way[at], run[at], used[at] = log.way, log.stroke, result.used
+    log, at = prepared.log, prepared.rows
     line = result.friction * log.way * log.bend + result.average.log_gain + result.shape
-    residual = np.full(total, np.nan)
-    residual[at] = np.where(result.used, log.log_ratio - line, np.nan)
     motor, load = prepared.cells
     both = (motor > 0.0) & (load > 0.0)
-    log_ratio = np.log(np.where(both, motor, np.nan)) - np.log(np.where(both, load, np.nan))
     stated = readings.rows.drop(
         columns=["cell_1", "cell_2", "direction", "stroke", "bend_uncertainty"], errors="ignore"
     )
-    if readings.position_is_speed:
-        stated = stated.rename(columns={"position": "speed"})
-    columns = {"motor": motor, "load": load, "log_ratio": log_ratio, "way": way, "bend_angle": angles, "run": run}
-    columns |= {"residual": residual, "code": codes, "used": used}
-    return stated.assign(**({} if "file" in stated else {"file": 0}), **columns)
-
-
-def _set_aside(rows: pd.DataFrame) -> tuple[SetAside, ...]:
-    """The readings not used, by reason, in the order in which the reasons first come."""
-    parts, lines, codes = [], rows["line"].to_numpy(), rows["code"].to_numpy()
-    for code in pd.unique(codes[codes != USED]):
-        mine = np.flatnonzero(codes == code)
-        border = np.flatnonzero(np.diff(mine) > 1)[:_MOST_STRETCHES]
-        first, last = mine[np.append(0, border + 1)], mine[np.append(border, -1)]
-        stretches = [(int(lines[a]), int(lines[b])) for a, b in zip(first, last, strict=True)]
-        parts.append(SetAside(REASONS[code], len(mine), tuple(stretches[:_MOST_STRETCHES])))
-    return tuple(parts)
+    rows = stated.rename(columns={"position": "speed"} if readings.position_is_speed else {}).assign(
+        file=stated.get("file", 0), motor=motor, load=load, way=0, bend_angle=angles, run=-1, residual=np.nan,
+        code=np.where(prepared.codes == USED, INSIDE, prepared.codes), used=False,
+        log_ratio=np.log(np.where(both, motor, np.nan)) - np.log(np.where(both, load, np.nan)),
+    )  # fmt: skip
+    of_log = {
+        "way": log.way, "run": log.stroke, "used": result.used,
+        "residual": np.where(result.used, log.log_ratio - line, np.nan),
+        "code": np.where(result.used, USED, np.where(result.reached[log.stroke], INSIDE, PARTIAL)),
+    }  # fmt: skip
+    for name, values in of_log.items():
+        column = rows[name].to_numpy(copy=True)
+        column[at] = values
+        rows[name] = column
+    return rows

@@ -17,8 +17,8 @@ from tendon_cli.friction.directions import (
     triggered_sides,
     usual_run,
 )  # fmt: skip
-from tendon_cli.friction.plateaus import Log, bend_groups
-from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings
+from tendon_cli.friction.log import Log, bend_groups
+from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings, check_forces
 from tendon_cli.friction.rows import SATURATED, USED, noise_of, resolution_of, unusable
 from tendon_cli.units import shorten
 
@@ -26,9 +26,6 @@ _MOSTLY = 0.5
 """Share of saturated rows from which the rest is not the log, but what the range left of it."""
 _MANY = 40
 """Rows in which a cell that works reads two values at least."""
-_WEAKEST, _STRONGEST = 1e-9, 1e12
-_LARGEST_RATIO = 20.0
-"""Of one cell over the other: what a decimal comma leaves of "1,236" is a thousand."""
 _TYPED, _SETTLED = 60, 3
 """Rows of a file without time up to which a person typed it: the sign of the log ratio is the direction, and with named
 directions every row is a settled reading, as are strokes of up to three rows, in which no climb shows."""
@@ -36,9 +33,9 @@ _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two limits."""
 _SHOWN = 3.0
 """Half distance of the limits over the noise of a row, under which rows do not show the strokes."""
-_FINE, _NOISY, _NOISELESS = 0.002, 1e-4, 200
+_FINE, _NOISY = 0.002, 1e-4
 """Step and noise of the motor's cell over its force: if it is finer and noisier, so is that of a hanging weight, unless
-it is dead. Fewer than 200 rows may be noiseless by chance."""
+it is dead."""
 _FOLLOWS, _FAR_GAIN, _AGAINST = 0.1, 0.2, 0.5
 """A load's cell that moves by less than a tenth of what the motor's does over all rows, while their levels differ by
 over 20 %, weighs nothing of what the motor pulls; a hanging weight moves as little, but both cells read it. One that
@@ -64,12 +61,12 @@ class Prepared:
 
 def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[float, float]) -> Prepared:
     """`zeros` are what the motor's and the load's cell read without load, in the unit of the file."""
-    _check_forces(readings)
+    check_forces(readings)
     swapped = (motor or readings.motor) == "2"
     cells = _zeroed(readings.cells, zeros[::-1] if swapped else zeros, swapped)
     steps = resolution_of(cells[0]), resolution_of(cells[1])
-    motion = stated_motion(readings)
-    codes = unusable(cells, steps, motion.rest)
+    way, rest = stated_motion(readings)
+    codes = unusable(cells, steps, rest)
     saturated, good = float(np.mean(codes == SATURATED)), codes == USED
     if saturated > _MOSTLY:
         problem = f"{100.0 * saturated:.0f} % of the rows are saturated, and what slips there is not known"
@@ -81,11 +78,12 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     if not np.isfinite(log_ratio).all():
         problem = "the two forces of a reading are too far apart for a ratio"
         raise InputError(problem, where=readings.source, hint="is the right column read, the cell alive?")
-    known, group = stated_sides(readings, motion, log_ratio, good), bend_groups(bend[good])
+    known, group = stated_sides(readings, way, log_ratio, good), bend_groups(bend[good])
+    known = None if known is None else np.where(rest[good], 0, known)
     rounding = sum(0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True))
     middle, half, noise = levels = _levels(log_ratio, known, group, rounding)
     side, settled = _sides(readings, log_ratio, known, group, levels, good)
-    cell, notes, warnings = motor_cell(readings, motion, side, forces, good, motor)
+    cell, notes, warnings = motor_cell(readings, way[good], side, forces, motor)
     if cell == "2" and not swapped and zeros[0] != zeros[1]:
         return prepare(readings, bend, "2", zeros)
     sign, order = (1, (0, 1)) if cell == "1" else (-1, (1, 0))
@@ -96,7 +94,8 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     log = Log(
         forces[order[0]][at], forces[order[1]][at], sign * side[at], bend[rows],
         np.unique(stroke[at], return_inverse=True)[1], np.linspace(-0.5, 0.5, len(good))[rows], sign * middle[at],
-        half[at], noise[at], (steps[order[0]], steps[order[1]]), None if settled else _times(readings)[rows], settled,
+        half[at], noise[at], (steps[order[0]], steps[order[1]]), None if settled else readings.times[rows], settled,
+        float(np.mean(np.log(forces[order[1]][at]))),
     )  # fmt: skip
     _check_follows(log, (readings.names[order[0]], readings.names[order[1]]), readings.source)
     return Prepared(log, rows, codes, (cells[order[0]], cells[order[1]]), cell, notes, warnings)
@@ -177,55 +176,20 @@ def _strokes(readings: Readings, side: Integers, bend: Floats, good: Mask, settl
     return np.cumsum((np.diff(held, prepend=held[:1]) != 0) | (np.diff(part, prepend=part[:1]) != 0))
 
 
-def _check_forces(readings: Readings) -> None:
-    """Refuse forces that no two working cells give."""
-    cells, source = readings.cells, readings.source
-    for cell in cells:
-        pulled, largest = np.nanmax(cell, initial=0.0), np.nanmax(np.abs(cell), initial=0.0)
-        if 0.0 < pulled <= _WEAKEST or largest >= _STRONGEST:
-            reached = largest if largest >= _STRONGEST else pulled
-            problem = f"forces reach {reached:.3g}, which no load cell reads"
-            raise InputError(problem, where=source, hint="is the unit right?")
-    fixed = all(np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells)
-    named = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
-    if fixed and (len(readings.rows) >= _MANY or named > 1):
-        hint = "are the right columns read, the cells alive?"
-        raise InputError("both cells read the same in every row", where=source, hint=hint)
-    known = (cells[0] > 0.0) & (cells[1] > 0.0)
-    one, two = cells[0][known], cells[1][known]
-    if known.any() and not (np.any(one != np.round(one)) or np.any(two != np.round(two))):
-        ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
-        if ratio > _LARGEST_RATIO:
-            hint = "a decimal comma read as a separator? separate the columns by semicolons"
-            raise InputError(f"one cell reads {ratio:.0f} times the other, in whole numbers", where=source, hint=hint)
-
-
-def _times(readings: Readings) -> Floats:
-    """The time of each row, or its number; refused if it goes back."""
-    time = readings.column("time")
-    if time is None:
-        return np.arange(len(readings.rows), dtype=np.float64)
-    back = np.flatnonzero(np.diff(time) < 0.0)
-    if len(back):
-        problem = "time goes back in this row, so strokes are not known"
-        hint = "give one log per file, its rows in order of time"
-        raise InputError(problem, where=readings.place(int(back[0]) + 1), hint=hint)
-    return time
-
-
 def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
-    """Refuse a load's cell that does not weigh what the motor's pulls."""
+    """Refuse a motor's cell that stands still, and a load's that does not weigh what the motor's pulls."""
     if log.settled or len(log.way) < _MANY:
         return
-    usual, hint = float(np.median(log.motor)), "is the right column read, is the cell connected?"
-    fine = len(log.way) >= _NOISELESS and log.steps[0] < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
-    for end, cell, name, dead in (("motor", log.motor, names[0], True), ("load", log.load, names[1], fine)):
-        if dead and not np.ptp(cell):
-            problem = f'the {end}\'s cell ("{shorten(name, 30)}") reads the same in every row'
-            raise InputError(problem, where=source, hint=hint)
+    motor, load = (f'cell ("{shorten(name, 30)}")' for name in names)
+    usual = float(np.median(log.motor))
+    fine = log.steps[0] < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
+    hint = "is the right column read, is the cell connected, are both of the same tendon?"
+    if not np.ptp(log.motor):
+        raise InputError(f"the motor's {motor} reads the same in every row", where=source, hint=hint)
+    if not np.ptp(log.load) and fine:
+        raise InputError(f"the load's {load} reads the same in every row", where=source, hint=hint)
     pulled, weighed = (np.log(cell) - np.mean(np.log(cell)) for cell in (log.motor, log.load))
-    both, square = float(pulled @ weighed), max(float(pulled @ pulled), 1e-300)
+    both, square = float(pulled @ weighed), float(pulled @ pulled)
     against = both < -_FOLLOWS * square and -both > _AGAINST * np.sqrt(square * float(weighed @ weighed))
     if against or (abs(both) < _FOLLOWS * square and abs(float(np.median(log.middle))) > _FAR_GAIN):
-        problem = f"the load's cell (\"{shorten(names[1], 30)}\") does not follow the motor's"
-        raise InputError(problem, where=source, hint=f"{hint[:-1]}, are both of the same tendon?")
+        raise InputError(f"the load's {load} does not follow the motor's", where=source, hint=hint)

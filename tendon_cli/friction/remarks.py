@@ -9,20 +9,21 @@ from typing import Any
 import numpy as np
 
 from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, FrictionUncertainty
-from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS, EffectModel
-from tendon_cli.friction.estimate import Estimated, climbing
-from tendon_cli.friction.plateaus import Log
+from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
+from tendon_cli.friction.estimate import Estimated
+from tendon_cli.friction.log import Log
 from tendon_cli.friction.reading.header import force_factor
+from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.result import Check, DirectionFit, Plain
 from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE
 from tendon_cli.units import counted
 
 REMARKS = {
-    "delay": "delay: the {end}'s cell is {late:.3g} {unit} late, {share:.0f} % of a stroke; {mu} is corrected for it;"
+    DELAY: "delay: the {end}'s cell is {late:.3g} {unit} late, {share:.0f} % of a stroke; {mu} is corrected for it;"
     " log both cells by one clock and filter",
-    "force": "{mu} goes with the force to the power {value:.2g}: the number holds at the mean force; measure at the"
+    FORCE: "{mu} goes with the force to the power {value:.2g}: the number holds at the mean force; measure at the"
     " force that you use",
-    "entry": "friction outside of the bend takes {value:.3g} ± {error:.1g} of the log ratio: it is not in {mu}; look"
+    ENTRY: "friction outside of the bend takes {value:.3g} ± {error:.1g} of the log ratio: it is not in {mu}; look"
     " for what rubs at the ends of the sheath",
     "drift": "drift: {what} changes by {share:+.1f} % along the file, {mu} is a mean; warm up the cells, run the tendon"
     " in, and measure again",
@@ -63,8 +64,8 @@ _MOST = {"saturated": (SATURATED, 0.10), "spikes": (SPIKE, 0.10), "not positive"
 _GAIN_NOTE, _GAIN_WARNING, _PLAIN_AWAY, _LATE = 0.05, 0.20, 0.25, 0.03
 _APART = 0.05
 """Difference of the forces of the two directions, as a share, from which a zero error does not act on both alike."""
-_DRIFTS, _DRIFT_STROKES, _BY_CHANCE = 0.02, 6, 0.003
-"""A drift is 2 % along the file and comes by chance in three of a thousand logs; fewer than six strokes show none."""
+_DRIFT_STROKES, _BY_CHANCE = 6, 0.003
+"""A drift comes by chance in three of a thousand logs; fewer than six strokes show none."""
 _CLIMBS, _NEVER_RESTS = 0.02, 0.10
 """Of the way from limit to limit, over a whole stroke: what climbs by more has not settled, or has no limit at all."""
 _FEW_ROWS, _SOME_ROWS, _FEW_USED = 0.10, 0.25, 0.30
@@ -92,52 +93,51 @@ class Remarks:
 
     def __post_init__(self) -> None:
         self.friction, self.points = self.result.friction, self.result.points
+        self.mu = "μ" if self.bend_given else "μφ"
         for look in (self._effects, self._drift, self._zeros, self._gains, self._rows, self._number):
             look()
 
     def _warn(self, remark: str, share: float = 0.0, **values: Any) -> None:
-        self.warnings.append(self._text(remark, share, values))
+        self.warnings.append(REMARKS[remark].format(mu=self.mu, share=100.0 * share, **values))
 
     def _note(self, remark: str, share: float = 0.0, **values: Any) -> None:
-        self.notes.append(self._text(remark, share, values))
-
-    def _text(self, remark: str, share: float, values: dict[str, Any]) -> str:
-        return REMARKS[remark].format(mu="μ" if self.bend_given else "μφ", share=100.0 * share, **values)
+        self.notes.append(REMARKS[remark].format(mu=self.mu, share=100.0 * share, **values))
 
     def _effects(self) -> None:
         """The checks of what can be fitted, and what those that put the number in doubt mean."""
-        force, time = self.unit or "unit of the file", self.time_unit or "unit of the file's time"
-        for name, effect, part, unit in (
-            ("offset_motor", OFFSETS, 0, force), ("offset_load", OFFSETS, 1, force), ("delay", DELAY, 0, time),
-            ("force_dependence", FORCE, 0, "1"), ("entry", ENTRY, 0, "1"),
-        ):  # fmt: skip
-            check = self._check(name, effect, part, unit)
+        for effect in (*OFFSETS, DELAY, FORCE, ENTRY):
+            check = self._check(effect)
             if effect != ENTRY or check.found is not None:
                 self.checks.append(check)
             if not check.found or check.value is None:
                 continue
-            late = abs(check.value) / self.points.duration
+            late = abs(check.value) / self.log.duration
             if effect == DELAY and late > _LATE:
                 end = "load" if check.value > 0.0 else "motor"
-                self._warn("delay", late, end=end, late=abs(check.value), unit=unit)
+                self._warn(DELAY, late, end=end, late=abs(check.value), unit=check.unit)
             if effect in {FORCE, ENTRY}:
                 self._warn(effect, value=check.value, error=check.standard_error)
 
-    def _check(self, name: str, effect: str, part: int, unit: str) -> Check:
+    def _check(self, effect: str) -> Check:
         """One effect, by the likeliest model that has it; nothing if the readings cannot show it."""
         average, delay = self.result.average, self.result.delay if effect == DELAY else 0.0
-        models = zip(average.weights, average.models, strict=True)
-        weight_and_model = max((each for each in models if effect in each[1].effects), key=_weight, default=None)
-        if weight_and_model is None:
-            return Check(name, delay or None, 0.0 if delay else None, unit, True if delay else None, None)
-        model, share = weight_and_model[1], average.share(effect)
-        value, error = model.value(effect, part)
+        unit = "1"
+        if effect in OFFSETS:
+            unit = self.unit or "unit of the file"
+        elif effect == DELAY:
+            unit = self.time_unit or "unit of the file's time"
+        having = [at for at, model in enumerate(average.models) if effect in model.effects]
+        if not having:
+            return Check(effect, delay or None, 0.0 if delay else None, unit, True if delay else None, None)
+        model = average.models[max(having, key=average.weights.__getitem__)]
+        share = float(np.sum(average.weights[having]))
+        value, error = model.value(effect)
         scale = model.friction if effect == FORCE else 1.0
         moves = average.models[0].friction / model.friction - 1.0
         is_shown = bool(delay) or share > _SHOWN
         if not is_shown and share > _OPEN and abs(moves) + 2.0 * model.error / model.friction > _MATTERS:
-            return Check(name, None, None, unit, None, None)
-        return Check(name, (value + delay) / scale, error / abs(scale), unit, is_shown, moves)
+            return Check(effect, None, None, unit, None, None)
+        return Check(effect, (value + delay) / scale, error / abs(scale), unit, is_shown, moves)
 
     def _drift(self) -> None:
         """Whether strokes change along the file: never fitted, only tested."""
@@ -150,28 +150,28 @@ class Remarks:
         count = np.bincount(points.stroke)
         columns = (self.result.average.best.residual, points.way * points.bend, points.place)
         left, turn, place = (np.bincount(points.stroke, column) / count for column in columns)
-        design = np.stack([turn * place * self.friction, turn, place, np.ones(len(left))], 1)
-        design = design if points.both_ways else design[:, :2]
+        every = {"μ": self.friction * turn * place, "mean μ": turn}
+        if points.both_ways:
+            every |= {"the gain of the cells": place, "mean gain": np.ones(len(left))}
+        design = np.stack(list(every.values()), axis=1)
         inverse = np.linalg.pinv(design.T @ design)
         values = inverse @ design.T @ left
         free = max(len(left) - design.shape[1], 1)
         error = np.sqrt(np.maximum(np.diag(inverse) * np.sum((left - design @ values) ** 2) / free, 1e-300))
-        chance = 2.0 * stdtr(free, -np.abs(values) / error)
-        drifts = (chance < _BY_CHANCE) & (np.abs(values) > _DRIFTS)
-        drifts[1::2] = False
-        for at in np.flatnonzero(drifts):
-            self._warn("drift", values[at], what="the gain of the cells" if at else "μ" if self.bend_given else "μφ")
-        self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", bool(drifts.any()), 0.0))
+        drifts = (2.0 * stdtr(free, -np.abs(values) / error) < _BY_CHANCE) & (np.abs(values) > _MATTERS)
+        for at in (0, 2) if points.both_ways else (0,):
+            if drifts[at]:
+                self._warn("drift", values[at], what="the gain of the cells" if at else self.mu)
+        self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", bool(drifts[::2].any()), 0.0))
 
     def _zeros(self) -> None:
         """What a zero error would do if the readings do not show it."""
-        average, points = self.result.average, self.points
-        shown = any(OFFSETS in model.effects for model in average.models)
-        if shown or self.zero_given or not points.both_ways:
+        models, points = self.result.average.models, self.points
+        if any(OFFSETS[0] in model.effects for model in models) or self.zero_given or not points.both_ways:
             return
         # Without a unit, 1 % of the force stands for 1 N.
         newton = 1.0 / (force_factor(self.unit) or 1.0) if self.unit else 0.01 * float(np.mean(points.load))
-        moved = max(abs(slope) * newton / self.friction for slope in average.models[0].zero)
+        moved = max(abs(slope) * newton / self.friction for slope in models[0].zero)
         amount = "1 N" if self.unit else "1 % of the force"
         up, down = (float(np.mean(np.log(points.load[points.way == way]))) for way in (1, -1))
         if abs(up - down) > _APART and moved > _MATTERS:
@@ -233,8 +233,29 @@ class Remarks:
             self._warn("zero within")
 
 
-def _weight(weight_and_model: tuple[float, EffectModel]) -> float:
-    return weight_and_model[0]
+def climbing(log: Log, result: Estimated) -> float:
+    """How far the ratio surely climbs over a whole stroke on the limit, of its way: 0 in slip, 1 in stick."""
+    from scipy.special import stdtrit
+
+    points, stroke = result.points, result.points.stroke
+    count = np.bincount(stroke)
+    full = count >= 4
+    if log.settled or np.count_nonzero(full) < 2:
+        return 0.0
+    along = (np.arange(len(stroke)) - points.first[stroke]) / count[stroke]
+    late, early = along >= 0.75, along < 0.25
+
+    def change(column: Floats) -> Floats:
+        ends = (np.bincount(stroke, column * end) / np.maximum(np.bincount(stroke, end), 1) for end in (late, early))
+        return np.asarray(np.subtract(*ends)[full])
+
+    every, kept = np.bincount(log.stroke), np.bincount(log.stroke[result.used], minlength=log.strokes)
+    stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
+    climbs = change(points.way * points.log_ratio) * stretch / (2.0 * result.friction * float(np.mean(points.bend)))
+    steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
+    alone = 1.0 - min(steps) / max(*steps, 1e-300)  # in stick the load's cell rests, in slip both move
+    error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs)) * float(stdtrit(len(climbs) - 1, 0.975))
+    return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
 
 
 def never_rests(log: Log, result: Estimated) -> str | None:

@@ -11,9 +11,11 @@ import pandas as pd
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
+from tendon_cli.friction.rows import REASONS, USED
 from tendon_cli.friction.strokes import Presliding, Speed
 
 _MOST_RESIDUALS = 20
+_MOST_STRETCHES = 20
 
 
 @dataclass(frozen=True)
@@ -85,14 +87,10 @@ class Fit(Displayed):
     bend_angle_text: str
     """As given, or in degrees if it comes from a column; "not given"."""
     bend_angle_uncertainty_text: str | None
-    bend_angles: tuple[float, ...]
-    """The different bend angles of the readings used, rad; empty if none is given."""
     motor: str
     """"1" or "2", the cell at the motor."""
     is_log: bool
     """Whether the readings are a raw log, and not settled readings."""
-    strokes: int
-    """Strokes used."""
     rows: pd.DataFrame
     """A row per reading: `line` and number of its `file`, forces `motor` and `load` (stated zeros taken off, in the
     unit of the file), `log_ratio` (NaN without one), `way` (+1 toward the motor, -1 toward the load, 0 if it is set
@@ -109,7 +107,6 @@ class Fit(Displayed):
     points: pd.DataFrame
     """Means over parts of strokes, by which the rig is checked: `way`, `force` at the load, `rate` d ln F/dt if there
     is a time, `misfit` of the log ratio before effects, and what the `effects` that were fitted make of it."""
-    set_aside: tuple[SetAside, ...]
     checks: tuple[Check, ...]
     notes: tuple[str, ...]
     """What was inferred, and what the coefficient is sensitive to."""
@@ -125,6 +122,28 @@ class Fit(Displayed):
     def text(self) -> str:
         """The fit in words."""
         return str(face().fit_text(self))
+
+    @property
+    def strokes(self) -> int:
+        """How many are used."""
+        return int(np.count_nonzero(self.stroke_table["used"]))
+
+    @property
+    def bend_angles(self) -> tuple[float, ...]:
+        """The different bend angles of the readings used, rad; empty if none is given."""
+        return () if self.bend_angle is None else tuple(np.unique(self.rows["bend_angle"][self.rows["used"]]).tolist())
+
+    @property
+    def set_aside(self) -> tuple[SetAside, ...]:
+        """The readings not used, by reason, in the order in which the reasons first come."""
+        parts, lines, codes = [], self.rows["line"].to_numpy(), self.rows["code"].to_numpy()
+        for code in pd.unique(codes[codes != USED]):
+            mine = np.flatnonzero(codes == code)
+            border = np.flatnonzero(np.diff(mine) > 1)[:_MOST_STRETCHES]
+            ends = zip(mine[np.append(0, border + 1)], mine[np.append(border, -1)], strict=True)
+            stretches = [(int(lines[first]), int(lines[last])) for first, last in ends]
+            parts.append(SetAside(REASONS[code], len(mine), tuple(stretches[:_MOST_STRETCHES])))
+        return tuple(parts)
 
     @property
     def record(self) -> dict[str, Any]:

@@ -52,12 +52,10 @@ def strokes_of(rows: pd.DataFrame, friction: float, given: bool, files: tuple[st
     """
     rows = rows.assign(speed=_speeds(rows), inward=rows["way"] * rows["residual"])
     runs, used = (part.groupby("run") for part in (rows[rows["run"] >= 0], rows[rows["used"]]))
-    first, bend = runs.first(), runs["bend_angle"].first()
-    means = ["motor", "load", "log_ratio", "speed"]
+    first, count, means = runs.first(), runs["used"].sum(), ["motor", "load", "log_ratio", "speed"]
     mean = used[means].mean().reindex(first.index).fillna(runs[means].mean())
-    friction_of = friction + used["inward"].mean().reindex(first.index) / bend.where(bend > 0.0)
-    count = runs["used"].sum()
-    why = {run: REASONS[codes.mode()[0]] for run, codes in runs["code"] if not count[run]}
+    bend = first["bend_angle"]
+    why = runs["code"].agg(lambda codes: REASONS[codes.mode()[0]])
     return pd.DataFrame(
         {
             "stroke": first.index + 1,
@@ -71,9 +69,9 @@ def strokes_of(rows: pd.DataFrame, friction: float, given: bool, files: tuple[st
             "force_motor": mean["motor"],
             "force_load": mean["load"],
             "log_ratio": mean["log_ratio"],
-            "friction": friction_of,
+            "friction": friction + used["inward"].mean().reindex(first.index) / bend.where(bend > 0.0),
             "speed": mean["speed"],
-            "why_not": [why.get(run, "") for run in first.index],
+            "why_not": why.where(count == 0, ""),
         }
     )
 

@@ -24,6 +24,11 @@ Mask = npt.NDArray[np.bool_]
 
 LARGEST_BEND = 100.0
 """More than fifteen turns, in rad: no sheath on a rig, but a number in degrees taken for radians."""
+_MANY = 40
+"""Rows in which a cell that works reads two values at least."""
+_WEAKEST, _STRONGEST = 1e-9, 1e12
+_LARGEST_RATIO = 20.0
+"""Of one cell over the other: what a decimal comma leaves of "1,236" is a thousand."""
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3}
 
 
@@ -59,6 +64,19 @@ class Readings:
     def column(self, name: str) -> Floats | None:
         """Numbers of a column; None if there is none."""
         return self.rows[name].to_numpy() if name in self.rows else None
+
+    @property
+    def times(self) -> Floats:
+        """The time of each row, or its number; refused if it goes back."""
+        time = self.column("time")
+        if time is None:
+            return np.arange(len(self.rows), dtype=np.float64)
+        back = np.flatnonzero(np.diff(time) < 0.0)
+        if len(back):
+            problem = "time goes back in this row, so strokes are not known"
+            hint = "give one log per file, its rows in order of time"
+            raise InputError(problem, where=self.place(int(back[0]) + 1), hint=hint)
+        return time
 
     def place(self, row: int) -> str:
         """Where a reading stands, as errors say it."""
@@ -205,3 +223,26 @@ def joined(parts: list[Readings]) -> Readings:
         sha256=hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest(),
         files=tuple(part.source for part in parts),
     )
+
+
+def check_forces(readings: Readings) -> None:
+    """Refuse forces that no two working cells give."""
+    cells, source = readings.cells, readings.source
+    for cell in cells:
+        pulled, largest = np.nanmax(cell, initial=0.0), np.nanmax(np.abs(cell), initial=0.0)
+        if 0.0 < pulled <= _WEAKEST or largest >= _STRONGEST:
+            reached = largest if largest >= _STRONGEST else pulled
+            problem = f"forces reach {reached:.3g}, which no load cell reads"
+            raise InputError(problem, where=source, hint="is the unit right?")
+    fixed = all(np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells)
+    named = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
+    if fixed and (len(readings.rows) >= _MANY or named > 1):
+        hint = "are the right columns read, the cells alive?"
+        raise InputError("both cells read the same in every row", where=source, hint=hint)
+    known = (cells[0] > 0.0) & (cells[1] > 0.0)
+    one, two = cells[0][known], cells[1][known]
+    if known.any() and not (np.any(one != np.round(one)) or np.any(two != np.round(two))):
+        ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
+        if ratio > _LARGEST_RATIO:
+            hint = "a decimal comma read as a separator? separate the columns by semicolons"
+            raise InputError(f"one cell reads {ratio:.0f} times the other, in whole numbers", where=source, hint=hint)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import csv
-import errno
 import hashlib
-import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,9 +13,8 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.errors import InputError, UsageError
-from tendon_cli.files import read_file
 from tendon_cli.friction.reading.header import Heading, find_cells, read_header
-from tendon_cli.friction.reading.text import SEPARATORS, is_comment, lines_of, separator_of
+from tendon_cli.friction.reading.text import SEPARATORS, content_of, is_comment, lines_of, name_of, separator_of
 from tendon_cli.units import shorten
 
 MOST_BYTES, MOST_ROWS = 64_000_000, 1_000_000
@@ -148,14 +145,7 @@ def _no_number(text: str, place: str) -> InputError:
 
 def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     """The columns of a file; raises InputError with line and column."""
-    # A name that is no UTF-8 is shown with a sign for what cannot be.
-    source = os.fsencode(path.name or str(path)).decode("utf-8", "replace") if "\0" not in str(path) else "the file"
-    try:
-        content = read_file(path, MOST_BYTES)
-    except (OSError, ValueError) as error:
-        hint = "cut the log to the strokes of one rig" if getattr(error, "errno", 0) == errno.EFBIG else None
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot be read: {reason}", where=source, hint=hint) from None
+    source, content = name_of(path), content_of(path, MOST_BYTES)
     lines = lines_of(content, source)
     kept = [at for at, line in enumerate(lines) if (line[:1] in _PLAIN_START and line) or not is_comment(line)]
     if not kept:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 from collections import Counter
+from pathlib import Path
 
 from tendon_cli.errors import InputError
+from tendon_cli.files import read_file
 
 SEPARATORS = {"\t": "tab", ";": "semicolon", ",": "comma"}
 """In this order: a comma is believed last, since in a file separated by semicolons or tabs it is the decimal sign."""
@@ -14,6 +18,21 @@ _COMMENT = ("#", "%", "//", "*")
 _AS_CSV = "save it as CSV in UTF-8 or UTF-16"
 _CONTROL = re.compile(rb"[\x01-\x08\x0e-\x1f\x7f-\x9f]")
 """Signs that no Latin-1 text has."""
+
+
+def name_of(path: Path) -> str:
+    """The file's name without its folder, as errors and provenance give it; a sign for what is no UTF-8."""
+    return "the file" if "\0" in str(path) else os.fsencode(path.name or str(path)).decode("utf-8", "replace")
+
+
+def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
+    """The bytes of a file; raises InputError."""
+    try:
+        return read_file(path, most)
+    except (OSError, ValueError) as error:
+        hint = "cut the log to the strokes of one rig" if getattr(error, "errno", 0) == errno.EFBIG else hint
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}", where=name_of(path), hint=hint) from None
 
 
 def lines_of(content: bytes, source: str) -> list[str]:
