@@ -142,13 +142,13 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
     moved = "position" in fit.rows
     across = rows.position if moved else rows.load
     known = np.flatnonzero(np.isfinite(rows.log_ratio) & np.isfinite(across))
-    known = known[:: max(1, len(known) // _MOST_POINTS)]
+    known, size = known[:: max(1, len(known) // _MOST_POINTS)], 2.5 if fit.is_log else 7.0
     for mine, colour in (
         (known[~rows.used[known]], _ASIDE),
         *((known[(rows.used & (rows.way == way))[known]], colour) for way, colour, _, _ in _WAYS),
     ):
-        axes.plot(across[mine], rows.motor[mine], ".", color=colour, markersize=2.5, rasterized=True)
-    _name(axes, "Loop of hysteresis")
+        axes.plot(across[mine], rows.motor[mine], ".", color=colour, markersize=size, rasterized=True)
+    _name(axes, "Loop of hysteresis" if fit.is_log else "Forces of the readings")
     axes.set_xlabel("position of the motor, as in the file" if moved else f"force at load{unit}")
     axes.set_ylabel(f"force at motor{unit}")
     if np.ptp(across[known]) < _LEVEL * float(np.max(np.abs(across[known]), initial=0.0)):
@@ -163,7 +163,7 @@ def _draw_budget(axes: Axes, fit: Any) -> None:
     axes.barh(range(len(parts)), widths, color=_PULLED, height=0.55)
     for row, (part, width) in enumerate(zip(parts, widths, strict=True)):
         axes.text(0.0, row + 0.42, f" {part.name} (type {part.type}), {width:.2g} %", fontsize=6.5, va="center")
-    axes.set_ylim(-0.6, len(parts) - 0.1)
+    axes.set_ylim(-0.6, max(len(parts), 3) - 0.1)
     axes.set_yticks([])
     _name(axes, "What the standard error is made of")
     axes.set_xlabel("part of the standard error, % of the number")

@@ -62,6 +62,8 @@ def uncertainty_of(
 
     Scatter and resolution are not added: what rounding does to the strokes is in their scatter, too.
     """
+    from scipy.special import stdtrit
+
     average, points, friction = result.average, result.points, abs(result.friction)
     parts: list[BudgetPart] = []
 
@@ -69,7 +71,7 @@ def uncertainty_of(
         if value and slope:
             parts.append(BudgetPart(name, kind, value, unit, slope, abs(slope) * value, free))
 
-    root = math.sqrt(points.strokes)
+    root, angle = math.sqrt(points.strokes), float(np.mean(points.bend))
     scatter, rounding = max(average.scatter, _KEEPS * friction / root), _resolution(result, log)
     if rounding > scatter:
         add(RESOLUTION, "B", rounding)
@@ -78,25 +80,18 @@ def uncertainty_of(
     add(EFFECTS, "A", average.spread)
     if points.strokes < FEW:
         add(FEW_STROKES, "B", FEW_SHARE, slope=friction / root)
-    angle = float(np.mean(points.bend))
     add(BEND, "B", bend_share * angle, "rad", -result.friction / angle)
     if cells is not None:  # a zero that is fitted has no part left, gains cancel between the directions
         for place, name in enumerate(("zero of the motor's cell", "zero of the load's cell")):
             slope = math.sqrt(float(average.weights @ [model.zero[place] ** 2 for model in average.models]))
             add(name, "B", cells[0], unit, math.copysign(slope, average.best.zero[place]))
         add(GAIN, "B", 0.0 if points.both_ways else cells[1], slope=math.sqrt(2.0) / angle)
-    return _together(tuple(parts), result.friction)
-
-
-def _together(parts: tuple[BudgetPart, ...], friction: float) -> FrictionUncertainty:
-    """The standard error, its degrees of freedom and the interval."""
-    from scipy.special import stdtrit
-
     total = math.sqrt(sum(part.contribution**2 for part in parts))
     share = sum((part.contribution / max(total, 1e-300)) ** 4 / part.degrees_of_freedom for part in parts)
     degrees = 1.0 / share if share > 1e-9 else math.inf
     factor = float(stdtrit(min(degrees, 1e9), 0.975))
-    return FrictionUncertainty(parts, total, degrees, factor, (friction - factor * total, friction + factor * total))
+    low, high = (result.friction + sign * factor * total for sign in (-1.0, 1.0))
+    return FrictionUncertainty(tuple(parts), total, degrees, factor, (low, high))
 
 
 def _resolution(result: Estimated, log: Log) -> float:
@@ -107,15 +102,11 @@ def _resolution(result: Estimated, log: Log) -> float:
     """
     variance, turn = 0.0, 2.0 if result.points.both_ways else 1.0
     for cell, step in zip((log.motor, log.load), log.steps, strict=True):
-        if step == 0.0:
-            continue
         noise = 0.0 if log.settled else min(noise_of(cell), step)
-        left = math.exp(-2.0 * math.pi**2 * (noise / step) ** 2)
-        for way in (1, -1):
+        left = step * math.exp(-2.0 * math.pi**2 * (noise / step) ** 2) if step else 0.0
+        for way in np.unique(log.way[result.used]):
             rows = result.used & (log.way == way)
-            if not rows.any():
-                continue
+            reach = len(np.unique(np.round(cell[rows] / (step or 1.0))))  # different codes are rounded independently
             force, angle = float(np.mean(cell[rows])), float(np.mean(log.bend[rows]))
-            reach = len(np.unique(np.round(cell[rows] / step)))  # different codes are rounded independently
-            variance += (step * left / (math.sqrt(12.0 * reach) * force * turn * angle)) ** 2
+            variance += (left / (math.sqrt(12.0 * reach) * force * turn * angle)) ** 2
     return math.sqrt(variance)

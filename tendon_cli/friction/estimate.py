@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,11 @@ _RATE_WINDOW = 16
 """Part of a stroke over which a rate is taken: half of a point's rows on either side."""
 _LATE = 0.10
 """Of a stroke: a delay up to which a cell can be shifted and leave most of the stroke to compare."""
+
+_CLIMBS, _NEVER_RESTS = 0.02, 0.10
+"""Of the way from limit to limit, over a whole stroke: what climbs by more has not settled, or has no limit at all."""
+_FEW_ROWS, _SOME_ROWS = 0.10, 0.25
+"""Shares of rows on a limit: under a tenth do not answer for the others; under a quarter may be the turn of a crank."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,3 +95,40 @@ def _points(log: Log) -> Log:
     position = np.arange(len(size)) - log.first[log.stroke]
     part = log.stroke * _PER_STROKE + position * np.minimum(_PER_STROKE, size) // size
     return log.means(np.unique(part, return_inverse=True)[1])
+
+
+def climbing(log: Log, result: Estimated) -> float:
+    """How far the ratio surely climbs over a whole stroke on the limit, of its way: 0 in slip, 1 in stick."""
+    from scipy.special import stdtrit
+
+    points, stroke = result.points, result.points.stroke
+    count = np.bincount(stroke)
+    full = count >= 4
+    if log.settled or np.count_nonzero(full) < 2:
+        return 0.0
+    along = (np.arange(len(stroke)) - points.first[stroke]) / count[stroke]
+    late, early = along >= 0.75, along < 0.25
+
+    def change(column: Floats) -> Floats:
+        ends = (np.bincount(stroke, column * end) / np.maximum(np.bincount(stroke, end), 1) for end in (late, early))
+        return np.asarray(np.subtract(*ends)[full])
+
+    every, kept = np.bincount(log.stroke), np.bincount(log.stroke[result.used], minlength=log.strokes)
+    stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
+    climbs = change(points.way * points.log_ratio) * stretch / (2.0 * result.friction * float(np.mean(points.bend)))
+    steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
+    alone = 1.0 - min(steps) / max(*steps, 1e-300)  # in stick the load's cell rests, in slip both move
+    error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs)) * float(stdtrit(len(climbs) - 1, 0.975))
+    return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
+
+
+def never_rests(log: Log, result: Estimated) -> str | None:
+    """Why there is no limit at all; None if there is one."""
+    if log.settled:
+        return None
+    share, climb = float(np.mean(result.used)), climbing(log, result)
+    if climb > _NEVER_RESTS or (climb > _CLIMBS and share < _SOME_ROWS):
+        return "no stroke slips: the force ratio still moves where each of them ends"
+    if share < _FEW_ROWS:
+        return f"only {result.used.sum()} of {len(log.way)} rows slip, which is too few to answer for the others"
+    return None

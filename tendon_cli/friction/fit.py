@@ -14,12 +14,12 @@ from tendon_cli.errors import InputError, UsageError
 from tendon_cli.files import path_of
 from tendon_cli.friction.bench import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
-from tendon_cli.friction.estimate import Estimated, estimate
+from tendon_cli.friction.estimate import Estimated, estimate, never_rests
 from tendon_cli.friction.log import Log
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, joined, read_readings
-from tendon_cli.friction.remarks import Remarks, never_rests
+from tendon_cli.friction.remarks import Remarks
 from tendon_cli.friction.result import DirectionFit, Fit, Plain
 from tendon_cli.friction.rows import INSIDE, PARTIAL, USED
 from tendon_cli.friction.strokes import by_file, disagreement, presliding_of, speed_of, strokes_of
@@ -136,11 +136,12 @@ def _assembled(
     directions = {name: part for name, way in ways.items() if (part := _direction(log, result, way)) is not None}
     plain = _plain(log, result, directions)
     rows = _rows(readings, prepared, result, angles)
-    remarks = Remarks(
-        log, result, error, directions, plain, rows["code"].to_numpy(), readings.unit, readings.time_unit, zero_given,
-        given,
-    )  # fmt: skip
     strokes = strokes_of(rows, average.friction, given, readings.files)
+    speed = speed_of(strokes)
+    remarks = Remarks(
+        log, result, error, directions, plain, rows["code"].to_numpy(), readings.unit, readings.time_unit, speed,
+        zero_given, given,
+    )  # fmt: skip
     files = by_file(strokes, readings.files) if len(readings.files) > 1 else ()
     mean, effects = float(np.mean(points.bend)), average.best.shape(points)
     columns = {"way": points.way, "force": points.load, "misfit": average.best.residual + effects, "effects": effects}
@@ -161,7 +162,7 @@ def _assembled(
         is_log=not log.settled,
         rows=rows,
         stroke_table=strokes,
-        speed=speed_of(strokes),
+        speed=speed,
         presliding=None if log.settled else presliding_of(rows),
         files=files,
         points=pd.DataFrame(columns),

@@ -10,12 +10,12 @@ import numpy as np
 
 from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, FrictionUncertainty
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
-from tendon_cli.friction.estimate import Estimated
+from tendon_cli.friction.estimate import Estimated, climbing
 from tendon_cli.friction.log import Log
 from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.reading.readings import Floats
 from tendon_cli.friction.result import Check, DirectionFit, Plain
 from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE
+from tendon_cli.friction.strokes import Speed
 from tendon_cli.units import counted
 
 REMARKS = {
@@ -27,6 +27,8 @@ REMARKS = {
     " for what rubs at the ends of the sheath",
     "drift": "drift: {what} changes by {share:+.1f} % along the file, {mu} is a mean; warm up the cells, run the tendon"
     " in, and measure again",
+    "speed": "{mu} goes with the speed to the power {value:.2g}: the number is a mean over the speeds of the file;"
+    " measure at the speed that you use",
     "zero": "{amount} of zero error in a cell would move {mu} by {share:.1f} %, and these forces do not show it",
     "zero, forces apart": "the forces of the two directions lie {apart:.0f} % apart: {amount} of zero error in a cell"
     " would move {mu} by {share:.1f} %; state the cells' zeros (--zero-motor, --zero-load)",
@@ -66,11 +68,9 @@ _APART = 0.05
 """Difference of the forces of the two directions, as a share, from which a zero error does not act on both alike."""
 _DRIFT_STROKES, _BY_CHANCE = 6, 0.003
 """A drift comes by chance in three of a thousand logs; fewer than six strokes show none."""
-_CLIMBS, _NEVER_RESTS = 0.02, 0.10
-"""Of the way from limit to limit, over a whole stroke: what climbs by more has not settled, or has no limit at all."""
-_FEW_ROWS, _SOME_ROWS, _FEW_USED = 0.10, 0.25, 0.30
-"""Shares of rows on a limit: under a tenth do not answer for the others; under a quarter may be the turn of a crank;
-strokes that slip have over 0.3."""
+_CLIMBS, _FEW_USED = 0.02, 0.30
+"""Of the way from limit to limit over a stroke, from which rows have not settled; share of rows on a limit, of which
+strokes that slip have more."""
 
 
 @dataclass(eq=False)
@@ -85,6 +85,7 @@ class Remarks:
     codes: np.ndarray
     unit: str | None
     time_unit: str | None
+    speed: Speed | None
     zero_given: bool
     bend_given: bool
     checks: list[Check] = field(default_factory=list)
@@ -150,18 +151,19 @@ class Remarks:
         count = np.bincount(points.stroke)
         columns = (self.result.average.best.residual, points.way * points.bend, points.place)
         left, turn, place = (np.bincount(points.stroke, column) / count for column in columns)
-        every = {"μ": self.friction * turn * place, "mean μ": turn}
-        if points.both_ways:
-            every |= {"the gain of the cells": place, "mean gain": np.ones(len(left))}
-        design = np.stack(list(every.values()), axis=1)
+        every = [self.friction * turn * place, turn, place, np.ones(len(left))]  # of μ, and of the gain
+        design = np.stack(every if points.both_ways else every[:2], axis=1)
         inverse = np.linalg.pinv(design.T @ design)
         values = inverse @ design.T @ left
         free = max(len(left) - design.shape[1], 1)
         error = np.sqrt(np.maximum(np.diag(inverse) * np.sum((left - design @ values) ** 2) / free, 1e-300))
         drifts = (2.0 * stdtr(free, -np.abs(values) / error) < _BY_CHANCE) & (np.abs(values) > _MATTERS)
-        for at in (0, 2) if points.both_ways else (0,):
-            if drifts[at]:
-                self._warn("drift", values[at], what="the gain of the cells" if at else self.mu)
+        if drifts[0] and self.speed and abs(self.speed.power) > 3.0 * self.speed.standard_error:
+            self._warn("speed", value=self.speed.power)
+        elif drifts[0]:
+            self._warn("drift", values[0], what=self.mu)
+        if points.both_ways and drifts[2]:
+            self._warn("drift", values[2], what="the gain of the cells")
         self.checks.append(Check("drift", float(values[0]), float(error[0]), "1", bool(drifts[::2].any()), 0.0))
 
     def _zeros(self) -> None:
@@ -231,40 +233,3 @@ class Remarks:
             self._warn("above 1")
         if uncertainty.interval_95[0] <= 0.0:
             self._warn("zero within")
-
-
-def climbing(log: Log, result: Estimated) -> float:
-    """How far the ratio surely climbs over a whole stroke on the limit, of its way: 0 in slip, 1 in stick."""
-    from scipy.special import stdtrit
-
-    points, stroke = result.points, result.points.stroke
-    count = np.bincount(stroke)
-    full = count >= 4
-    if log.settled or np.count_nonzero(full) < 2:
-        return 0.0
-    along = (np.arange(len(stroke)) - points.first[stroke]) / count[stroke]
-    late, early = along >= 0.75, along < 0.25
-
-    def change(column: Floats) -> Floats:
-        ends = (np.bincount(stroke, column * end) / np.maximum(np.bincount(stroke, end), 1) for end in (late, early))
-        return np.asarray(np.subtract(*ends)[full])
-
-    every, kept = np.bincount(log.stroke), np.bincount(log.stroke[result.used], minlength=log.strokes)
-    stretch = (every / np.maximum(kept, 1))[kept > 0][full] / 0.75
-    climbs = change(points.way * points.log_ratio) * stretch / (2.0 * result.friction * float(np.mean(points.bend)))
-    steps = [float(np.mean(np.abs(change(np.log(cell))))) for cell in (points.motor, points.load)]
-    alone = 1.0 - min(steps) / max(*steps, 1e-300)  # in stick the load's cell rests, in slip both move
-    error = float(np.std(climbs, ddof=1)) / math.sqrt(len(climbs)) * float(stdtrit(len(climbs) - 1, 0.975))
-    return max(0.0, float(np.mean(climbs)) - error) * max(0.0, 2.0 * alone - 1.0)
-
-
-def never_rests(log: Log, result: Estimated) -> str | None:
-    """Why there is no limit at all; None if there is one."""
-    if log.settled:
-        return None
-    share, climb = float(np.mean(result.used)), climbing(log, result)
-    if climb > _NEVER_RESTS or (climb > _CLIMBS and share < _SOME_ROWS):
-        return "no stroke slips: the force ratio still moves where each of them ends"
-    if share < _FEW_ROWS:
-        return f"only {result.used.sum()} of {len(log.way)} rows slip, which is too few to answer for the others"
-    return None

@@ -19,14 +19,9 @@ _HEADER = f"""\
 {_MARK} A study takes it by
 #     [sheath]
 #     friction_from = "friction.toml"
-# The bend angle is that of the rig, not of the study's sheath.
 """
-_HEADER_OF_A_PRODUCT = f"""\
-{_MARK} Its bend angle was not given: it is μφ of one sheath.
-#     [sheath]
-#     friction_from = "friction.toml"
-#     bend_angle = "..."      # of the same sheath, as it was when μφ was measured
-"""
+_OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n"
+_OF_ONE_SHEATH = '#     bend_angle = "..."      # not given here: of the same sheath, as it was when μφ was measured\n'
 
 
 def headline(fit: Fit) -> list[str]:
@@ -135,7 +130,7 @@ def fragment_text(fit: Fit) -> str:
         "tendon_version": __version__,
     }  # fmt: skip
     lines = [f"{key} = {_toml(value)}" for key, value in values.items() if value not in {None, ""}]
-    return "\n".join([_HEADER_OF_A_PRODUCT if fit.friction is None else _HEADER, "[friction]", *lines, ""])
+    return "\n".join([_HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG), "[friction]", *lines, ""])
 
 
 def _toml(value: Any) -> str:

@@ -95,14 +95,14 @@ def _saturated(cell: Floats, step: float) -> Mask:
     """Rows at a rail and next to it."""
     known = cell[np.isfinite(cell)]
     values, counts = np.unique(known, return_counts=True)
-    if len(values) < _ENOUGH_VALUES or counts[-1] < _TOP_ROWS or counts[-1] <= _TOP_CODES * counts[-6:-1].mean():
-        return np.zeros(len(cell), dtype=bool)
-    noise = noise_of(known)
+    noise, none = noise_of(known), np.zeros(len(cell), dtype=bool)
+    if len(values) < _ENOUGH_VALUES or counts[-1] < _TOP_ROWS or noise <= _TOP_NOISE * step:
+        return none
     # A cell without noise stands wherever the tendon sticks, at both ends of the strokes, and not at the top alone.
     starts = np.concatenate([[0], np.flatnonzero(np.diff(known) != 0.0) + 1, [len(known)]])
     stands, top = np.diff(starts), known[starts[:-1]] == values[-1]
-    if noise <= _TOP_NOISE * step or stands[top].max() < 2 * stands[~top].max():
-        return np.zeros(len(cell), dtype=bool)
+    if counts[-1] <= _TOP_CODES * counts[-6:-1].mean() or stands[top].max() < 2 * stands[~top].max():
+        return none
     return np.asarray(cell >= values[-1] - _NEAR_RAIL * noise)
 
 
@@ -112,12 +112,9 @@ def _spikes(cell: Floats, step: float) -> Mask:
 
     filled = np.nan_to_num(cell, nan=0.0, posinf=0.0, neginf=0.0)
     away = np.abs(filled - median_filter(filled, _SPIKE_WINDOW, mode="nearest"))
-    usual = float(np.median(np.abs(filled)))
-    limits = (
-        _SPIKE_MEDIANS * float(np.median(away)), _SPIKE_NOISE * noise_of(filled), _SPIKE_SHARE * usual,
-        _SPIKE_STEPS * step,
-    )  # fmt: skip
-    spikes = away > max(limits)
+    usual, spread = float(np.median(np.abs(filled))), float(np.median(away))
+    by_noise = max(_SPIKE_MEDIANS * spread, _SPIKE_NOISE * noise_of(filled))
+    spikes = away > max(by_noise, _SPIKE_SHARE * usual, _SPIKE_STEPS * step)
     return np.asarray(spikes & (np.mean(spikes) < _MOST_SPIKES))
 
 

@@ -5,10 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import sys
-import tempfile
-from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
@@ -17,7 +14,7 @@ import numpy as np
 from tendon_cli.friction import budget, directions, effects, estimate, models, plateaus, prepare, rows
 
 from .cases import CASES
-from .chain import KINDS, logs, verdict
+from .chain import KINDS, Verdicts, logs
 from .torture import covers, run
 
 NEVER = 1e9
@@ -66,36 +63,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", default="")
-    seeds = parser.parse_args().seeds
-    only = parser.parse_args().only
-    of_chain = [(kind, *log) for kind in KINDS.values() if kind.tells for log in logs(kind, seeds)]
+    options = parser.parse_args()
+    of_chain = [(kind, *log) for kind in KINDS.values() if kind.tells for log in logs(kind, options.seeds)]
     sys.stdout.write("| without | silent, % | false alarms, % | intervals that hold, % | half-width, % | refused |\n")
     sys.stdout.write("|---|---|---|---|---|---|\n")
-    for name, changes in WITHOUT.items():
-        if only not in name:
-            continue
-        outcomes: Counter[str] = Counter()
-        held, halves = [], []
-        with without(changes), tempfile.TemporaryDirectory() as folder:
-            counts = [run(case, seeds, first_seed=1) for case in CASES if not CASES[case].hides]
-            for kind, columns, truth in of_chain:
-                outcome, sizes = verdict(kind, columns, truth, Path(folder))
-                outcomes[outcome] += 1
-                if outcome in ("right", "silent", "wide"):
-                    held.append(sizes["held"])
-                    halves.append(sizes["half"])
-        fits = [fit for count in counts for fit in count.fits if not fit.warnings]
-        held += [covers(fit) for fit in fits]
-        halves += [np.ptp(fit.uncertainty.interval_95) / 2.0 / fit.friction for fit in fits]
-        clean = [bool(fit.warnings) for count in counts if count.case.clean for fit in count.fits]
-        total = sum(count.seeds for count in counts) + outcomes.total()
-        silent = outcomes["silent"] + sum(count.silent() for count in counts)
-        refused = outcomes["wrongly refused"] + sum(len(c.refused) for c in counts if not c.case.refused)
-        alarms = (outcomes["false alarm"] + sum(clean)) / (outcomes.total() + len(clean))
-        sys.stdout.write(
-            f"| {name} | {100.0 * silent / total:.1f} | {100.0 * alarms:.1f} | {100.0 * np.mean(held):.0f}"
-            f" | {100.0 * np.median(halves):.2f} | {100.0 * refused / total:.1f} |\n"
-        )
+    for name in (name for name in WITHOUT if options.only in name):
+        verdicts = Verdicts()
+        with without(WITHOUT[name]):
+            for log in of_chain:
+                verdicts.judge(*log)
+            counts = [run(case, options.seeds, first_seed=1) for case in CASES if not CASES[case].hides]
+        for count in counts:
+            verdicts.outcomes["silent"] += count.silent()
+            verdicts.outcomes["rightly refused" if count.case.refused else "wrongly refused"] += len(count.refused)
+            quiet = [fit for fit in count.fits if not fit.warnings]
+            alarms = len(count.fits) - len(quiet) if count.case.clean else 0
+            verdicts.outcomes["false alarm"] += alarms
+            verdicts.outcomes["right"] += len(count.fits) - count.silent() - alarms
+            verdicts.held += [covers(fit) for fit in quiet]
+            verdicts.halves += [float(np.ptp(fit.uncertainty.interval_95)) / 2.0 / fit.friction for fit in quiet]
+        silent, alarms, refused = map(verdicts.share, ("silent", "false alarm", "wrongly refused"))
+        held, half = 100.0 * np.mean(verdicts.held), 100.0 * np.median(verdicts.halves)
+        sys.stdout.write(f"| {name} | {silent:.1f} | {alarms:.1f} | {held:.0f} | {half:.2f} | {refused:.1f} |\n")
         sys.stdout.flush()
 
 

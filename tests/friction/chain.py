@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+import tendon_cli as tendon
+from tendon_cli.errors import TendonError
 
 Array = npt.NDArray[np.float64]
 
@@ -355,35 +356,57 @@ def _kinds() -> dict[str, Kind]:
 KINDS = _kinds()
 
 
-def verdict(kind: Kind, columns: dict[str, Array], truth: float, folder: Path) -> tuple[str, dict[str, float]]:
-    """How the fit of a log comes out, as its user would judge it, and the sizes of its error and its interval."""
-    import tendon_cli as tendon
-    from tendon_cli.errors import TendonError
+COLUMNS = {"time": "time_s", "position": "position_mm", "motor": "motor_N", "load": "load_N"}
 
-    path = folder / "log.csv"
-    names = {"time": "time_s", "position": "position_mm", "motor": "motor_N", "load": "load_N"}
-    table = np.column_stack([values * (1e3 if name == "position" else 1.0) for name, values in columns.items()])
-    np.savetxt(
-        path, table, delimiter=",", header=",".join(names.get(name, name) for name in columns), comments="", fmt="%.6g"
-    )
-    bend = None if "bend_angle_rad" in columns else f"{kind.rig.bend} rad"
-    try:
-        fit = tendon.fit_friction(path, bend_angle=bend, **dict(kind.options))
-    except TendonError as refusal:
-        return ("rightly refused" if not kind.tells else "wrongly refused"), {"why": str(refusal)[:100]}  # type: ignore[dict-item]
-    record = fit.record
-    low, high = record["interval_95"]
-    error, half = record["friction"] / truth - 1.0, 0.5 * (high - low) / truth
-    sizes = {"error": error, "half": half, "held": float(low <= truth <= high), "warnings": record["warnings"]}
-    right = low <= truth <= high or abs(error) <= 0.01
-    if record["warnings"]:
-        words = " ".join(map(str, record["warnings"])).lower()
-        if kind.expects:
-            return ("warned" if kind.expects in words else "warned of something else"), sizes
-        return ("false alarm" if right else "warned of something else"), sizes
-    if not right:
-        return "silent" if kind.tells else "cannot tell", sizes
-    return ("wide" if half > 0.1 else "right"), sizes
+
+@dataclass
+class Verdicts:
+    """How fits come out, as their users would judge them."""
+
+    outcomes: Counter[str] = field(default_factory=Counter)
+    held: list[bool] = field(default_factory=list)
+    """Whether the truth is in the interval of a fit without warnings."""
+    halves: list[float] = field(default_factory=list)
+    """Half of that interval over the truth."""
+    errors: list[float] = field(default_factory=list)
+
+    def judge(self, kind: Kind, columns: dict[str, Array], truth: float) -> str:
+        """Fit a log of a kind; the outcome in words."""
+        outcome = self._judged(kind, columns, truth)
+        self.outcomes[outcome if kind.tells or "refused" in outcome else f"untold {outcome}"] += 1
+        return outcome
+
+    def _judged(self, kind: Kind, columns: dict[str, Array], truth: float) -> str:
+        frame = {COLUMNS.get(name, name): np.round(values * (1e3 if name == "position" else 1.0), 4)
+                 for name, values in columns.items()}  # fmt: skip
+        bend = None if "bend_angle_rad" in columns else f"{kind.rig.bend} rad"
+        try:
+            fit = tendon.fit_friction(frame, bend_angle=bend, **dict(kind.options))
+        except TendonError:
+            return "wrongly refused" if kind.tells else "rightly refused"
+        low, high = fit.interval_95
+        error = abs(fit.friction / truth - 1.0)
+        right = low <= truth <= high or error <= 0.01
+        self.errors.append(error)
+        if fit.warnings:
+            named = kind.expects in " ".join(fit.warnings).lower()
+            if kind.expects:
+                return "warned" if named else "warned of something else"
+            return "false alarm" if right else "warned of something else"
+        if kind.tells:
+            self.held.append(low <= truth <= high)
+            self.halves.append(0.5 * (high - low) / truth)
+        if not right:
+            return "silent" if kind.tells else "cannot tell"
+        return "wide" if high - low > 0.2 * truth else "right"
+
+    def share(self, *outcomes: str) -> float:
+        """Per cent of the logs that can show μ."""
+        every = sum(number for name, number in self.outcomes.items() if not name.startswith(("untold", "rightly")))
+        return 100.0 * sum(self.outcomes[name] for name in outcomes) / max(every, 1)
+
+    def __add__(self, other: Verdicts) -> Verdicts:
+        return Verdicts(self.outcomes + other.outcomes, self.held + other.held, self.halves + other.halves)
 
 
 def main() -> int:
@@ -392,35 +415,21 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--only", default="")
-    parser.add_argument("--why", action="store_true", help="print each log that did not come out right")
     options = parser.parse_args()
-    all_counts: Counter[str] = Counter()
-    held, halves = [], []
-    with tempfile.TemporaryDirectory() as folder:
-        for kind in (kind for name, kind in KINDS.items() if options.only in name):
-            counts: Counter[str] = Counter()
-            errors = []
-            for seed, (columns, truth) in enumerate(logs(kind, options.seeds, options.first), options.first):
-                outcome, sizes = verdict(kind, columns, truth, Path(folder))
-                counts[outcome] += 1
-                if kind.tells and "error" in sizes:
-                    errors.append(abs(sizes["error"]))
-                    if outcome in ("right", "silent", "wide"):
-                        held.append(sizes["held"])
-                        halves.append(sizes["half"])
-                if options.why and outcome not in ("right", "rightly refused", "warned"):
-                    sys.stdout.write(f"    {kind.name} {seed}: {outcome} {sizes}\n")
-            all_counts += Counter({(("" if kind.tells else "untold ") + name): n for name, n in counts.items()})
-            worst = f"median error {100 * np.median(errors):.2f} %" if errors else ""
-            sys.stdout.write(f"{kind.name:26} {dict(counts)} {worst}\n")
-            sys.stdout.flush()
-    told = sum(n for name, n in all_counts.items() if not name.startswith("untold"))
-    silent, alarms = (all_counts[name] / max(told, 1) for name in ("silent", "false alarm"))
-    sys.stdout.write(
-        f"{dict(all_counts)}\nsilent {100 * silent:.1f} % of {told}; false alarms {100 * alarms:.1f} %; "
-        f"intervals hold in {100 * np.mean(held):.1f} %; median half-width {100 * np.median(halves):.2f} %\n"
-    )
-    return int(silent > 0.02)
+    every = Verdicts()
+    for kind in (kind for name, kind in KINDS.items() if options.only in name):
+        verdicts = Verdicts()
+        for log in logs(kind, options.seeds, options.first):
+            verdicts.judge(kind, *log)
+        every += verdicts
+        worst = f"median error {100 * np.median(verdicts.errors):.2f} %" if verdicts.errors else ""
+        sys.stdout.write(f"{kind.name:26} {dict(verdicts.outcomes)} {worst}\n")
+        sys.stdout.flush()
+    silent, alarms = every.share("silent"), every.share("false alarm")
+    held, half = 100.0 * np.mean(every.held), 100.0 * np.median(every.halves)
+    sys.stdout.write(f"{dict(every.outcomes)}\nsilent {silent:.1f} %; false alarms {alarms:.1f} %; ")
+    sys.stdout.write(f"intervals hold in {held:.1f} %; median half-width {half:.2f} %\n")
+    return int(silent > 2.0)
 
 
 if __name__ == "__main__":

@@ -129,6 +129,8 @@ def test_friction_that_goes_with_speed_is_told() -> None:
             parts[-1]["time_s"] += parts[-2]["time_s"].iloc[-1] + 0.02
             parts[-1]["position_mm"] += parts[-2]["position_mm"].iloc[-1]
     fit = tendon.fit_friction(pd.concat(parts, ignore_index=True), ANGLE, position="position_mm")
+    assert any("goes with the speed" in text for text in fit.warnings)
+    assert not any("drift" in text for text in fit.warnings)
     assert fit.speed.power == pytest.approx(0.1, abs=0.03)
     assert fit.speed.fastest / fit.speed.slowest == pytest.approx(8.0, rel=0.2)
 
