@@ -23,13 +23,13 @@ MOST_BYTES = 2_300_000
 """Of all maps together, so that a page stays under 5 MB with its library and its states."""
 
 CLASSES = (
-    {"label": "feasible", "letter": "F", "colour": "feasible"},
-    {"label": "beyond a limit", "letter": "L", "colour": "beyond"},
-    {"label": "unstable", "letter": "U", "colour": "unstable"},
-    {"label": "slack", "letter": "S", "colour": "slack"},
-    {"label": "no equilibrium", "letter": "N", "colour": "nowhere"},
+    {"label": "feasible", "sign": "F", "colour": "feasible"},
+    {"label": "beyond a limit", "sign": "L", "colour": "beyond"},
+    {"label": "unstable", "sign": "U", "colour": "unstable"},
+    {"label": "slack", "sign": "S", "colour": "slack"},
+    {"label": "no equilibrium", "sign": "N", "colour": "nowhere"},
 )
-"""What a design comes to, the best first; letters say what colours do."""
+"""What a design comes to, the best first; signs say what colours do."""
 
 
 def page_data(kind: str, **given: Any) -> dict[str, Any]:

@@ -106,9 +106,9 @@ def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
     """Why a choice has no window, as a map of classes."""
     texts = conflicts_of(read, cube.limits).tolist()
     names = list(dict.fromkeys(text for text in texts if text))
-    classes = [{"label": "has a window", "letter": "W", "colour": "feasible"}]
+    classes = [{"label": "has a window", "sign": "W", "colour": "feasible"}]
     classes += [
-        {"label": name, "letter": "ABCDEFGHIJ"[at % 10], "colour": _COLOURS[at % len(_COLOURS)]}
+        {"label": name, "sign": "ABCDEFGHIJ"[at % 10], "colour": _COLOURS[at % len(_COLOURS)]}
         for at, name in enumerate(names)
     ]
     values = [1 + names.index(text) if text else 0 for text in texts]
@@ -175,13 +175,13 @@ def _condition(problem: Any, condition: int) -> str:
 
 def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: Mapping[str, bool]) -> list[str]:
     parts = {
-        "map": ("Map", "Map of the choices", html.MAP),
-        "windows": ("Windows", "Windows of pretension", html.WINDOWS),
-        "between": ("Angles", "What binds where, for the choice named first", html.BETWEEN),
-        "people": ("People", "For whom", html.PEOPLE),
-        "front": ("Front", "What one goal costs the other", html.FRONT),
-        "design": ("One choice", "The states of one choice, at its pretension", html.STATES),
-        "list": ("Table", "All choices of this page", html.TABLE if has["front"] else html.TABLE_WITHOUT_FRONT),
+        "map": ("Map", "Map of the choices", html.part("map")),
+        "windows": ("Windows", "Windows of pretension", html.part("windows")),
+        "between": ("Angles", "What binds where, for the choice named first", html.part("between")),
+        "people": ("People", "For whom", html.part("people")),
+        "front": ("Front", "What one goal costs the other", html.part("front")),
+        "design": ("One choice", "The states of one choice, at its pretension", html.part("states")),
+        "list": ("Table", "All choices of this page", html.part("table")),
     }
     there = {name: part for name, part in parts.items() if has.get(name, True)}
     links = {"answer": "Answer", **{name: part[0] for name, part in there.items()}}

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import itertools
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
@@ -14,6 +15,7 @@ from typing import Any
 from tendon_cli import say
 from tendon_cli.say import Block
 
+_PAGE = files("tendon_cli.reports") / "page"
 _SCRIPTS = ("base", "map", "states", "table", "answers", "start")
 MARK = '<meta name="generator" content="tendon">'
 """What tells a page of ours, near its beginning."""
@@ -23,31 +25,13 @@ _PLOTLY = "plotly-cartesian-4.1.1.min.js"
 
 def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any], joint: str = "elbow") -> str:
     """The whole file: `sections` are HTML, `data` is what the scripts draw, `joint` the word for the study's joint."""
-    page = files("tendon_cli.reports") / "page"
-    code = "\n".join((page / f"{name}.js").read_text(encoding="utf-8") for name in _SCRIPTS)
+    code = "\n".join((_PAGE / f"{name}.js").read_text(encoding="utf-8") for name in _SCRIPTS)
     library = (files("tendon_cli.reports") / "plotly" / _PLOTLY).read_text(encoding="utf-8")
-    policy = f"default-src 'none'; script-src {_source(library)} {_source(code)}; "
-    policy += "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-{MARK}
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escape(title)}</title>
-<style>{(page / "page.css").read_text(encoding="utf-8")}</style>
-</head>
-<body>
-<main>
-{say.of_joint("".join(sections), joint)}
-</main>
-<script type="application/json" id="data">{say.of_joint(_embedded(data), joint)}</script>
-<script>{library}</script>
-<script>{code}</script>
-</body>
-</html>
-"""
+    return (_PAGE / "page.html").read_text(encoding="utf-8").format(
+        mark=MARK, scripts=f"{_source(library)} {_source(code)}", title=escape(title), library=library, code=code,
+        style=(_PAGE / "page.css").read_text(encoding="utf-8"), sections=say.of_joint("".join(sections), joint),
+        data=say.of_joint(_embedded(data), joint),
+    )  # fmt: skip
 
 
 def _source(script: str) -> str:
@@ -129,48 +113,15 @@ _OF_BLOCKS: dict[str, Callable[[Any], str]] = {
     "table": lambda rows: table(rows[0], rows[1:]),
 }
 
-MAP = (
-    '<div id="choosers" class="controls"></div><div id="sliders" class="controls"></div>'
-    '<div id="map-frame" tabindex="0" role="application" aria-describedby="map-help" '
-    'aria-label="Map with a cell cursor">'
-    f'{plot("map", "The map")}</div><p id="map-key"></p>'
-    '<p id="map-help" class="says">Hover for values; a click, or the arrow keys and Enter, show the states of a '
-    "design.</p>"
-    '<p id="map-says" class="says" aria-live="polite"></p>'
-)
+_PLOTS = {
+    "map": "The map", "states": "States over the elbow angle", "windows": "Window of pretension",
+    "front": "Choices and their front", "people": "Persons served and left out",
+    "between": "The window over the elbow angle",
+}  # fmt: skip
 
-STATES = (
-    '<p id="design-says" aria-live="polite"></p><div class="two"><div><div id="groups" class="controls"></div>'
-    f"{plot('states', 'States over the elbow angle')}</div><div>"
-    '<label class="slider">Elbow angle <input type="range" id="angle" min="0" value="0">'
-    '<output id="angle-says"></output></label>'
-    '<div id="arm"></div><ul id="arm-values"></ul></div></div>'
-)
 
-_MARKED = '<label><input type="checkbox" id="brushed-only"> marked on the front only</label>'
-TABLE = (
-    '<div class="controls"><label>Filter <input id="filter" placeholder="margin &gt; 5 N; load mass = 3 kg"></label>'
-    f"{_MARKED}</div>"
-    '<p id="filter-fault" role="alert"></p><p id="list-says" class="says" aria-live="polite"></p>'
-    '<div id="list" class="scroll" tabindex="0"></div><button type="button" id="more">Show more</button>'
-)
-
-WINDOWS = plot("windows", "Window of pretension")
-
-TABLE_WITHOUT_FRONT = TABLE.replace(_MARKED, "")
-
-FRONT = (
-    '<div id="front-axes" class="controls"></div>'
-    + plot("front", "Choices and their front")
-    + '<div class="controls">Mark choices'
-    + "".join(
-        f'<label>{axis} from <input class="bound" type="number" step="any" id="brush-{axis}-low"></label>'
-        f'<label>to <input class="bound" type="number" step="any" id="brush-{axis}-high"></label>'
-        for axis in ("x", "y")
-    )
-    + '</div><p id="brush-says" class="says" aria-live="polite">Nothing is marked.</p>'
-)
-
-PEOPLE = plot("people", "Persons served and left out")
-
-BETWEEN = '<p id="between-says" class="says"></p>' + plot("between", "The window over the elbow angle")
+def part(name: str) -> str:
+    """A figure, or the table, with what steers it (`page/parts.html`)."""
+    texts = re.split(r"<!-- (\w+) -->\n", (_PAGE / "parts.html").read_text(encoding="utf-8"))[1:]
+    parts = dict(zip(texts[::2], texts[1::2], strict=True))
+    return parts[name].replace("{plot}", plot(name, _PLOTS[name]) if name in _PLOTS else "")

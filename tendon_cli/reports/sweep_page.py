@@ -96,9 +96,9 @@ def _sections(
             links | {"study": "Study", "record": "Record"},
         ),
         html.section("answer", "What came out", answer, "answer"),
-        *([html.section("map", "Map of the designs", html.MAP)] if has_map else []),
-        html.section("design", "The states of one design", html.STATES),
-        html.section("list", "All designs of this page", html.TABLE_WITHOUT_FRONT),
+        *([html.section("map", "Map of the designs", html.part("map"))] if has_map else []),
+        html.section("design", "The states of one design", html.part("states")),
+        html.section("list", "All designs of this page", html.part("table")),
         *ending(record, document),
     ]
 

@@ -24,8 +24,8 @@ async function drawWindows() {
     { ...common, y: low, name: "from", line: { color: colour("extensor") }, marker: { symbol: "triangle-up", size: 9 }, hovertemplate: "from %{y:.5g} N: %{customdata[0]}<extra></extra>" },
     { ...common, y: high, name: "to", fill: "tonexty", fillcolor: colour("band"), line: { color: colour("flexor"), dash: "dash" }, marker: { symbol: "triangle-down", size: 9 }, hovertemplate: "to %{y:.5g} N: %{customdata[1]}<extra></extra>" },
   ];
-  const more = { title: { text: "Window of pretension", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(axis) }, type: kindOf(axis) }, yaxis: { title: { text: `${page.design.pretension} [N]` }, rangemode: "tozero" } };
-  await draw("windows", traces, more, drawWindows);
+  const up = { title: { text: `${page.design.pretension} [N]` }, rangemode: "tozero" };
+  await draw("windows", drawWindows, traces, "Window of pretension", axisOf(axis), up);
   asTable("windows", [named(axis), "from [N]", "bound by", "to [N]", "bound by"], () => x.map((_, i) => [valueOf(axis, i), low[i] === null ? "none" : number(low[i]), by[i][0], high[i] === null ? "none" : number(high[i]), by[i][1]]));
 }
 
@@ -41,8 +41,7 @@ async function drawFront() {
     points(rows.filter((row) => !(on[row] > 0)), { mode: "markers", name: "choices", marker: { color: colour("faint"), size: 8 } }),
     points(inFront, { mode: "lines+markers", name: "on the front", line: { color: colour("flexor"), dash: "dot" }, marker: { symbol: "diamond", size: 10, color: colour("flexor") } }),
   ];
-  const more = { dragmode: "select", title: { text: "Choices; drag a box to mark them on the map", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } };
-  await draw("front", traces, more, drawFront);
+  await draw("front", drawFront, traces, "Choices; drag a box to mark them on the map", named(x), named(y), { dragmode: "select" });
   asTable("front", [named(x), named(y), "on the front"], () => rows.map((row) => [number(xs[row]), number(ys[row]), on[row] > 0 ? "yes" : "no"]));
 }
 
@@ -90,7 +89,7 @@ async function drawPeople() {
     return { type: "scatter", mode: "markers", name, x: rows.map((row) => xs[row]), y: rows.map((row) => ys[row]), marker };
   };
   const traces = [group(true, "served", { color: colour("flexor"), size: 5, opacity: 0.6 }), group(false, "not served", { color: colour("extensor"), size: 8, symbol: "x" })];
-  await draw("people", traces, { title: { text: page.people.title, x: 0.02, font: { size: 14 } }, xaxis: { title: { text: named(x) } }, yaxis: { title: { text: named(y) } } }, drawPeople);
+  await draw("people", drawPeople, traces, page.people.title, named(x), named(y));
   asTable("people", [named(x), named(y), "served"], () => Array.from(xs.keys()).map((row) => [number(xs[row]), number(ys[row]), ok[row] > 0 ? "yes" : "no"]));
 }
 
@@ -105,7 +104,7 @@ async function drawBetween() {
   }));
   traces.push({ type: "scatter", mode: "markers", x: samples.x, y: samples.y, name: "angle of the study", marker: { color: colour("text"), size: 5 }, hovertemplate: "%{x:.4g}°: %{y:.5g} N<extra></extra>" });
   const band = { type: "rect", xref: "paper", x0: 0, x1: 1, y0: window[0], y1: Math.min(window[1] ?? top, top), fillcolor: colour("band"), line: { width: 0 }, layer: "below" };
-  const more = { title: { text: "The window over the angle", x: 0.02, font: { size: 14 } }, xaxis: { title: { text: `${page.angle} [deg]` } }, yaxis: { title: { text: `${page.design.pretension} [N]` }, range: [0, top] }, shapes: [band] };
-  await draw("between", traces, more, drawBetween);
+  const up = { title: { text: `${page.design.pretension} [N]` }, range: [0, top] };
+  await draw("between", drawBetween, traces, "The window over the angle", `${page.angle} [deg]`, up, { shapes: [band] });
   asTable("between", [`${page.angle} [deg]`, ...lines.map(({ label, end }) => `${label}, ${end} [N]`)], () => angles.map((angle, at) => [number(angle), ...lines.map(({ values }) => (values[at] === null ? "none" : number(values[at])))]));
 }

@@ -7,7 +7,7 @@ const view = { quantity: 0, x: 0, y: 1, at: page.axes.map(() => 0), brushed: nul
 // Packed numbers: base64 of deflated little-endian numbers; "u1" holds classes, "u2" steps from `low`, 65535 where there is none.
 async function unpack(packed) {
   if (packed.values) return packed.values;
-  const bytes = Uint8Array.from(atob(packed.data), (letter) => letter.charCodeAt(0));
+  const bytes = Uint8Array.from(atob(packed.data), (sign) => sign.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const buffer = await new Response(stream).arrayBuffer();
   if (packed.type === "u1") packed.values = Float32Array.from(new Uint8Array(buffer));
@@ -30,6 +30,7 @@ function make(name, attributes = {}, ...children) {
 const place = (id) => document.getElementById(id);
 const number = (value) => (Number.isFinite(value) ? String(Number(value.toPrecision(5))) : "none");
 const withUnit = (value, unit) => (Number.isFinite(value) && unit ? `${number(value)} ${unit}` : number(value));
+const classOf = (kinds, value) => (kinds[value] || { label: "none" }).label;
 const named = (thing) => (thing.unit ? `${thing.label} [${thing.unit}]` : thing.label);
 const valueOf = (axis, index) => (axis.names ? axis.names[index] : withUnit(axis.values[index], axis.unit));
 const lengthOf = (axis) => (axis.names || axis.values).length;
@@ -65,9 +66,12 @@ const settings = {
   modeBarButtonsToRemove: ["lasso2d", "autoScale2d", "sendChartToCloud"],
 };
 
-async function draw(id, traces, more, again) {
+// A figure with its title and the titles of its axes, or axes; `again` draws it anew.
+async function draw(id, again, traces, title, x, y, more = {}) {
   drawn.set(id, again);
-  await Plotly.react(place(id), traces, layout(more), settings);
+  const axis = (given) => (typeof given === "string" ? { title: { text: given } } : given);
+  const texts = { title: { text: title, x: 0.02, font: { size: 14 } }, xaxis: axis(x), yaxis: axis(y) };
+  await Plotly.react(place(id), traces, layout({ ...texts, ...more }), settings);
 }
 
 // The same numbers as a table, made when it is opened.

@@ -6,29 +6,22 @@ const mapped = { z: [], values: null };
 const chosen = () => page.quantities[view.quantity];
 const others = () => page.axes.map((_, at) => at).filter((at) => at !== view.x && at !== view.y);
 const hasMap = () => page.axes.length > 0 && page.quantities.length > 0;
-const rowsOfMap = () => (view.y < page.axes.length ? lengthOf(page.axes[view.y]) : 1);
+const isLine = () => view.y >= page.axes.length;
+const rowsOfMap = () => (isLine() ? 1 : lengthOf(page.axes[view.y]));
 
 function cellOf(i, j) {
   const at = [...view.at];
   at[view.x] = i;
-  if (view.y < page.axes.length) at[view.y] = j;
+  if (!isLine()) at[view.y] = j;
   return cellAt(at);
 }
 
-function along(axis) {
-  return axis.names ? axis.names : axis.values;
-}
+const along = (axis) => axis.names || axis.values;
 
 function sliced() {
-  const columns = lengthOf(page.axes[view.x]);
-  const start = cellOf(0, 0);
-  const [dx, dy] = [strides[view.x], view.y < page.axes.length ? strides[view.y] : 0];
-  mapped.z = Array.from({ length: rowsOfMap() }, (_, j) => {
-    if (dx === 1) return mapped.values.subarray(start + j * dy, start + j * dy + columns);
-    const row = new Float32Array(columns);
-    for (let i = 0; i < columns; i++) row[i] = mapped.values[start + j * dy + i * dx];
-    return row;
-  });
+  const [length, start, dx, dy] = [lengthOf(page.axes[view.x]), cellOf(0, 0), strides[view.x], isLine() ? 0 : strides[view.y]];
+  const row = (j) => Float32Array.from({ length }, (_, i) => mapped.values[start + j * dy + i * dx]);
+  mapped.z = Array.from({ length: rowsOfMap() }, (_, j) => row(j));
 }
 
 function heat() {
@@ -45,8 +38,8 @@ function heat() {
   return { ...trace, colorscale: scale, zmin: -0.5, zmax: count - 0.5, showscale: false };
 }
 
-// Letters on a coarse grid of cells say a class without its colour.
-function letters() {
+// Signs on a coarse grid of cells name a class without its colour.
+function signs() {
   const quantity = chosen();
   if (!quantity.classes) return [];
   const [columns, rows] = [lengthOf(page.axes[view.x]), rowsOfMap()];
@@ -58,7 +51,7 @@ function letters() {
       if (!Number.isFinite(at)) continue;
       x.push(along(page.axes[view.x])[i]);
       y.push(along(page.axes[view.y])[j]);
-      text.push(quantity.classes[at].letter);
+      text.push(quantity.classes[at].sign);
     }
   }
   return [{ type: "scatter", mode: "text", x, y, text, textfont: { color: colour("on-class"), size: 12 }, hoverinfo: "skip", showlegend: false }];
@@ -66,12 +59,12 @@ function letters() {
 
 // The key of the classes; a map of numbers has its colour bar.
 function drawKey() {
-  const item = (kind) => make("span", {}, make("span", { class: "swatch", style: `background: var(--${kind.colour})` }, kind.letter), ` ${kind.label} `);
+  const item = (kind) => make("span", {}, make("span", { class: "swatch", style: `background: var(--${kind.colour})` }, kind.sign), ` ${kind.label} `);
   place("map-key").replaceChildren(...(chosen().classes || []).map(item));
 }
 
 function brushedCells() {
-  if (!view.brushed || view.y >= page.axes.length) return [];
+  if (!view.brushed || isLine()) return [];
   const hidden = others();
   const [x, y] = [[], []];
   for (const cell of view.brushed) {
@@ -85,10 +78,9 @@ function brushedCells() {
 }
 
 function lineOfMap() {
-  const quantity = chosen();
-  const given = Array.from(mapped.z[0]);
-  const named = quantity.classes ? given.map((at) => (Number.isFinite(at) ? quantity.classes[at].label : null)) : given;
-  return { type: "scatter", mode: "lines+markers", x: along(page.axes[view.x]), y: named, line: { color: colour("flexor") } };
+  const { classes } = chosen();
+  const y = Array.from(mapped.z[0], (at) => (!classes ? at : Number.isFinite(at) ? classes[at].label : null));
+  return { type: "scatter", mode: "lines+markers", x: along(page.axes[view.x]), y, line: { color: colour("flexor") } };
 }
 
 function cursorShape() {
@@ -101,12 +93,12 @@ function cursorShape() {
     return [outwards(-1), outwards(1)];
   };
   const [x0, x1] = edge(page.axes[view.x], cursor.i);
-  if (view.y >= page.axes.length) return [{ type: "line", xref: "x", yref: "paper", x0: (x0 + x1) / 2, x1: (x0 + x1) / 2, y0: 0, y1: 1, line: { color: colour("mark") } }];
+  if (isLine()) return [{ type: "line", xref: "x", yref: "paper", x0: (x0 + x1) / 2, x1: (x0 + x1) / 2, y0: 0, y1: 1, line: { color: colour("mark") } }];
   const [y0, y1] = edge(page.axes[view.y], cursor.j);
   return [{ type: "rect", x0, x1, y0, y1, line: { color: colour("mark"), width: 3 } }];
 }
 
-const kindOf = (axis) => (axis.names ? "category" : axis.is_log ? "log" : "linear");
+const axisOf = (axis) => ({ title: { text: named(axis) }, type: axis.names ? "category" : axis.is_log ? "log" : "linear" });
 
 // The title of a map; a single value needs no colour bar.
 const headed = (quantity) => (!quantity.classes && quantity.low === quantity.high ? `${quantity.label}: ${withUnit(quantity.low, quantity.unit)} wherever it is known` : named(quantity));
@@ -114,38 +106,27 @@ const headed = (quantity) => (!quantity.classes && quantity.low === quantity.hig
 async function drawMap() {
   mapped.values = await unpack(chosen().array);
   sliced();
-  const flat = view.y >= page.axes.length;
-  const traces = flat ? [lineOfMap()] : [heat(), ...letters(), ...brushedCells()];
-  const more = {
-    title: { text: headed(chosen()), x: 0.02, font: { size: 14 } },
-    xaxis: { title: { text: named(page.axes[view.x]) }, type: kindOf(page.axes[view.x]), showgrid: false },
-    yaxis: flat ? { title: { text: named(chosen()) } } : { title: { text: named(page.axes[view.y]) }, type: kindOf(page.axes[view.y]), showgrid: false },
-    shapes: cursorShape(),
-  };
-  if (narrow() && !chosen().classes) more.margin = { l: 56, r: 8, t: 34, b: 96 };
+  const traces = isLine() ? [lineOfMap()] : [heat(), ...signs(), ...brushedCells()];
+  const y = isLine() ? named(chosen()) : { ...axisOf(page.axes[view.y]), showgrid: false };
+  const more = { shapes: cursorShape(), ...(narrow() && !chosen().classes ? { margin: { l: 56, r: 8, t: 34, b: 96 } } : {}) };
   drawKey();
-  await draw("map", traces, more, drawMap);
-  const heads = [named(page.axes[view.x]), ...(flat ? [] : [named(page.axes[view.y])]), named(chosen())];
-  asTable("map", heads, () => tabled(flat));
+  await draw("map", drawMap, traces, headed(chosen()), { ...axisOf(page.axes[view.x]), showgrid: false }, y, more);
+  asTable("map", [...shownAxes().map(named), named(chosen())], tabled);
 }
 
-function tabled(flat) {
-  const rows = [];
-  const [columns, quantity] = [lengthOf(page.axes[view.x]), chosen()];
-  mapped.z.forEach((row, j) => {
-    for (let i = 0; i < columns; i++) {
-      const value = quantity.classes ? (quantity.classes[row[i]] || { label: "none" }).label : number(row[i]);
-      rows.push([valueOf(page.axes[view.x], i), ...(flat ? [] : [valueOf(page.axes[view.y], j)]), value]);
-    }
-  });
-  return rows;
+const shownAxes = () => (isLine() ? [page.axes[view.x]] : [page.axes[view.x], page.axes[view.y]]);
+
+function tabled() {
+  const { classes } = chosen();
+  const places = (i, j) => shownAxes().map((axis, at) => valueOf(axis, [i, j][at]));
+  return mapped.z.flatMap((row, j) => Array.from(row, (value, i) => [...places(i, j), classes ? classOf(classes, value) : number(value)]));
 }
 
 function say(cell = cellOf(cursor.i, cursor.j)) {
   const value = mapped.values[cell];
   const quantity = chosen();
   const where = page.axes.map((axis, at) => `${axis.label} ${valueOf(axis, positionOf(cell)[at])}`);
-  const what = quantity.classes ? (quantity.classes[value] || { label: "none" }).label : withUnit(value, quantity.unit);
+  const what = quantity.classes ? classOf(quantity.classes, value) : withUnit(value, quantity.unit);
   place("map-says").textContent = `${where.join(", ")}: ${quantity.label} ${what}`;
 }
 
@@ -170,16 +151,16 @@ function onKey(event) {
 function sliders() {
   const boxes = others().map((at) => {
     const axis = page.axes[at];
-    const told = make("output", {}, valueOf(axis, view.at[at]));
+    const shows = make("output", {}, valueOf(axis, view.at[at]));
     const input = make("input", { type: "range", min: 0, max: lengthOf(axis) - 1, value: view.at[at], "aria-label": named(axis), "aria-valuetext": valueOf(axis, view.at[at]) });
     input.addEventListener("input", () => {
       view.at[at] = Number(input.value);
-      told.textContent = valueOf(axis, view.at[at]);
-      input.setAttribute("aria-valuetext", told.textContent);
+      shows.textContent = valueOf(axis, view.at[at]);
+      input.setAttribute("aria-valuetext", shows.textContent);
       redraw();
       moveStates(at, view.at[at]);
     });
-    return make("label", { class: "slider" }, `${axis.label} `, input, told);
+    return make("label", { class: "slider" }, `${axis.label} `, input, shows);
   });
   place("sliders").replaceChildren(...boxes);
 }
@@ -214,7 +195,7 @@ function redraw() {
 async function startMap() {
   if (!hasMap()) return;
   view.at = page.start || view.at;
-  [cursor.i, cursor.j] = [view.at[view.x], view.y < page.axes.length ? view.at[view.y] : 0];
+  [cursor.i, cursor.j] = [view.at[view.x], isLine() ? 0 : view.at[view.y]];
   choosers();
   sliders();
   await drawMap();

@@ -42,8 +42,8 @@ async function drawStates() {
   const group = page.states.groups[shown.group];
   const traces = await curves();
   const line = { type: "line", xref: "x", yref: "paper", x0: angleNow(), x1: angleNow(), y0: 0, y1: 1, line: { color: colour("mark"), dash: "dot" } };
-  const more = { title: { text: named(group), x: 0.02, font: { size: 14 } }, xaxis: { title: { text: `${page.angle} [deg]` } }, yaxis: { title: { text: named({ label: narrow() ? "" : (group.short || group.label).split(",")[0], unit: group.unit }) } }, shapes: [line] };
-  await draw("states", traces, more, drawStates);
+  const up = named({ label: narrow() ? "" : group.label.split(",")[0], unit: group.unit });
+  await draw("states", drawStates, traces, named(group), `${page.angle} [deg]`, up, { shapes: [line] });
   const heads = [`${page.angle} [deg]`, ...traces.map((trace) => `${trace.name} [${group.unit}]`)];
   asTable("states", heads, () => page.states.angles.map((angle, at) => [number(angle), ...traces.map((trace) => number(trace.y[at]))]));
 }

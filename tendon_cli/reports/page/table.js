@@ -13,8 +13,7 @@ async function columnsOfTable() {
     else {
       const like = column.array ? column : page.quantities[column.quantity];
       const values = await unpack(like.array);
-      const told = like.classes ? (row) => (like.classes[values[row]] || { label: "none" }).label : (row) => values[row];
-      columns.push({ ...like, value: told });
+      columns.push({ ...like, value: (row) => (like.classes ? classOf(like.classes, values[row]) : values[row]) });
     }
   }
   return columns;
@@ -37,9 +36,9 @@ function columnNamed(text) {
   const wanted = text.trim().toLowerCase();
   const words = wanted.replaceAll("_", " ");
   const known = listed.columns;
-  const found = known.find((each) => each.name === wanted || each.key === wanted) || known.find((each) => each.label.toLowerCase() === words) || known.find((each) => each.label.toLowerCase().startsWith(words));
-  if (!found) throw new Error(`no column is called "${text.trim()}"; the heads of the columns are their names`);
-  return found;
+  const column = known.find((each) => each.name === wanted || each.key === wanted) || known.find((each) => each.label.toLowerCase() === words) || known.find((each) => each.label.toLowerCase().startsWith(words));
+  if (!column) throw new Error(`no column is called "${text.trim()}"; the heads of the columns are their names`);
+  return column;
 }
 
 function wantedOf(column, text, sign) {
@@ -114,6 +113,7 @@ async function startTable() {
       place("filter-fault").textContent = fault.message; // the rows stay as they were until it is one
     }
   });
+  if (!place("front")) place("brushed-only").parentElement.remove();
   place("brushed-only")?.addEventListener("change", (event) => { listed.brushedOnly = event.target.checked; drawTable(); });
   drawTable();
 }
