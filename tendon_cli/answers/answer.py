@@ -13,13 +13,22 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.answers.asked import Goal, goals_of
 from tendon_cli.answers.bench import bench_record
 from tendon_cli.answers.between import Proofs, between_record, rows_to_prove
-from tendon_cli.answers.candidates import Pair, best_of, conflicts_of, leaves_out, nearest
+from tendon_cli.answers.candidates import (
+    Pair,
+    best_of,
+    compromise,
+    conflicts_of,
+    front,
+    leaves_out,
+    losses,
+    nearest,
+    refined,
+)
 from tendon_cli.answers.fixes import fixes, relaxation, sampled
-from tendon_cli.answers.front import Goal, compromise, front, goals_of, losses
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.refine import refined
 from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import Solutions, of_rows

@@ -8,7 +8,7 @@ upper end of a window the elbow is not held near one angle: `drift_of` says how 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, severest, worst
+from tendon_cli.answers.words import Row
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.drift import Drift, drift
@@ -172,3 +173,59 @@ def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
     first, last = float(problem.angles.min()), float(problem.angles.max())
     ways = [drift(design, start, end) for end in (first, last) if end != start]
     return BEYOND * high, max(ways, key=lambda way: abs(way.end - way.start))
+
+
+# --- In words --------------------------------------------------------------------------------------------------------
+
+
+def on_whom(problem: Problem) -> str:
+    """Whose tensions the record has: the study's own arm is that of the mean man, if it is about people."""
+    return " on the mean man" if PERSON_AXIS in problem.counts else ""
+
+
+def posture(problem: Problem, setting: Row) -> str:
+    """The posture in which a pretension is set."""
+    joint, (angle, tilt, load) = say.joint_word(problem.study), (setting[name] for name in _POSTURE)
+    if joint != "elbow":
+        limb, hand = f"{joint} at {say.quantity('elbow_angle', angle)}", "without a load"
+    else:
+        tilted = f", upper arm at {say.quantity('upper_arm_angle', tilt)}" if tilt else ""
+        limb = f"elbow at {say.quantity('elbow_angle', angle)}{tilted}" if angle or tilt else "arm hanging straight"
+        hand = "hand empty"
+    held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
+    return f"{limb}, {held}, after {setting['after']}"
+
+
+_POSTURE = ("angle", "upper_arm_angle", "load")
+
+
+def to_set(problem: Problem, record: Row) -> Iterator[str]:
+    """What gauges show at the joint and at the motor, and what a length of the tendons does."""
+    row = record["best"]
+    joint, joint_extensor, motor, motor_extensor = (say.quantity(name, row[name], 4) for name in SET)
+    yield f"{joint} in the flexor and {joint_extensor} in the extensor at the joint"
+    yield f"{motor} and {motor_extensor} at the motor"
+    if on_whom(problem):
+        flexor, extensor = (_spread(name, record["population"]["set"][name]) for name in SET[:2])
+        persons = problem.counts[PERSON_AXIS]
+        whom = "nine persons of ten" if persons >= FEW else "these persons" if persons > 1 else "this person"
+        yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
+    length, per_mm = row["tolerance_length"], say.number(1e-3 * record["setting"]["newtons_per_metre"], 2)
+    window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
+    yield f"1 mm taken from both tendons adds {per_mm} N{window}"
+
+
+def _spread(name: str, ends: Sequence[float]) -> str:
+    low, high = (say.quantity(name, end, 3) for end in ends)
+    return low if low == high else f"{low.partition(' ')[0]} to {high}"
+
+
+def drift_in_words(drift: Row | None) -> str:
+    """How far the elbow goes beyond the upper end of its window, if it is stability that ends it."""
+    if drift is None:
+        return ""
+    start, end = (say.quantity("elbow_angle", drift[name]) for name in ("start", "end"))
+    if start == end:
+        return ": at 10 % more it still stays"
+    far = f"drifts from {start} to {end}" if drift["balanced"] else f"goes on from {start} beyond {end}"
+    return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answers.asked import LOADS
 from tendon_cli.answers.proofs import Certificate, certified
-from tendon_cli.answers.question import LOADS, Problem
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.errors import UsageError
 from tendon_cli.model.between import end_curves

@@ -1,16 +1,19 @@
-"""Some choices of a question, and which of them may matter to an answer."""
+"""Which choices are best, which may matter to an answer, and better ones between the points of the grid."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
-from tendon_cli.answers.front import SERVED, USUAL, Goal, best, front, goals_of
+from tendon_cli.answers.asked import SERVED, USUAL, Columns, Goal, goals_of
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import WORST, Solutions, of_rows, severest, without_worst, worst
+from tendon_cli.answers.solve import WORST, Solutions, of_columns, of_rows, severest, without_worst, worst
 from tendon_cli.engine.task import Note
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
-from tendon_cli.space.axis import Numbers, Rows
+from tendon_cli.space.axis import Axis, Numbers, Rows
 
 Pair = tuple[str, ...]
 """The limit that asks for more pretension and the one that asks for less; one alone that no pretension can keep."""
@@ -18,6 +21,14 @@ Pair = tuple[str, ...]
 STATES_FOR_ALL = 2**30
 """States of all choices under persons or draws, beyond which the worst is worked out for the relevant ones alone."""
 
+_PENALTY = 1e3
+_AT_ONCE_PER_RANGE = 10
+_GENERATIONS = 120
+_FEWEST_GENERATIONS = 20
+_STATES = 4e7
+"""Most states of one search."""
+_NEAR_AN_EDGE = 1e-4
+_COMPARED = 2**11
 _SEVEREST = 8
 _UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))
 """Better than any worst there is."""
@@ -113,3 +124,124 @@ def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
         "conflicts": [[list(pair), len(rows)] for pair, rows in conflicts_of(choices).items()],
         "rows": choices.row[relevant(choices, goals)].tolist(),
     }
+
+
+# --- Comparing -------------------------------------------------------------------------------------------------------
+
+
+def best(scores: Array, tolerance: Array) -> int:
+    """The row of the largest scores, (rows,); of equals the one of the largest tolerance, then the first."""
+    return int(np.lexsort((-tolerance, -scores))[0])
+
+
+def front(scores: Array) -> Rows:
+    """Rows, ascending, that no other row beats: is as good in every goal and better in one. `scores` is (rows, goals).
+
+    Of rows that are equal in every goal the first stands for all.
+    """
+    _, first = np.unique(scores, axis=0, return_index=True)
+    order = first[np.lexsort(scores[first].T)[::-1]]  # no row is beaten by one that comes after it
+    kept = np.empty(0, dtype=np.int64)
+    for at in range(0, len(order), _COMPARED):
+        some = order[at : at + _COMPARED]
+        some = some[~_beaten(scores[some], scores[kept])]
+        kept = np.append(kept, some[~_beaten(scores[some], scores[some])])
+    return np.sort(kept)
+
+
+def _beaten(scores: Array, others: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Which rows are beaten by any of the others."""
+    beaten = np.zeros(len(scores), dtype=np.bool_)
+    for other in others:
+        beaten |= np.all(other >= scores, axis=1) & np.any(other > scores, axis=1)
+    return beaten
+
+
+def losses(scores: Array) -> Array:
+    """What each row of a front gives up of each goal, as a share of what the front spans: 0 is best, 1 worst."""
+    span = np.ptp(scores, axis=0)
+    return np.asarray((scores.max(axis=0) - scores) / np.where(span > 0.0, span, 1.0))
+
+
+def compromise(scores: Array) -> int:
+    """The row of a front, (rows, goals), that gives up the least of the goal of which it gives up most."""
+    given_up = losses(scores)
+    return int(np.lexsort((given_up.sum(axis=1), given_up.max(axis=1)))[0])
+
+
+# --- Between the points of the grid ----------------------------------------------------------------------------------
+
+
+def refined(problem: Problem, goals: tuple[Goal, ...], start: Solutions) -> Solutions | None:
+    """A choice between the points of the grid, better than `start`, one of its choices with a window.
+
+    With one goal it is the best; with several it is as good in all of them, and better in their sum. None if the
+    search finds nothing better, or there is no range, or too many conditions to search.
+    """
+    axes = [axis for axis in problem.choices.axes if axis.is_range]
+    at_once = _AT_ONCE_PER_RANGE * len(axes) * len(problem.conditions) * problem.states_per_design
+    generations = min(_GENERATIONS, int(_STATES / max(at_once, 1)))
+    if not axes or generations < _FEWEST_GENERATIONS:
+        return None
+    before = start.scores(goals)[0]
+    scale = np.maximum(np.abs(before), 1e-300)
+    with_worst = any(goal.column in WORST for goal in goals)
+
+    def columns(at: Array) -> Columns:
+        """Whole choices at points, (points, ranges), each 0 to 1; all else as the start has it."""
+        rest = {name: np.repeat(values[:1], len(at)) for name, values in start.columns.items()}
+        return rest | {axis.column: _value(axis, place) for axis, place in zip(axes, at.T, strict=True)}
+
+    def cost(at: Array) -> Array:
+        tried = of_columns(problem, columns(at.T), at.shape[1], with_worst=with_worst)
+        gain = (tried.scores(goals) - before) / scale
+        lost = np.sum(np.maximum(0.0, -gain), axis=1) if len(goals) > 1 else 0.0
+        costs = np.where(tried["feasible"], -np.sum(gain, axis=1) + _PENALTY * lost, _infeasible(problem, tried))
+        return np.asarray(np.where(np.isfinite(costs), costs, 4.0 * _PENALTY))
+
+    at = np.array([_place(axis, start.one(axis.column)) for axis in axes])
+    steps = np.array([1.0 / (len(axis) - 1) for axis in axes])
+    best = of_columns(problem, columns(_evolved(cost, at, steps, generations)[np.newaxis]), 1)
+    after = best.scores(goals)[0]
+    better = np.all(after >= before) and np.any(after > before + 1e-9 * scale)
+    return best if better else None
+
+
+def _value(axis: Axis, place: Array) -> Array:
+    """Values of a range at places from 0 to 1 along its grid."""
+    first, last = axis.values[0], axis.values[-1]
+    inner = first * (last / first) ** place if axis.is_log else first + (last - first) * place
+    return np.asarray(np.where(place <= 0.0, first, np.where(place >= 1.0, last, inner)))
+
+
+def _place(axis: Axis, value: float) -> float:
+    ends = np.array([axis.values[0], value, axis.values[-1]])
+    first, at, last = np.log(ends) if axis.is_log else ends
+    return float(np.clip((at - first) / (last - first), 0.0, 1.0))
+
+
+def _infeasible(problem: Problem, solutions: Solutions) -> Array:
+    """What a choice without a window costs: the less, the nearer it is to one."""
+    low, high = solutions["pretension_from"], solutions["pretension_to"]
+    with np.errstate(invalid="ignore"):  # nothing bounds the window
+        gap = (low - high) / (np.abs(low) + np.abs(high))
+    return 2.0 * _PENALTY + (gap if problem.enough >= 1.0 else problem.enough - solutions["served"])
+
+
+def _evolved(cost: Callable[[Array], Array], start: Array, steps: Array, generations: int) -> Array:
+    """The point of least cost, by differential evolution from around a start, then tried at the edges it is near to."""
+    from scipy.optimize import Bounds, differential_evolution
+
+    count = _AT_ONCE_PER_RANGE * len(start)
+    random = np.random.default_rng(1)
+    near = np.clip(start + steps * random.normal(size=(count // 2, len(start))), 0.0, 1.0)
+    anywhere = random.random((count - len(near) - 1, len(start)))
+    vectorized: Any = cost  # the stubs know of one point at a time only
+    box = Bounds(np.zeros(len(start)), np.ones(len(start)))
+    best = differential_evolution(
+        vectorized, box, init=np.vstack([start, near, anywhere]), maxiter=generations,
+        tol=1e-9, atol=0.0, polish=False, updating="deferred", vectorized=True, rng=random,
+    ).x  # fmt: skip
+    at_edge = np.where(best < _NEAR_AN_EDGE, 0.0, np.where(best > 1.0 - _NEAR_AN_EDGE, 1.0, best))
+    tried = np.vstack([best, at_edge])
+    return np.asarray(tried[np.argmin(cost(tried.T))])

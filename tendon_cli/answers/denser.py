@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.asked import Flags
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, under_each, worst_columns
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design

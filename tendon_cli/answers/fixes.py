@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import WORST, Solutions, solve
+from tendon_cli.answers.words import COSTS, Row, costs, parameter
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
 from tendon_cli.space.axis import Numbers, Rows
@@ -177,3 +178,15 @@ def _width(problem: Problem, solutions: Solutions) -> Array:
     with np.errstate(invalid="ignore"):
         width = solutions["pretension_to"] - solutions["pretension_from"]
     return np.where(np.isnan(width), -np.inf, width)
+
+
+def fixes_table(fixes: list[Row]) -> Iterator[say.Block]:
+    """What each parameter alone would have to become, as a table."""
+    lines = [["", "N", *COSTS.values()]]
+    for fix in (fix for fix in fixes if fix["after"] is not None):
+        before = parameter(fix["parameter"], fix["before"])
+        lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *costs(fix)])
+    yield say.heading("What would help, all else equal")
+    yield from [say.table(lines)] if len(lines) > 1 else ()
+    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
+    yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"] if idle else [])

@@ -10,9 +10,10 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers import coverage
+from tendon_cli.answers.asked import Flags
 from tendon_cli.answers.bench import FEW, settings, study_arm
 from tendon_cli.answers.coverage import ROUNDING, Sizes, best_sizes, effective_count, grouped, normalised
-from tendon_cli.answers.question import Flags, Problem
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.solve import Solutions
 from tendon_cli.answers.words import LESS, MORE, NEITHER, population_share, row_words, why_not

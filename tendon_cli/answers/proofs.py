@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.answers.asked import LEAN, LOADS, Flags
 from tendon_cli.answers.coverage import grouped
 from tendon_cli.answers.denser import estimated, worst_between
-from tendon_cli.answers.question import LEAN, LOADS, Flags, Problem
+from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import STATUSES, Solutions, without_worst
 from tendon_cli.model.between import refined
 from tendon_cli.model.design import Design

@@ -16,8 +16,10 @@ import numpy as np
 from tendon_cli import say
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, solve
+from tendon_cli.answers.words import Row, row_words
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.space.axis import Numbers, Rows
+from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.units import parse_measure
@@ -130,3 +132,32 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
     values = {name: RIGID if value == np.inf else value for name, value in columns.items()}
     record |= {"after": after, "printed": printed, "choice": int(best.row[0]), "values": values}
     return record | {"pretension": best.one("pretension"), "served": best.one("served_at")}
+
+
+# --- In words --------------------------------------------------------------------------------------------------------
+
+_WORDS = {
+    "load.mass": "loads of at most {} instead of {}",
+    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
+    "arm.contact_width": "a strap of {} instead of {}",
+    "anchor.stiffness": "tissue and cuffs of {} behind each anchor instead of {}",
+}
+
+
+def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
+    """What each thing that is asked for would have to become."""
+    idle = []
+    for each in relaxations:
+        key, limit = each["key"], each["key"].removeprefix("limits.")
+        of = QUANTITIES.get(limit, QUANTITIES["pretension"]) if key != limit else keys()[key].number.quantity
+        text = _WORDS.get(key, f"{limit} = {{}} instead of {{}}")
+        if each["after"] is None:
+            idle.append(text.partition(" instead of")[0].format(say.quantity(of, each["farthest"])))
+            continue
+        share = "all" if each["served"] >= 1.0 else f"{say.percent(each['served'])} of the"
+        others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
+        what = ", ".join(filter(None, (row_words(others, each["values"]), f"{say.number(each['pretension'])} N")))
+        changed = text.format(each["printed"], say.quantity(of, each["before"]))
+        yield f"{changed}: {what} serves {share} {problem.counted}"
+    if idle:
+        yield f"not enough alone: {', '.join(idle)}"

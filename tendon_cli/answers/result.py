@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tendon_cli.answers.front import Goal
+from tendon_cli.answers.asked import Goal
 from tendon_cli.engine.results import Result, along_own_axes, framed, variables_of, xarray_library
 from tendon_cli.studies.load import recorded_study
 

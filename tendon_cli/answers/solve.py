@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
+from tendon_cli.answers.asked import Columns, Flags, Goal
 from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, share_served
-from tendon_cli.answers.front import Goal
-from tendon_cli.answers.question import Columns, Flags, Problem
+from tendon_cli.answers.question import Problem
 from tendon_cli.model import extremes, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers import words
-from tendon_cli.answers.bench import FEW, SET
-from tendon_cli.answers.front import Goal
+from tendon_cli.answers.asked import Goal
+from tendon_cli.answers.bench import drift_in_words, on_whom, posture, to_set
+from tendon_cli.answers.fixes import fixes_table
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.words import Row, ends_of, parameter, row_words
-from tendon_cli.quantities import QUANTITIES
-from tendon_cli.space.axis import PERSON_AXIS, PRETENSION, split_side
-from tendon_cli.space.space import Space
+from tendon_cli.answers.relax import relaxations_in_words
+from tendon_cli.answers.words import COSTS, Row, costs, ends_of, parameter, row_words
+from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES, _MOST_MOVES = 8, 5
-_COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
 _WORST = {
     "max_tension": "a tension of", "max_spring_extension": "a spring extension of",
     "peak_motor_torque": "a motor torque of", "min_elbow_stiffness": "an elbow stiffness of",
     "max_contact_pressure": "a strap pressure of",
 }  # fmt: skip
-_EASED = {
-    "load.mass": "loads of at most {} instead of {}",
-    "arm.upper_arm_angle": "an upper arm tilted by at most {} instead of {}",
-    "arm.contact_width": "a strap of {} instead of {}",
-    "anchor.stiffness": "tissue and cuffs of {} behind each anchor instead of {}",
-}
 
 
 def blocks_of(problem: Problem, record: Row) -> Iterator[say.Block]:
@@ -54,7 +47,7 @@ def _list(heading: str, texts: Iterable[str]) -> Iterator[say.Block]:
 def _answer(problem: Problem, record: Row) -> Iterator[say.Block]:
     yield say.sentence(f"{_first_sentence(problem, record)} {say.proof(record['between_samples'])}")
     yield from _list("Why", _why(problem, record))
-    yield from _list(f"To set it{_on_whom(problem)}: {_posture(problem, record['setting'])}", _to_set(problem, record))
+    yield from _list(f"To set it{on_whom(problem)}: {posture(problem, record['setting'])}", to_set(problem, record))
     yield from _list("Before you build it", (f"{each['text']} ({each['source']})" for each in record["remarks"]))
     yield from _list("What moves the window most, per 1 %", _moves(record["sensitivities"]))
     yield from _alternatives(problem, record)
@@ -134,7 +127,7 @@ def _why(problem: Problem, record: Row) -> Iterator[str]:
     """What binds at both ends and the worst in between; whether the study's pretension would do; ends of ranges."""
     best = record["best"]
     yield words.end_words(problem, best, "from")
-    yield f"{words.end_words(problem, best, 'to')}{_drift(record['drift'])}"
+    yield f"{words.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
     worst = [f"{word} {say.quantity(name, best[name])}" for name, word in _WORST.items() if best[name]]
     yield f"at {_set(best)} the worst is {say.listed(worst)}"
     given = {key: values for key, values in problem.study.numbers.items() if split_side(key)[0] == PRETENSION}
@@ -145,64 +138,9 @@ def _why(problem: Problem, record: Row) -> Iterator[str]:
     yield from _edges(problem, best)
 
 
-def _drift(drift: Row | None) -> str:
-    """How far the elbow goes beyond the upper end of its window, if it is stability that ends it."""
-    if drift is None:
-        return ""
-    start, end = (say.quantity("elbow_angle", drift[name]) for name in ("start", "end"))
-    if start == end:
-        return ": at 10 % more it still stays"
-    far = f"drifts from {start} to {end}" if drift["balanced"] else f"goes on from {start} beyond {end}"
-    return f": at 10 % more it {far}, driven by at most {say.quantity('elbow_torque', drift['torque'], 2)}"
-
-
 def _proved(problem: Problem, row: Row) -> str:
     known = f"{say.window(*ends_of(row))}, {row['between_samples']}" if row["feasible"] else "no window"
     return f"{row_words(problem.choices, row) or 'the design'}: {known}"
-
-
-# --- On the bench ----------------------------------------------------------------------------------------------------
-
-
-def _on_whom(problem: Problem) -> str:
-    return " on the mean man" if PERSON_AXIS in problem.counts else ""
-
-
-def _posture(problem: Problem, setting: Row) -> str:
-    """The posture in which a pretension is set."""
-    joint, (angle, tilt, load) = say.joint_word(problem.study), (setting[name] for name in _POSTURE)
-    if joint != "elbow":
-        limb, hand = f"{joint} at {say.quantity('elbow_angle', angle)}", "without a load"
-    else:
-        tilted = f", upper arm at {say.quantity('upper_arm_angle', tilt)}" if tilt else ""
-        limb = f"elbow at {say.quantity('elbow_angle', angle)}{tilted}" if angle or tilt else "arm hanging straight"
-        hand = "hand empty"
-    held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
-    return f"{limb}, {held}, after {setting['after']}"
-
-
-_POSTURE = ("angle", "upper_arm_angle", "load")
-
-
-def _to_set(problem: Problem, record: Row) -> Iterator[str]:
-    """What gauges show at the joint and at the motor, and what a length of the tendons does."""
-    row = record["best"]
-    joint, joint_extensor, motor, motor_extensor = (say.quantity(name, row[name], 4) for name in SET)
-    yield f"{joint} in the flexor and {joint_extensor} in the extensor at the joint"
-    yield f"{motor} and {motor_extensor} at the motor"
-    if _on_whom(problem):
-        flexor, extensor = (_spread(name, record["population"]["set"][name]) for name in SET[:2])
-        persons = problem.counts[PERSON_AXIS]
-        whom = "nine persons of ten" if persons >= FEW else "these persons" if persons > 1 else "this person"
-        yield f"on {whom} {flexor} in the flexor and {extensor} in the extensor at the joint"
-    length, per_mm = row["tolerance_length"], say.number(1e-3 * record["setting"]["newtons_per_metre"], 2)
-    window = "" if length is None else f", so the window is ± {say.quantity('tolerance_length', length, 2)}"
-    yield f"1 mm taken from both tendons adds {per_mm} N{window}"
-
-
-def _spread(name: str, ends: Sequence[float]) -> str:
-    low, high = (say.quantity(name, end, 3) for end in ends)
-    return low if low == high else f"{low.partition(' ')[0]} to {high}"
 
 
 def _edges(problem: Problem, best: Row) -> Iterator[str]:
@@ -246,23 +184,19 @@ def _alternatives(problem: Problem, record: Row) -> Iterator[say.Block]:
     elif record["choices"] + sum(bool(row["refined"]) for _, row in rows) < 2:
         return
     some = problem.enough < 1.0
-    lines = [["", "", "window N", "±%", "N", *["served"] * some, *_COSTS.values()]]
+    lines = [["", "", "window N", "±%", "N", *["served"] * some, *COSTS.values()]]
     for name, row in rows:
         low, high = ends_of(row)
         lines.append([
             name, ("~" if row["refined"] else "") + row_words(problem.choices, row),
             f"{say.number(low, 3)} {'on' if np.isinf(high) else f'to {say.number(high, 3)}'}",
-            _tolerance(row), say.number(row["pretension"], 3), *[say.percent(row["served_at"])] * some, *_costs(row),
+            _tolerance(row), say.number(row["pretension"], 3), *[say.percent(row["served_at"])] * some, *costs(row),
         ])  # fmt: skip
     yield say.heading(head)
     yield say.table(lines)
     if record["gains"]:
         gains = [f"{_name(column)} by {say.percent(gain)}" for column, gain in record["gains"].items()]
         yield from say.items([f"~ between the points of the grid; better than it in {', '.join(gains)}"])
-
-
-def _costs(row: Row) -> list[str]:
-    return ["-" if row[name] is None else say.quantity(name, row[name]) for name in _COSTS]
 
 
 # --- There is none ---------------------------------------------------------------------------------------------------
@@ -277,9 +211,9 @@ def _no_window(problem: Problem, record: Row) -> Iterator[say.Block]:
         at = f"A {noun} of {say.number(problem.given)} N{where} does not suit"
     yield say.sentence(f"{at} {whom}{which}.")
     yield from _list("Why", (text for each in record["conflicts"] for text in _conflict(problem, record, each)))
-    yield from _list("What it would take, all else equal", _relaxations(problem, record["would_take"]))
+    yield from _list("What it would take, all else equal", relaxations_in_words(problem, record["would_take"]))
     if record["fixes"]:
-        yield from _fixes(record["fixes"])
+        yield from fixes_table(record["fixes"])
 
 
 def _in_choices(problem: Problem, conflict: Row) -> str:
@@ -312,34 +246,3 @@ def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
         toward = -np.inf if limit.startswith("min_") else np.inf
         opens = value is not None and f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
         yield opens or f"relaxing {limit} does not help"
-
-
-def _relaxations(problem: Problem, relaxations: list[Row]) -> Iterator[str]:
-    """What each thing that is asked for would have to become."""
-    idle = []
-    for each in relaxations:
-        key, limit = each["key"], each["key"].removeprefix("limits.")
-        of = QUANTITIES.get(limit, QUANTITIES["pretension"]) if key != limit else keys()[key].number.quantity
-        text = _EASED.get(key, f"{limit} = {{}} instead of {{}}")
-        if each["after"] is None:
-            idle.append(text.partition(" instead of")[0].format(say.quantity(of, each["farthest"])))
-            continue
-        share = "all" if each["served"] >= 1.0 else f"{say.percent(each['served'])} of the"
-        others = Space(tuple(axis for axis in problem.choices.axes if axis.key != key))
-        what = ", ".join(filter(None, (row_words(others, each["values"]), f"{say.number(each['pretension'])} N")))
-        changed = text.format(each["printed"], say.quantity(of, each["before"]))
-        yield f"{changed}: {what} serves {share} {problem.counted}"
-    if idle:
-        yield f"not enough alone: {', '.join(idle)}"
-
-
-def _fixes(fixes: list[Row]) -> Iterator[say.Block]:
-    """What each parameter alone would have to become, as a table."""
-    lines = [["", "N", *_COSTS.values()]]
-    for fix in (fix for fix in fixes if fix["after"] is not None):
-        before = parameter(fix["parameter"], fix["before"])
-        lines.append([f"{before} to {fix['printed']}", fix["printed_pretension"], *_costs(fix)])
-    yield say.heading("What would help, all else equal")
-    yield from [say.table(lines)] if len(lines) > 1 else ()
-    idle = [keys()[fix["parameter"]].number.quantity.symbol for fix in fixes if fix["after"] is None]
-    yield from say.items([f"no plausible value of these helps: {', '.join(idle)}"] if idle else [])

@@ -51,6 +51,15 @@ def condition_words(conditions: Space, condition: int, *, but_first: bool = Fals
     return ", ".join(value_words(axis, value) for axis, value in zip(axes, values, strict=True))
 
 
+COSTS = {"max_tension": "tension", "max_spring_extension": "spring", "peak_motor_torque": "torque"}
+"""What a choice costs, and the heads of these columns in small tables."""
+
+
+def costs(row: Row) -> list[str]:
+    """What a choice costs, in words."""
+    return ["-" if row[name] is None else say.quantity(name, row[name]) for name in COSTS]
+
+
 def everyone(counts: Mapping[str, int], count: int, kind: str) -> str:
     """What a share is of: "1,000 persons", "this person's 256 draws", "192 pairs of 3 persons and 64 draws"."""
     persons, draws = (counts.get(key, 0) for key in ("person", "draw"))

@@ -187,7 +187,12 @@ def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: 
     links = {"answer": "Answer", **{name: part[0] for name, part in there.items()}}
     return [
         html.head(title, f"an answer by tendon, study {record['study_hash'][:12]}", links),
-        html.section("answer", "The answer", html.blocks(record["blocks"]) + html.notes(thinning), "answer"),
+        html.section(
+            "answer",
+            "The answer",
+            html.blocks(record.get("blocks") or [say.sentence(record["text"])]) + html.notes(thinning),
+            "answer",
+        ),
         *(html.section(name, heading, inner) for name, (_, heading, inner) in there.items()),
         *ending(record, record["study"]),
     ]

@@ -7,7 +7,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers.front import goals_of
+from tendon_cli.answers.asked import goals_of
 from tendon_cli.answers.question import question
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import of_columns, of_rows

@@ -9,8 +9,8 @@ import pytest
 import tendon_cli
 from tendon_cli import kernel
 from tendon_cli.answers import answer as answer_module
+from tendon_cli.answers import candidates
 from tendon_cli.answers import choices as choices_module
-from tendon_cli.answers import refine
 from tendon_cli.answers.choices import Choices
 from tendon_cli.errors import FolderError, Stopped
 
@@ -91,7 +91,7 @@ def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, wo
     def refining(*words):
         stop.set()
         monkeypatch.setattr(kernel, "fold_window", lambda *some: after.append(some))
-        return refine.refined(*words)
+        return candidates.refined(*words)
 
     monkeypatch.setattr(answer_module, "refined", refining)
     with pytest.raises(Stopped):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tendon_cli.answers.front import Goal, best, compromise, front, losses
+from tendon_cli.answers.asked import Goal
+from tendon_cli.answers.candidates import best, compromise, front, losses
 
 
 @pytest.mark.parametrize("goals", [1, 2, 3, 4])
