@@ -16,8 +16,8 @@ from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, SLACK, split_side
-from tendon_cli.space.space import ANCHORS, Varying
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, SLACK, Varying, split_side
+from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.schema import Column
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Real
 
 SIDES = ("flexor", "extensor")
 CASE_AXIS, PERSON_AXIS, DRAW_AXIS = "case", "person", "draw"
@@ -27,6 +27,9 @@ Role = Literal["choice", "condition", "pretension"]
 Numbers = Mapping[str, Array]
 """Numbers of some rows by dotted key, or by `scale_of` a key, (rows,), SI; NaN where a row says nothing of it."""
 Rows = npt.NDArray[np.int64]
+Box = tuple[slice, ...]
+"""A slice of each axis."""
+_SCALE = "scale of "
 
 
 def split_side(path: str) -> tuple[str, str | None]:
@@ -42,9 +45,6 @@ def of_side(key: str, side: str) -> str:
     """`tendon.length` on a side: `tendon.flexor.length`."""
     table, _, name = key.rpartition(".")
     return f"{table}.{side}.{name}"
-
-
-_SCALE = "scale of "
 
 
 @cache
@@ -130,3 +130,35 @@ class Axis:
         """The same axis, saying nothing of some numbers and of those on either side."""
         kept = {key: values for key, values in self.numbers.items() if split_side(key)[0] not in common}
         return replace(self, numbers=kept)
+
+
+@dataclass(frozen=True, eq=False)
+class Varying:
+    """What a number is for each design: a value, or values along the axes that it depends on."""
+
+    value: Any
+    """Where no axis sets it; NaN where nothing does. A curve, or None for none, is what no axis sets."""
+    sets: tuple[tuple[int, Array], ...] = ()
+    """Axes with what they set, the later over the earlier, which counts where the later is NaN."""
+    scales: tuple[tuple[int, Array], ...] = ()
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """The axes that it depends on, ascending."""
+        return tuple(sorted({axis for axis, _ in (*self.sets, *self.scales)}))
+
+    def within(self, box: Box) -> Real:
+        """Its values in a box, shaped to broadcast over the box's designs, directions and angles."""
+        values: Real = self.value
+        for at, (axis, along) in enumerate(self.sets):
+            given = _along(axis, along, box)
+            values = given if at == 0 else np.where(np.isnan(given), values, given)
+        for axis, along in self.scales:
+            values = values * _along(axis, along, box)
+        return values
+
+
+def _along(axis: int, values: Array, box: Box) -> Array:
+    shape = [1] * (len(box) + 2)
+    shape[axis] = -1
+    return values[box[axis]].reshape(shape)

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.design import READINGS, Design, Limb, Posture, Side
-from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag, Real
+from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flag
 from tendon_cli.model.limits import GIVEN
 from tendon_cli.model.setting import set_by
 from tendon_cli.space.axis import (
@@ -32,50 +32,18 @@ from tendon_cli.space.axis import (
     SLACK,
     SPRING_AT,
     Axis,
+    Box,
     Numbers,
     Role,
     Rows,
+    Varying,
     of_side,
     scale_of,
     split_side,
 )
 
-Box = tuple[slice, ...]
-"""A slice of each axis."""
 Place = tuple[str, str | None]
 """The common key of a number, and the side of the arm if it is that of one."""
-
-
-@dataclass(frozen=True, eq=False)
-class Varying:
-    """What a number is for each design: a value, or values along the axes that it depends on."""
-
-    value: Any
-    """Where no axis sets it; NaN where nothing does. A curve, or None for none, is what no axis sets."""
-    sets: tuple[tuple[int, Array], ...] = ()
-    """Axes with what they set, the later over the earlier, which counts where the later is NaN."""
-    scales: tuple[tuple[int, Array], ...] = ()
-
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """The axes that it depends on, ascending."""
-        return tuple(sorted({axis for axis, _ in (*self.sets, *self.scales)}))
-
-    def within(self, box: Box) -> Real:
-        """Its values in a box, shaped to broadcast over the box's designs, directions and angles."""
-        values: Real = self.value
-        for at, (axis, along) in enumerate(self.sets):
-            given = _along(axis, along, box)
-            values = given if at == 0 else np.where(np.isnan(given), values, given)
-        for axis, along in self.scales:
-            values = values * _along(axis, along, box)
-        return values
-
-
-def _along(axis: int, values: Array, box: Box) -> Array:
-    shape = [1] * (len(box) + 2)
-    shape[axis] = -1
-    return values[box[axis]].reshape(shape)
 
 
 @dataclass(frozen=True, eq=False)

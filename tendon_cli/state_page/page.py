@@ -22,9 +22,9 @@ from tendon_cli.space.axis import CASE_AXIS
 from tendon_cli.state_page.lines import PageLine, cycle_lines, motor_lines, one, reversal_lines, state_lines
 from tendon_cli.studies.axes import case_place
 from tendon_cli.studies.load import AnyStudy, any_study
-from tendon_cli.studies.people.person import Worn, with_numbers, worn_by
-from tendon_cli.studies.study import Study
-from tendon_cli.studies.values import drawn
+from tendon_cli.studies.people.person import Worn, worn_by
+from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.values import drawn, in_si
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,7 +125,8 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
         raise UsageError(f"there is no draw {draw}", where="--draw", hint=f"1 to {count}")
     values = {key: float(each[draw - 1]) for key, each in drawn(study.uncertain, count, asked.seed).items()}
     note = f"draw {draw} of {count}: {', '.join(f'{key} = {value:.6g}' for key, value in values.items())}"
-    return with_numbers(study, values).replaced({"uncertainty": None}), [note]
+    given = {key: in_si(value, keys()[key].number.quantity.dimension) for key, value in values.items()}
+    return study.replaced({"uncertainty": None}).vary(**given), [note]
 
 
 def _no_equilibrium(elbow_torque: float) -> str:

@@ -168,15 +168,12 @@ def read_curve(content: bytes, where: str, columns: CurveColumns) -> CurveTable:
 
 def curves_of(study: Any) -> dict[str, Spline]:
     """The curves of a study by the keys of the model's numbers."""
-    joint, curves = study.joint, dict[str, Spline]()
-    noise = joint.smoothing.single if joint.smoothing is not None else 0.0
+    joint, tables = study.joint, {"joint.torque": study.joint.torque, "load.torque": study.load.torque}
+    curves = {key: table.spline("torque") for key, table in tables.items() if isinstance(table, CurveTable)}
+    curves |= {key: table.spline("bend") for key, table in bends_of(study).items()}
     if isinstance(joint.excursion, CurveTable):
+        noise = joint.smoothing.single if joint.smoothing is not None else 0.0
         curves |= {f"joint.{side}_excursion": joint.excursion.spline(side, noise) for side in ("flexor", "extensor")}
-    for key, table in (("joint.torque", joint.torque), ("load.torque", study.load.torque)):
-        if isinstance(table, CurveTable):
-            curves[key] = table.spline("torque")
-    for key, table in bends_of(study).items():
-        curves[key] = table.spline("bend")
     return curves
 
 

@@ -27,7 +27,6 @@ FULL_TURNS = {"low": -6.283185307179587, "high": 6.283185307179587}
 
 Friction = Annotated[Values, Number("friction", 0.0, 10.0)]
 BendAngle = Annotated[Values | CurveTable, BendNumber("bend_angle", 0.0, 100.0)]
-Smoothing = Annotated[Values, Single("path_smoothing", 0.0, 1.0)]
 TendonLength = Annotated[Values, Number("tendon_length", **POSITIVE_LENGTH)]
 TendonDiameter = Annotated[Values, Number("tendon_diameter", 1e-6, 1.0)]
 YoungsModulus = Annotated[Values, Number("youngs_modulus", 1e3, 1e15)]
@@ -39,11 +38,10 @@ Dimension = Literal[
     "biceps_circumference", "forearm_circumference", "wrist_circumference",
 ]  # fmt: skip
 SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
-FreeLength = Annotated[Values | None, Number("spring_free_length", **LENGTH)]
 
 
 def written(default: object) -> Any:
-    """A default as a study file would say it; the field's own validator reads it."""
+    """A default as a study file would say it; the field's validator reads it."""
     return Field(default)
 
 
@@ -62,8 +60,6 @@ Words = Annotated[
     *one_or_many({"type": "string", "minLength": 1, "maxLength": 100}, least=0, each_once=True),
 ]
 """One word or a list of them, such as columns; what they may be is not known to the field."""
-
-
 Directions = Annotated[tuple[Direction, ...], OneOf(("flexion", "extension"), is_list=True)]
 Tables = Annotated[tuple[Table, ...], OneOf(("designs", "states"), is_list=True)]
 StateColumns = Annotated[
@@ -103,7 +99,7 @@ class SheathSide(Part):
     friction_from: FileName | None = Field(default=None, description="a file written by `tendon fit-friction --out`")
     bend_angle: BendAngle | None = None
     path: FileName | None = Field(default=None, description="a CSV of way-points x, y, z of the routed sheath, in m")
-    path_smoothing: Smoothing | None = None
+    path_smoothing: Annotated[Values | None, Single("path_smoothing", 0.0, 1.0)] = None
 
 
 class Sheath(SheathSide):
@@ -139,7 +135,7 @@ class SpringSide(Part):
     """What differs on one side of the arm."""
 
     stiffness: Stiffness | None = None
-    free_length: FreeLength = None
+    free_length: Annotated[Values | None, Number("spring_free_length", **LENGTH)] = None
     at: SpringPlace = Field(default=None, description="the end of the tendon that the spring sits at")
 
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.body import ANCHOR_ALONG, DIMENSIONS, FOREARM_COM_SHARE, FOREARM_MASS_SHARE
@@ -72,19 +70,6 @@ def worn_by(study: Study, name: str) -> Worn:
     arm = study.arm.model_copy(update=numbers)
     measures = tuple(Step(name, QUANTITIES[name].long_name, value[name]) for name in DIMENSIONS)
     return Worn(person.names[0], study.replaced({"arm": arm, "people": None}), measures, tuple(steps))
-
-
-def with_numbers(study: Study, numbers: Mapping[str, float]) -> Study:
-    """The same study with some single values of its numbers, by dotted key, SI."""
-    parts: dict[str, Any] = {}
-    for key, value in numbers.items():
-        table, *sides, name = key.split(".")
-        part = parts.get(table, getattr(study, table))
-        inner: dict[str, Any] = {name: Values.of(value)}
-        for side in sides:
-            inner = {side: getattr(part, side).model_copy(update=inner)}
-        parts[table] = part.model_copy(update=inner)
-    return study.replaced(parts)
 
 
 def _person(study: Study, name: str) -> Population:
