@@ -181,24 +181,3 @@ def test_they_complete_a_file_of_persons_too(tmp_path):
         for change in (("", ""), ("1756.21", "1856.21"))
     )
     assert own.body.stature[0] - usual.body.stature[0] == pytest.approx(0.1, abs=1e-9)
-
-
-BAD = {
-    "a person of 3 m": ("stature (m)\n1.7\n3\n", {}, 3, "people.csv, line 3"),
-    "one row": ("weight (kg)\n70\n", {}, 0, "has 1 person"),
-    "count = 0": (None, {"people": {"count": 0}}, 2, "out of range, expected 1 to 1,000,000"),
-    "no positive definite correlation": (None, {"people": {"statistics": "own.toml"}}, 3, "not positive definite"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_ends_in_one_message_of_the_right_kind(name, tendon, workplace):
-    text, content, exit_code, said = BAD[name]
-    (workplace / "people.csv").write_text(text or FILE, encoding="utf-8")
-    (workplace / "own.toml").write_text(ansur2_text().replace("0.4689", "-0.95"), encoding="utf-8")
-    study = {"people": {"file": "people.csv"}, "spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}} | content
-    (workplace / "study.yaml").write_text(json.dumps(study), encoding="utf-8")
-    ran = tendon("design", "study.yaml", "--no-figures", "--json")
-    assert ran.exit == exit_code, ran.out
-    told = json.dumps(ran.json["notes"] if not exit_code else ran.json["error"], ensure_ascii=False)
-    assert said in told.replace('\\"', '"'), told

@@ -54,16 +54,6 @@ def test_two_ends_without_a_count_are_an_interval_and_a_condition(key):
     assert asked.hash != listed.hash
 
 
-@pytest.mark.parametrize("key", BOXES)
-def test_ends_that_are_exchanged_are_refused_with_what_to_write(key):
-    low, high = BOXES[key]
-    with pytest.raises(tendon.TendonError, match="ends of this interval are exchanged") as caught:
-        study(**{key.replace(".", "__"): {"from": high, "to": low}})
-    written = f'from = "{low}", to = "{high}"' if isinstance(low, str) else f"from = {low}, to = {high}"
-    assert caught.value.exit == 2
-    assert written in str(caught.value)
-
-
 def test_a_sweep_has_no_values_to_take_from_an_interval():
     with pytest.raises(tendon.TendonError, match=r"arm\.b1") as caught:
         tendon.sweep(study(load__mass={"from": "0 kg", "to": "10 kg"}, arm__b1={"from": "140 mm", "to": "150 mm"}))

@@ -17,22 +17,9 @@ MOST_MEMORY_KB = 300_000
 LONGEST_MESSAGE = 4000
 EXIT = {StudyError: 2, UsageError: 2, SizeError: 2, InputError: 3}
 OF_PYTHON = (
-    "Traceback",
-    "pydantic",
-    "validation",
-    "<class",
-    "loc=",
-    "function-",
-    "[Errno",
-    "object at 0x",
-    "sys.",
-    "None",
-    "True",
-    "False",
-    "('",
-    "{'",
-    "['",
-)
+    "Traceback", "pydantic", "validation", "<class", "loc=", "function-", "[Errno", "object at 0x", "sys.", "None",
+    "True", "False", "('", "{'", "['",
+)  # fmt: skip
 
 
 def as_bytes(text):

@@ -9,8 +9,6 @@ from hypothesis import strategies as st
 
 import tendon_cli as tendon
 from tendon_cli.answers.question import question
-from tendon_cli.errors import StudyError
-from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import load_study, study_from
 
 
@@ -57,17 +55,6 @@ def test_numbers_as_people_write_them_are_the_same_distributions(text, same):
     assert (written.kind, written.middle, written.spread) == (table.kind, table.middle, table.spread)
     assert study_from(json.loads(json.dumps(spring(text).document()))).hash == spring(text).hash
     assert spring(["2 kN/m", "3 kN/m"]).hash != spring(text).hash
-
-
-def test_an_interval_is_two_ends_and_always_a_condition():
-    study = study_from({"design": {"conditions": []}, "spring": {"stiffness": {"from": "2 kN/m", "to": "3 N/mm"}}})
-    (axis,) = space_of(study).axes
-    assert (axis.key, axis.role, axis.is_interval, axis.is_range) == ("spring.stiffness", "condition", True, False)
-    assert axis.values.tolist() == [2000.0, 3000.0]
-    assert study_from(json.loads(json.dumps(study.document()))).hash == study.hash
-    with pytest.raises(StudyError, match=r'from = "2 kN/m", to = "3 N/mm", num = 5'):
-        tendon.sweep(study)
-    assert not question(study).notes
 
 
 def test_an_interval_is_answered_for_as_the_list_of_its_ends():

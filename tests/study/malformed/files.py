@@ -2,7 +2,7 @@
 
 from tendon_cli.errors import InputError
 
-from .row import toml, yaml
+from .row import toml
 
 FILES = (
     toml("not UTF-8", b"name = 'a'\ntitle = '\xe9'\n", "not UTF-8", "save the file as UTF-8", line=2),
@@ -10,12 +10,6 @@ FILES = (
     toml("a NUL byte", b"name = 'a'\0\n", "binary"),
     toml("a NUL byte far down", b"#" + b"a" * 5000 + b"\0\n", "not TOML", line=1),
     toml("a picture", b"\x89PNG\r\n\x1a\n", "binary"),
-    toml("a Parquet table", b"PAR1\x15\x04\x15", "binary"),
-    toml("a spreadsheet", b"PK\x03\x04\x14", "binary"),
-    toml("a gzip", b"\x1f\x8b\x08\x00", "binary"),
-    yaml("not UTF-8", b"name: a\ntitle: '\xe9'\n", "not UTF-8", line=2),
-    yaml("a picture", b"\x89PNG\r\n\x1a\n", "binary"),
-    yaml("a NUL byte", b"name: a\0\n", "binary"),
     toml("a file name that is no name", "", "name", "my study", stem="my study"),
 )
 
@@ -36,7 +30,6 @@ def fragment(label, content, *says, **more):
 
 ATTACHMENTS = (
     toml("a missing route", '[sheath]\npath = "r.csv"\n', "sheath.path", "r.csv", "no file"),
-    toml("the line of a missing route", '[sheath]\npath = "r.csv"\n', "sheath.path", line=2),
     toml("a missing route of one side", 'sheath.flexor.path = "r.csv"\n', "sheath.flexor.path", "no file"),
     toml("a missing route of a case", "[[cases]]\nname = 'a'\nsheath.path = 'r.csv'\n", "cases.0.sheath.path"),
     toml("a missing fragment", '[sheath]\nfriction_from = "f.toml"\n', "sheath.friction_from", "f.toml", "no file"),
@@ -44,12 +37,7 @@ ATTACHMENTS = (
     toml("a route of no name", '[sheath]\npath = ""\n', "sheath.path", line=2),
     toml("a route with an escape", '[sheath]\npath = "\\u001b[31m"\n', "sheath.path"),
     toml("a route with a NUL", '[sheath]\npath = "a\\u0000b"\n', "sheath.path"),
-    toml(
-        "a route of 4000 letters",
-        f'[sheath]\npath = "{"a" * 4000}"\n',
-        "sheath.path",
-        "cannot be read",
-    ),
+    toml("a route of 4000 letters", f'[sheath]\npath = "{"a" * 4000}"\n', "sheath.path", "cannot be read"),
     toml("a route of a number", "[sheath]\npath = 3\n", "sheath.path", "not text", line=2),
     toml(
         "a bend beside a route",
@@ -68,13 +56,6 @@ ATTACHMENTS = (
         files={"f.toml": FRICTION},
     ),
     toml(
-        "a bend beside a route of one side",
-        '[sheath.flexor]\nbend_angle = "1 rad"\npath = "r.csv"\n',
-        "sheath.flexor.bend_angle",
-        line=2,
-        files={"r.csv": ROUTE},
-    ),
-    toml(
         "a smoothing without a route", "sheath.path_smoothing = '1 mm'\n", "sheath.path_smoothing", "names none", line=1
     ),
     toml(
@@ -85,7 +66,6 @@ ATTACHMENTS = (
         files={"f.toml": "[friction]\ncoefficient = 9\nstandard_error = 0.1\n"},
     ),
     route("without content", "", "the file is empty"),
-    route("of comments", "# x,y,z\n", "no way-points"),
     route("of a header", "x,y,z\n", "no way-points"),
     route("of one point", "x,y,z\n0,0,0\n0,0,0\n", "fewer than two"),
     route("without z", "x,y\n0,0\n1,1\n", "no column z", "x, y"),
@@ -96,7 +76,6 @@ ATTACHMENTS = (
     route("with a short row", "x,y,z\n0,0,0\n1,2\n", "2 cells where the header has 3", "line 3"),
     route("with a gap", "x,y,z\n0,0,0\n1,,2\n", 'y is ""', "line 3"),
     route("with nan", "x,y,z\n0,0,0\nnan,0,0\n", 'x is "nan"', "line 3"),
-    route("with infinity", "x,y,z\n0,0,0\n0,0,inf\n", 'z is "inf"', "line 3"),
     route("with 1e300", "x,y,z\n0,0,0\n1e300,0,0\n", "x is 1e+300", "line 3"),
     route("with decimal commas", "x,y,z\n0;0;0\n1,5;0;0\n", "1 cell where the header has 3", "line 2"),
     route("with an escape", "x,y,z\n0,0,0\n\x1b[31m,0,0\n", "x is", "line 3"),
@@ -106,30 +85,13 @@ ATTACHMENTS = (
     route("of steps of 1e-320", "x,y,z\n0,0,0\n1e-320,0,0\n2e-320,1e-320,0\n", "way-points"),
     fragment("without content", "", "not a friction fragment"),
     fragment("of another table", "[arm]\nb1 = 1\n", "not a friction fragment"),
-    fragment("of a number", "friction = 0.07\n", "not a friction fragment"),
     fragment("that is no TOML", "[friction\n", "not a friction fragment"),
     fragment("without an error", "[friction]\ncoefficient = 0.1\n", "not a friction fragment"),
     fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not between"),
-    fragment("of minus one", "[friction]\ncoefficient = -1\nstandard_error = 0\n", "not between"),
-    fragment("of a hundred", "[friction]\ncoefficient = 100\nstandard_error = 0\n", "not between"),
-    fragment("of an error of 1e9", "[friction]\ncoefficient = 0.07\nstandard_error = 1e9\n", "not between"),
-    fragment("of a word", "[friction]\ncoefficient = 'much'\nstandard_error = 0\n", "not a friction fragment"),
     fragment("in bytes", b"\xff\xfe\x00", "not a friction fragment"),
     fragment("of lists", f"x = {'[' * 100_000}", "not a friction fragment"),
-    fragment(
-        "of a truth value",
-        "[friction]\ncoefficient = true\nstandard_error = 0\n",
-        "friction",
-    ),
-    fragment(
-        "of a hexadecimal",
-        f"[friction]\ncoefficient = 0x{'f' * 1000}\nstandard_error = 0\n",
-        "friction",
-    ),
+    fragment("of a truth value", "[friction]\ncoefficient = true\nstandard_error = 0\n", "friction"),
+    fragment("of a hexadecimal", f"[friction]\ncoefficient = 0x{'f' * 1000}\nstandard_error = 0\n", "friction"),
     fragment("of a key of 20000 parts", f"{'.'.join('a' * 20_000)} = 1\n", "friction"),
-    fragment(
-        "over 256 kB",
-        FRICTION + "#" * 300_000,
-        "larger",
-    ),
+    fragment("over 256 kB", FRICTION + "#" * 300_000, "larger"),
 )
