@@ -15,13 +15,12 @@ from tendon_cli.files import path_of
 from tendon_cli.friction.bench import BendAngle, bend_angle_of, bend_angles, cells_of, force_of
 from tendon_cli.friction.budget import FrictionUncertainty, uncertainty_of
 from tendon_cli.friction.estimate import Estimated, estimate, never_rests
-from tendon_cli.friction.log import Log
 from tendon_cli.friction.models import fit_model
 from tendon_cli.friction.prepare import Prepared, prepare
 from tendon_cli.friction.reading.readings import Floats, Readings, joined, read_readings
 from tendon_cli.friction.remarks import Remarks
 from tendon_cli.friction.result import DirectionFit, Fit, Plain
-from tendon_cli.friction.rows import INSIDE, PARTIAL, USED
+from tendon_cli.friction.rows import INSIDE, PARTIAL, USED, Log
 from tendon_cli.friction.strokes import by_file, disagreement, presliding_of, speed_of, strokes_of
 from tendon_cli.units import counted
 

@@ -17,9 +17,8 @@ from tendon_cli.friction.directions import (
     triggered_sides,
     usual_run,
 )  # fmt: skip
-from tendon_cli.friction.log import Log, bend_groups
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings, check_forces
-from tendon_cli.friction.rows import SATURATED, USED, noise_of, resolution_of, unusable
+from tendon_cli.friction.rows import SATURATED, USED, Log, bend_groups, noise_of, resolution_of, unusable
 from tendon_cli.units import shorten
 
 _MOSTLY = 0.5

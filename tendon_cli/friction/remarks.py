@@ -11,10 +11,9 @@ import numpy as np
 from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, FrictionUncertainty
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
 from tendon_cli.friction.estimate import Estimated, climbing
-from tendon_cli.friction.log import Log
 from tendon_cli.friction.reading.header import force_factor
 from tendon_cli.friction.result import Check, DirectionFit, Plain
-from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE
+from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE, Log
 from tendon_cli.friction.strokes import Speed
 from tendon_cli.units import counted
 

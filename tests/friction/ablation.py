@@ -11,7 +11,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from tendon_cli.friction import budget, directions, effects, estimate, models, plateaus, prepare, rows
+from tendon_cli.friction import budget, directions, effects, estimate, models, prepare, rows
 
 from .cases import CASES
 from .chain import KINDS, Verdicts, logs
@@ -27,15 +27,15 @@ WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
     "strokes: the trigger (turns at the middle)": ((directions, "_TRIGGER", 0.0),),
     "strokes: the two limits' test": ((prepare, "_TWO_LIMITS", 0.0),),
     "strokes: refusal of a load's cell that does not follow": ((prepare, "_FOLLOWS", 0.0),),
-    "limit: blocks (each row by itself)": ((plateaus, "_BLOCKS", NEVER), (plateaus, "_COARSE", NEVER)),
-    "limit: start at the 85th percentile (at the median)": ((plateaus, "_START", 0.5),),
-    "limit: a width from what lies beyond (half as wide)": ((plateaus, "_WIDE", 1.1),),
-    "limit: the same (twice as wide)": ((plateaus, "_WIDE", 4.4),),
-    "limit: least width of 0.4 %": ((plateaus, "_FLAT", 1e-6),),
-    "limit: the test of density": ((plateaus, "_DENSE", 0.0), (plateaus, "_WIDEST", 9.0)),
-    "limit: the test for limits inside the others'": ((plateaus, "_INSIDE", 9.0), (plateaus, "_FURTHEST", 9.0)),
-    "limit: the test for short strokes": ((plateaus, "_SHORT", 0.0),),
-    "limit: the ramp's count": ((plateaus, "_TAIL", 9.0),),
+    "limit: blocks (each row by itself)": ((estimate, "_BLOCKS", NEVER), (estimate, "_COARSE", NEVER)),
+    "limit: start at the 85th percentile (at the median)": ((estimate, "_START", 0.5),),
+    "limit: a width from what lies beyond (half as wide)": ((estimate, "_WIDE", 1.1),),
+    "limit: the same (twice as wide)": ((estimate, "_WIDE", 4.4),),
+    "limit: least width of 0.4 %": ((estimate, "_FLAT", 1e-6),),
+    "limit: the test of density": ((estimate, "_DENSE", 0.0), (estimate, "_WIDEST", 9.0)),
+    "limit: the test for limits inside the others'": ((estimate, "_INSIDE", 9.0), (estimate, "_FURTHEST", 9.0)),
+    "limit: the test for short strokes": ((estimate, "_SHORT", 0.0),),
+    "limit: the ramp's count": ((estimate, "_TAIL", 9.0),),
     "line: offsets": ((effects, "_VARIES", 9.0),),
     "line: prior of effects (ten times as wide)": ((effects, "PRIOR", {n: 10 * t for n, t in effects.PRIOR.items()}),),
     "line: strictness with delay, force and entry": ((models, "STRICT", {}),),
