@@ -13,7 +13,7 @@ import numpy as np
 from tendon_cli.errors import InputError, UsageError
 from tendon_cli.friction.reading.header import STANDARD_GRAVITY, force_factor
 from tendon_cli.friction.reading.readings import LARGEST_BEND, Floats, Readings
-from tendon_cli.friction.reading.text import content_of, name_of
+from tendon_cli.friction.reading.table import content_of, name_of
 from tendon_cli.units import UnitError, parse_measure, shorten
 
 _SMALLEST_BEND = 1e-3

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import csv
+import errno
 import hashlib
+import os
 import re
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,9 +14,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from tendon_cli.cells import SEPARATORS, cells_of, is_comment, lines_of, texts_of
 from tendon_cli.errors import InputError, UsageError
+from tendon_cli.files import read_file
 from tendon_cli.friction.reading.header import Heading, find_cells, read_header
-from tendon_cli.friction.reading.text import SEPARATORS, content_of, is_comment, lines_of, name_of, separator_of
 from tendon_cli.units import shorten
 
 MOST_BYTES, MOST_ROWS = 64_000_000, 1_000_000
@@ -64,9 +67,8 @@ class Table:
         data = self.data[column.index]
         if isinstance(data, np.ndarray):
             return pd.Categorical([str(value) for value in data.tolist()])
-        import pyarrow.compute as pc
 
-        coded = pc.utf8_trim_whitespace(data).dictionary_encode()
+        coded = data.dictionary_encode()
         return pd.Categorical.from_codes(coded.indices.to_numpy(), categories=coded.dictionary.to_pylist())
 
     def numbers(self, column: Heading) -> np.ndarray:
@@ -89,7 +91,7 @@ class Table:
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        text = pc.replace_substring(pc.utf8_trim_whitespace(self.data[column.index]), "\u2212", "-")
+        text = pc.replace_substring(self.data[column.index], "\u2212", "-")
         missing = pc.is_in(pc.utf8_lower(text), value_set=pa.array(_MISSING))
         good = pc.or_(missing, pc.match_substring_regex(text, f"^{_NUMBER}$"))
         if not pc.all(good).as_py():
@@ -143,6 +145,21 @@ def _no_number(text: str, place: str) -> InputError:
     return InputError(f'"{shorten(text)}" is not a number', where=place, hint=hint)
 
 
+def name_of(path: Path) -> str:
+    """The file's name without its folder, as errors and provenance give it; a sign for what is no UTF-8."""
+    return "the file" if "\0" in str(path) else os.fsencode(path.name or str(path)).decode("utf-8", "replace")
+
+
+def content_of(path: Path, most: int, hint: str | None = None) -> bytes:
+    """The bytes of a file; raises InputError."""
+    try:
+        return read_file(path, most)
+    except (OSError, ValueError) as error:
+        hint = "cut the log to the strokes of one rig" if getattr(error, "errno", 0) == errno.EFBIG else hint
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot be read: {reason}", where=name_of(path), hint=hint) from None
+
+
 def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     """The columns of a file; raises InputError with line and column."""
     source, content = name_of(path), content_of(path, MOST_BYTES)
@@ -158,19 +175,11 @@ def read_table(path: Path, names: tuple[str, str] | None) -> Table:
     if len(kept) > MOST_ROWS:
         where = f"{source}, line {kept[MOST_ROWS] + 1}"
         raise InputError(f"more than {MOST_ROWS:,} readings", where=where, hint="thin the log")
-    data = _texts(lines, kept, columns, separator, source)
+    needed = 1 + max(column.index for column in (*cells, *columns) if column.role or column in cells)
+    data = texts_of(lines, kept, separator, source, len(columns), needed)
     numbered = np.array(kept, dtype=np.int64) + 1
     digest = hashlib.sha256(content).hexdigest()
     return Table(source, digest, columns, cells, numbered, data, at + 1, separator)
-
-
-def _split(line: str, separator: str, place: str) -> list[str]:
-    """The cells of one line, quotes removed; a quoted cell may not run over the end of the line."""
-    try:
-        cells = next(csv.reader([line], delimiter=separator, skipinitialspace=separator != "\t", strict=True))
-    except csv.Error as error:
-        raise InputError(f"not a row of CSV: {error}", where=place, hint="check the quotes in this line") from error
-    return [cell.strip() for cell in cells]
 
 
 def _find_header(
@@ -179,7 +188,7 @@ def _find_header(
     """The first of the lines that names both cells, by the options' names or by the obvious ones."""
     widest: tuple[int, list[str]] = (0, [])
     for at in kept:
-        texts = _split(lines[at], separator, f"{source}, line {at + 1}")
+        texts = cells_of(lines[at], separator, f"{source}, line {at + 1}")
         columns = read_header(texts)
         if cells := find_cells(columns, names, f"{source}, line {at + 1}"):
             return at, columns, cells
@@ -195,39 +204,15 @@ def _find_header(
     )
 
 
-def _texts(lines: list[str], kept: list[int], columns: list[Heading], separator: str, source: str) -> list[Any]:
-    """The texts of each column."""
-    import pyarrow as pa
-    import pyarrow.compute as pc
-    from pyarrow import csv as table
-
-    width = len(columns)
-    body = [lines[at] for at in kept]
-    odd = [row for row, line in enumerate(body) if '"' in line or line.count(separator) != width - 1]
-    for row in odd:  # the others need no look
-        place = f"{source}, line {kept[row] + 1}"
-        cells = _fitted(_split(body[row], separator, place), columns, separator, place)
-        body[row] = separator.join(cell.replace(separator, "\x1f") for cell in cells)
-    names = [str(index) for index in range(width)]
-    read = table.read_csv(
-        pa.py_buffer("\n".join(body).encode()),
-        read_options=table.ReadOptions(column_names=names, block_size=1 << 26),
-        parse_options=table.ParseOptions(delimiter=separator, quote_char=False, ignore_empty_lines=False),
-        convert_options=table.ConvertOptions(column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=False),
-    )
-    texts = [column.combine_chunks() for column in read.columns]
-    return [pc.replace_substring(text, "\x1f", separator) for text in texts] if odd else texts
-
-
-def _fitted(cells: list[str], columns: list[Heading], separator: str, place: str) -> list[str]:
-    """The cells as many as columns: empty ones beyond them, and comments that are often missing, do not count."""
-    while len(cells) > len(columns) and not cells[-1]:
-        cells.pop()
-    if len(cells) < len(columns) and all(not column.role for column in columns[len(cells) :]):
-        cells = cells + [""] * (len(columns) - len(cells))
-    if len(cells) != len(columns):
-        hint = _DECIMAL_COMMA if separator == "," and len(cells) > len(columns) else None
-        count = "1 cell" if len(cells) == 1 else f"{len(cells)} cells"
-        problem = f"{count} where the header has {len(columns)} (separator: {SEPARATORS[separator]})"
-        raise InputError(problem, where=place, hint=hint)
-    return cells
+def separator_of(lines: list[str], source: str) -> str:
+    """The separator that divides most of the lines into equally many columns."""
+    shares = {}
+    for separator in SEPARATORS:
+        counts = Counter(line.count(separator) for line in lines)
+        counts.pop(0, None)
+        shares[separator] = max(counts.values(), default=0) / len(lines)
+    best = next((separator for separator in shares if shares[separator] >= 0.5), max(shares, key=shares.__getitem__))
+    if not shares[best]:
+        hint = "columns are separated by comma, semicolon or tab"
+        raise InputError("no line has more than one column", where=source, hint=hint)
+    return best
