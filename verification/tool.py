@@ -29,7 +29,7 @@ class ToolAnswers:
 def answers(cases: list[Case]) -> ToolAnswers:
     """Evaluate the cases as one array of unilateral designs without friction."""
     arm = Limb(
-        anchors=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius", "from_initial")),
+        joint=Anchors(**_columns(cases, "a1", "b1", "a2", "b2", "elbow_radius", "from_initial")),
         **_columns(cases, "forearm_mass", "forearm_com", "load_distance", "upper_arm_angle"),
     )
     design = Design(

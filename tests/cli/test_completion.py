@@ -140,28 +140,28 @@ def test_own_names_and_columns_are_offered(own, line, expected):
     assert offered(line) == expected
 
 
-def test_a_source_that_is_no_table_is_not_waited_for(workplace, outside):
+def test_a_source_that_is_no_table_is_not_waited_for(workplace, tendon):
     os.mkfifo("pipe")
     Path("torn.parquet").write_bytes(b"PAR1 and no more PAR1")
     Path("bad.csv").write_bytes(b"\xff\0")
     Path("empty.parquet").mkdir()
     for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing"):
-        ran = outside("completion", "fish", "--line", f"tendon show {source} --columns marg")
+        ran = tendon("completion", "fish", "--line", f"tendon show {source} --columns marg")
         assert (ran.exit, ran.out.split()[:1], ran.err) == (0, ["margin"], "")
-        assert outside("completion", "fish", "--line", f"tendon state {source} --case ").exit == 0
+        assert tendon("completion", "fish", "--line", f"tendon state {source} --case ").exit == 0
 
 
-def test_no_sign_that_a_terminal_obeys_is_offered(workplace, outside):
+def test_no_sign_that_a_terminal_obeys_is_offered(workplace, tendon):
     Path("people.csv").write_text("name,weight (kg)\nAda\x1b[2J,60\nBo,70\n", encoding="utf-8")
-    offered_names = outside("completion", "fish", "--line", "tendon show people.csv --where 'name = ").out
+    offered_names = tendon("completion", "fish", "--line", "tendon show people.csv --where 'name = ").out
     assert "name = Bo" in offered_names.splitlines()
-    assert "\x1b" not in offered_names + outside("show", "people.csv").out
+    assert "\x1b" not in offered_names + tendon("show", "people.csv").out
 
 
 @pytest.mark.parametrize("quote", ["", "'", '"'])
-def test_bash_runs_nothing_of_a_name(own, outside, quote):
+def test_bash_runs_nothing_of_a_name(own, tendon, quote):
     line = f"tendon state own.toml --case {quote}"
-    names = outside("completion", "bash", "--line", line).out.splitlines()
+    names = tendon("completion", "bash", "--line", line).out.splitlines()
     echoed = subprocess.run(
         ["bash", "-c", "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names)],
         check=True, capture_output=True, text=True,

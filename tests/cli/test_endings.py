@@ -2,6 +2,7 @@
 
 import json
 import resource
+import signal
 import sys
 
 import pytest
@@ -16,8 +17,8 @@ class Interrupts:
     def find_spec(self, name, *_):
         if name == wanted:
             sys.meta_path.remove(self)
-            os.kill(os.getpid(), signal.SIGINT)
-wanted = sys.argv.pop(1)
+            os.kill(os.getpid(), number)
+wanted, number = sys.argv.pop(1), int(sys.argv.pop(1))
 sys.meta_path.insert(0, Interrupts())
 from tendon_cli.__main__ import main
 main()
@@ -31,17 +32,23 @@ def study(workplace):
     return workplace / "study.toml"
 
 
-# --- Ctrl-C -----------------------------------------------------------------------------------------------------------
+# --- Signals ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("module", ["typer", "tendon_cli.commands.compute", "numpy", "pydantic", "pyarrow.lib"])
+@pytest.mark.parametrize(
+    ("module", "number"),
+    [
+        *((module, signal.SIGINT) for module in ("typer", "tendon_cli.commands.compute", "numpy", "pyarrow.lib")),
+        *(("tendon_cli.cli", number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)),
+    ],
+)
 @pytest.mark.parametrize("command", ["sweep", "state"])
-def test_an_interrupt_while_modules_are_read_is_130_without_a_traceback(outside, study, module, command):
+def test_a_signal_while_modules_are_read_ends_quietly(outside, study, module, number, command):
     words = (command, "study.toml")
     if command == "state" and module == "pyarrow.lib":
         module, words = "matplotlib", ("plot", "study.toml", "--arm")
-    ran = outside("-c", INTERRUPTED, module, *words, python=True)
-    assert (ran.exit, ran.out, "Traceback" in ran.err) == (130, "", False)
+    ran = outside("-c", INTERRUPTED, module, int(number), *words, python=True)
+    assert (ran.exit, ran.out, "Traceback" in ran.err) == (128 + number, "", False)
     assert not (study.parent / "results").exists()
 
 

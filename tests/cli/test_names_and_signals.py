@@ -125,29 +125,3 @@ def test_a_signal_while_a_file_is_written_leaves_none(tendon, study, words, numb
         _, said = process.communicate(timeout=60)
     assert (process.returncode, said) == (128 + number, "")
     assert set(study.parent.rglob("*")) == before
-
-
-@pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_at_the_very_start_ends_quietly(outside, study, number):
-    code = f"""
-import os, sys
-class Signals:
-    def find_spec(self, name, *_):
-        if name == "tendon_cli.cli":
-            sys.meta_path.remove(self)
-            os.kill(os.getpid(), {int(number)})
-sys.meta_path.insert(0, Signals())
-sys.argv[1:] = ["check", "run"]
-from tendon_cli.__main__ import main
-main()
-"""
-    ran = outside("-c", code, python=True)
-    assert (ran.exit, ran.out, ran.err) == (128 + number, "", "")
-
-
-def test_what_nohup_has_ignored_stays_ignored(outside, study):
-    code = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN); from tendon_cli.__main__ import main\n"
-    code += "import os; from tendon_cli import cli; run = cli._run\n"
-    code += "cli._run = lambda *given: (os.kill(os.getpid(), signal.SIGHUP), run(*given))[1]\nmain()"
-    ran = outside("-c", code, "--version", python=True)
-    assert ran.exit == 0

@@ -1,6 +1,7 @@
 """Every result of the closed forms against an integration along the sheath and a root search for the spool angle."""
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -168,3 +169,13 @@ def test_where_the_bends_lie_along_the_sheath_matters_little_to_the_tensions():
         for side in rig.SIDES:
             moved = np.abs(getattr(state.balance, side) - column(outcomes, side)) / 200.0
             assert 0 < moved.max() < 0.005
+
+
+def test_the_comparison_with_mujoco_takes_the_model_as_it_is(monkeypatch):
+    """What is compared elsewhere, where MuJoCo is installed."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[2])
+    from verification.cases import draw_cases
+    from verification.tool import answers
+
+    found = answers(draw_cases(20))
+    assert {values.shape for values in found.values.values()} == {(20,)}

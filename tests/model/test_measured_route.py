@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -110,6 +110,7 @@ def test_a_route_bends_as_much_from_its_other_end(name):
 
 
 @given(st.integers(0, 1000), st.floats(1e-3, 1e3))
+@settings(max_examples=40)
 def test_neither_the_unit_nor_the_frame_counts(seed, unit):
     rng = np.random.default_rng(seed)
     points = resampled(arc()[0], 0.02, rng)
