@@ -17,7 +17,7 @@ SMALLER = {
     "design": ["spring.stiffness=[4000, 6000]"],
     "people": ["people.count=20"],
     "friction": ["uncertainty.draws=8"],
-    "robust": ["people.count=40", "uncertainty.draws=32", "spring.stiffness=[6000, 7000]", "arm.contact_width=0.1"],
+    "robust": ["people.count=40", "uncertainty.draws=32", "spring.stiffness=[6000, 7000]", "arm.contact_width=100 mm"],
     "motor": ["spring.stiffness=[5000, 8000]"],
 }
 
