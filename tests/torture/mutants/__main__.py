@@ -1,15 +1,14 @@
 """Makes random mutants of the package and says which of them no quick test notices.
 
 Every mutant stands in a copy of the source tree. It first answers many commands (`probe`), with compiled code and
-without; where an answer or a file has changed the tests of its room run, and where they pass all quick tests.
-Survivors of these are what the tests miss: the exit code is 1 where there are more than 3 in 100. Figures are left out:
-their layout is judged by eye.
+without; if an answer or a file has changed the tests of its room run, and if they pass all quick tests. Survivors of
+these are what the tests miss: the exit code is 1 if there are more than 3 in 100. Figures are left out: their layout is
+judged by eye.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import random
 import resource
@@ -50,47 +49,44 @@ def main() -> int:
     parser.add_argument("--no-rest", action="store_true", help="run only the tests of the mutant's room")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        copy = Path(folder) / "tree"
-        _copy_tree(copy)
-        missed = _try_all(copy, options)
-    share = len(missed) / options.count
-    _say(f"{len(missed)} of {options.count} change an answer or a file and survive ({100 * share:.0f} %)", *missed)
-    return int(share > ALLOWED)
+        missed = try_all(copied(Path(folder) / "tree"), options)
+    tell(f"{len(missed)} of {options.count} change an answer or a file and survive", *missed)
+    return int(len(missed) > ALLOWED * options.count)
 
 
-def _try_all(copy: Path, options: argparse.Namespace) -> list[str]:
-    truth = {compiled: _probe(copy, compiled=compiled) for compiled in (True, False)}
-    if None in truth.values() or truth[True] != _probe(copy, compiled=True):
+def try_all(copy: Path, options: argparse.Namespace) -> list[str]:
+    """Those that users would meet and no test does."""
+    truth = {compiled: probed(copy, compiled=compiled) for compiled in (True, False)}
+    if None in truth.values() or truth[True] != probed(copy, compiled=True):
         raise SystemExit("the answers of the package itself differ from run to run: nothing can be compared")
     missed = []
-    for number, (file, made) in enumerate(_sample(copy, options), start=1):
+    for number, (file, made) in enumerate(sample(copy / "tendon_cli", options), start=1):
         original = file.read_text(encoding="utf-8")
         file.write_text(made.source, encoding="utf-8")
-        name = file.relative_to(copy)
-        line = f"{name}:{made.line}: {made.before!r} -> {made.after!r}"
-        changed = next(filter(None, (_changes(truth[way], _probe(copy, compiled=way)) for way in (True, False))), "")
-        rooms = _tests_of(copy, name)
-        missing = changed and _passes(copy, rooms) and (options.no_rest or _passes(copy, ["tests"]))
-        verdict = "SURVIVES" if missing else "caught" if changed else "changes nothing that users get"
-        _say(f"{number:3} {verdict}: {line}" + (f"  [{changed}]" if verdict == "SURVIVES" else ""))
-        if verdict == "SURVIVES":
-            missed.append(line)
+        room = file.relative_to(copy).parts[1]
+        line = f"{file.relative_to(copy)}:{made.line}: {made.before!r} -> {made.after!r}"
+        changed = any(probed(copy, compiled=way) != truth[way] for way in (True, False))
+        survives = changed and passes(copy, *ROOMS.get(room, (f"tests/{room}", "tests/cli")))
+        survives = survives and (options.no_rest or passes(copy, "tests"))
+        verdict = "SURVIVES" if survives else "caught" if changed else "changes nothing that users get"
+        tell(f"{number:3} {verdict}: {line}")
+        missed += [line] if survives else []
         file.write_text(original, encoding="utf-8")
     return missed
 
 
-def _copy_tree(copy: Path) -> None:
+def copied(copy: Path) -> Path:
     """What git knows of and the compiled code, so that nothing of the working tree is ever touched."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True, text=True).stdout
-    for name in [*filter(None, listed.split("\0")), *(str(file.relative_to(ROOT)) for file in _compiled(ROOT))]:
+    for name in [*filter(None, listed.split("\0")), *(file.relative_to(ROOT) for file in compiled_code(ROOT))]:
         if (ROOT / name).is_file():
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, copy / name)
+    return copy
 
 
-def _sample(copy: Path, options: argparse.Namespace) -> Iterator[tuple[Path, Mutant]]:
+def sample(package: Path, options: argparse.Namespace) -> Iterator[tuple[Path, Mutant]]:
     """Mutants drawn evenly from every place of the package that can be changed."""
-    package = copy / "tendon_cli"
     chance = random.Random(options.seed)  # noqa: S311 - nothing is guarded
     places = []
     for file in sorted(package.rglob("*.py")):
@@ -101,64 +97,39 @@ def _sample(copy: Path, options: argparse.Namespace) -> Iterator[tuple[Path, Mut
         yield file, mutant(file.read_text(encoding="utf-8"), place, chance.randrange(1 << 30))
 
 
-def _tests_of(copy: Path, name: Path) -> list[str]:
-    room = name.parts[1]
-    wanted = ROOMS.get(room, (f"tests/{room}", "tests/cli"))
-    return [test for test in wanted if (copy / test).exists()]
-
-
-def _compiled(tree: Path) -> list[Path]:
+def compiled_code(tree: Path) -> list[Path]:
     return [*(tree / "tendon_cli").rglob("_*.so")]
 
 
-def _probe(copy: Path, *, compiled: bool) -> dict[str, str] | None:
+def probed(copy: Path, *, compiled: bool) -> str | None:
     """The answers of the package in the copy; None where it gives none."""
-    if not compiled:
-        code = _compiled(copy)
-        away = [file.rename(file.with_suffix(".off")) for file in code]
-        try:
-            return _probe(copy, compiled=True)
-        finally:
-            for file, off in zip(code, away, strict=True):
-                off.rename(file)
     with tempfile.TemporaryDirectory(dir=copy.parent) as place:
         (Path(place) / "configs").symlink_to(copy / "configs")
-        said = _run(copy, [sys.executable, copy / "tests" / "torture" / "mutants" / "probe.py"], place, 300)
-    if said is None or not said.startswith("{"):
-        return None
-    answers: dict[str, str] = json.loads(said)
-    return answers
+        environment = {} if compiled else {"TENDON_NO_COMPILED": "1"}
+        return ran(copy, [str(copy / "tests/torture/mutants/probe.py")], place, 300, environment)
 
 
-def _changes(truth: dict[str, str] | None, answers: dict[str, str] | None) -> str:
-    """Which answers differ, in few words; nothing where none does."""
-    if answers is None or truth is None:
-        return "nothing is answered"
-    differing = [name for name in truth | answers if truth.get(name) != answers.get(name)]
-    return "; ".join(differing[:2])
+def passes(copy: Path, *tests: str) -> bool:
+    """Whether those of the tests pass that there are."""
+    there = [test for test in tests if (copy / test).exists()]
+    words = ["-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not torture", *there]
+    return ran(copy, [*words, "--ignore", "tests/test_bench.py"], copy, 1800, {}) is not None
 
 
-def _passes(copy: Path, tests: list[str]) -> bool:
-    if not tests:
-        return True
-    words = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not torture", *tests]
-    return _run(copy, [*words, "--ignore", "tests/test_bench.py"], copy, 1800) is not None
-
-
-def _run(copy: Path, words: list[str | Path], place: Path | str, seconds: int) -> str | None:
-    """What a command prints; None where it fails or takes too long. It imports the package of the copy."""
-    environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
+def ran(copy: Path, words: list[str], place: Path | str, seconds: int, more: dict[str, str]) -> str | None:
+    """What Python prints; None where it fails or takes too long. It imports the package of the copy."""
+    environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"} | more
     try:
         done = subprocess.run(
-            words, cwd=place, env=environment, check=False, capture_output=True, text=True, timeout=seconds,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
+            [sys.executable, *words], cwd=place, env=environment, check=False, capture_output=True, text=True,
+            timeout=seconds, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return None
     return done.stdout if done.returncode == 0 else None
 
 
-def _say(*lines: str) -> None:
+def tell(*lines: str) -> None:
     sys.stdout.write("\n".join(lines) + "\n")
     sys.stdout.flush()
 

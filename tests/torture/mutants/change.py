@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ast
-import copy
 import random
 from dataclasses import dataclass
+from typing import Any
 
 OPERATORS = {
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.FloorDiv: ast.Mult, ast.Pow: ast.Mult,
@@ -36,15 +36,13 @@ def mutant(source: str, place: int, seed: int) -> Mutant:
     """The module with the fault at one place; the seed decides where there are several."""
     tree = ast.parse(source)
     node = _places(tree)[place]
-    before = ast.unparse(node)
-    line = getattr(node, "lineno", 0)
-    _change(node, random.Random(seed))  # noqa: S311 - nothing is guarded
+    before, line = ast.unparse(node), getattr(node, "lineno", 0)
+    vars(node).update(_fault(node, random.Random(seed)) or {})  # noqa: S311 - nothing is guarded
     return Mutant(line, before, ast.unparse(node), ast.unparse(ast.fix_missing_locations(tree)) + "\n")
 
 
 def _places(tree: ast.Module) -> list[ast.AST]:
-    """Every node that can be changed. Types, decorators and assertions are left out: what users get
-    does not depend on them."""
+    """Every node that can be changed. Types, decorators and assertions are left out: no user gets them."""
     found: list[ast.AST] = []
     for statement in tree.body:
         is_alias = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.BinOp)
@@ -56,7 +54,7 @@ def _places(tree: ast.Module) -> list[ast.AST]:
 def _walk(node: ast.AST, found: list[ast.AST]) -> None:
     if isinstance(node, ast.Assert | ast.Import | ast.ImportFrom):
         return
-    if _can_change(node):
+    if _fault(node, random.Random(0)):  # noqa: S311 - nothing is guarded
         found.append(node)
     for name, value in ast.iter_fields(node):
         if name not in ("annotation", "returns", "decorator_list"):
@@ -65,53 +63,29 @@ def _walk(node: ast.AST, found: list[ast.AST]) -> None:
                     _walk(child, found)
 
 
-def _can_change(node: ast.AST) -> bool:
+def _fault(node: ast.AST, chance: random.Random) -> dict[str, Any] | None:
+    """What has to be changed in a node for a fault, or None where it has none."""
     match node:
-        case ast.BinOp() | ast.BoolOp():
-            return type(node.op) in OPERATORS
-        case ast.Compare():
-            return True
-        case ast.UnaryOp():
-            return isinstance(node.op, ast.USub | ast.Not)
-        case ast.Constant():
-            return isinstance(node.value, bool | int | float)
-        case ast.If() | ast.IfExp() | ast.While():
-            return not isinstance(node.test, ast.Compare | ast.BoolOp | ast.UnaryOp)  # these are places of their own
-        case ast.Attribute():
-            return node.attr in NAMES
-        case ast.Name():
-            return node.id in NAMES
-    return False
-
-
-def _change(node: ast.AST, chance: random.Random) -> None:
-    match node:
-        case ast.BinOp() | ast.BoolOp():
-            node.op = OPERATORS[type(node.op)]()
-        case ast.Compare():
-            at = chance.randrange(len(node.ops))
-            node.ops[at] = OPERATORS[type(node.ops[at])]()
-        case ast.UnaryOp():
-            node.op = ast.UAdd() if isinstance(node.op, ast.USub) else ast.USub()
-            if isinstance(node.op, ast.USub):  # `not x` becomes `x`
-                operand = copy.copy(node.operand)
-                node.op, node.operand = ast.Not(), ast.UnaryOp(ast.Not(), operand)
-        case ast.Constant():
-            node.value = _constant(node.value, chance)
-        case ast.If() | ast.IfExp() | ast.While():
-            node.test = ast.UnaryOp(ast.Not(), node.test)
-        case ast.Attribute():
-            node.attr = NAMES[node.attr]
-        case ast.Name():
-            node.id = NAMES[node.id]
-
-
-def _constant(value: object, chance: random.Random) -> object:
-    match value:
-        case bool():
-            return not value
-        case int():
-            return value + chance.choice((-1, 1))
-        case float():
-            return chance.choice((1.1, 0.9)) * value if value else 1.0
-    raise TypeError(value)
+        case ast.BinOp(op=op) | ast.BoolOp(op=op) if type(op) in OPERATORS:
+            return {"op": OPERATORS[type(op)]()}
+        case ast.Compare(ops=ops):
+            at = chance.randrange(len(ops))
+            return {"ops": [*ops[:at], OPERATORS[type(ops[at])](), *ops[at + 1 :]]}
+        case ast.UnaryOp(op=ast.USub()):
+            return {"op": ast.UAdd()}
+        case ast.UnaryOp(op=ast.Not(), operand=operand):  # `not x` becomes `x`
+            return {"operand": ast.UnaryOp(ast.Not(), operand)}
+        case ast.Constant(value=bool(value)):
+            return {"value": not value}
+        case ast.Constant(value=int(value)):
+            return {"value": value + chance.choice((-1, 1))}
+        case ast.Constant(value=float(value)):
+            return {"value": chance.choice((1.1, 0.9)) * value or 1.0}
+        case ast.If(test=test) | ast.IfExp(test=test) | ast.While(test=test):
+            is_place = isinstance(test, ast.Compare | ast.BoolOp | ast.UnaryOp)  # of its own
+            return None if is_place else {"test": ast.UnaryOp(ast.Not(), test)}
+        case ast.Attribute(attr=name) if name in NAMES:
+            return {"attr": NAMES[name]}
+        case ast.Name(id=name) if name in NAMES:
+            return {"id": NAMES[name]}
+    return None

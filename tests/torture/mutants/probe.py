@@ -1,6 +1,6 @@
 """What users get: the output of many commands and the hash of every file they write, for one package against another.
 
-Run in an empty folder with the configs beside it; prints one JSON object. Pictures count as being there or not.
+Run in an empty folder with the configs in it; prints one JSON object. Pictures count as being there or not.
 """
 
 from __future__ import annotations
@@ -9,14 +9,15 @@ import contextlib
 import hashlib
 import io
 import json
-import math
 import re
+import shlex
 import sys
 from pathlib import Path
 
 from tendon_cli import cli
 
-RICH = """
+FILES = {
+    "rich.toml": """
 name = "rich"
 [sheath]
 friction = [0.0, 0.07, 0.2]
@@ -37,45 +38,9 @@ arm.b1 = "140 mm"
 name = "long"
 arm.b1 = "170 mm"
 model.reference = "initial"
-"""
-BOTH = """
-name = "both"
-[arm]
-upper_arm_angle = "-40 deg"
-[tendon.flexor]
-pretension = "80 N"
-[tendon.extensor]
-pretension = "120 N"
-[spool]
-ratio = [0.6, 1.0]
-[model]
-slack = "bilateral"
-[motion]
-elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
-"""
-ASKED = """
-name = "asked"
-[spring]
-stiffness = "5 kN/m"
-[spool]
-ratio = [0.6, 0.8]
-[load]
-mass = ["0 kg", "5 kg"]
-[sheath]
-friction = { value = 0.07, tolerance = "10 %" }
-[people]
-count = 4
-[motion]
-speed = "60 deg/s"
-elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
-[limits]
-peak_motor_torque = "14 N m"
-max_tension = "450 N"
-max_friction_loss = "40 J"
-[design]
-minimise = ["pretension"]
-"""
-TIGHT = """
+model.slack = "bilateral"
+""",
+    "tight.toml": """
 name = "tight"
 [arm]
 upper_arm_angle = "-20 deg"
@@ -99,106 +64,89 @@ max_spring_extension = "60 mm"
 peak_motor_power = "9 W"
 [uncertainty]
 draws = 16
-"""
-PEOPLE = """name,sex,weight (kg),stature (cm),biceps_circumference_mm,weighting
-Ada,female,62.5,168,281,1
-Bo,male,90,181.5,,2
-Cleo,female,,171,,1
-"""
-ROUTE = "x [mm],y [mm],z [mm]\n" + "\n".join(
-    f"{100 * math.cos(turn / 20):.2f},{100 * math.sin(turn / 20):.2f},{turn:.1f}" for turn in range(40)
-)
-READINGS = "cell_1,cell_2\n" + "\n".join(
-    f"{force * (1.31 if row % 2 else 0.79) + 0.03:.4f},{force:.4f}"
-    for row, force in enumerate(0.8 + 0.05 * step for step in range(24))
-)
-"""Made up: two directions in turn, unequal gains, a zero offset."""
+""",
+    "people.csv": "name,sex,weight (kg),stature (cm),biceps_circumference_mm,weighting\n"
+    "Ada,female,62.5,168,281,1\nBo,male,90,181.5,,2\nCleo,female,,171,,1\n",
+    "route.csv": "x [mm],y [mm],z [mm]\n" + "".join(f"{100 - n},{n * n / 16},{n}\n" for n in range(40)),
+    "made.csv": "cell_1,cell_2\n"  # made up: two directions in turn, unequal gains, a zero offset
+    + "".join(f"{(0.8 + n / 20) * (1.31 if n % 2 else 0.79) + 0.03:.4f},{0.8 + n / 20:.4f}\n" for n in range(24)),
+}
 STATES = [
-    [f"load.mass={load}", f"motion.elbow_angle={angle}", f"motion.direction={way}", f"model.slack={slack}"]
-    for load, angle, way, slack in (
-        ("0 kg", "75 deg", "flexion", "unilateral"),
-        ("5 kg", "75 deg", "flexion", "bilateral"),
-        ("10 kg", "90 deg", "extension", "unilateral"),
-        ("0 kg", "0 deg", "extension", "unilateral"),
-        ("3 kg", "170 deg", "flexion", "unilateral"),
+    f"state rich.toml {form} --set load.mass='{load} kg' --set motion.elbow_angle='{angle} deg' "
+    f"--set motion.direction={way} --set sheath.friction=0.1 --set spring.stiffness='5 kN/m' "
+    f"--set tendon.pretension='{force} N' --case {case}"
+    for load, angle, way, force, case in (
+        (0, 75, "flexion", 90, "short"), (5, 75, "flexion", 90, "long"), (10, 90, "extension", 140, "short"),
+        (0, 0, "extension", 60, "short"), (3, 170, "flexion", 90, "long"),
     )
-]
-QUICK = ("--quiet", "--no-figures", "--allow-no-equilibrium", "--jobs", "1")
-FEWER = ("--no-figures", "--set", 'tendon.pretension={ from = "20 N", to = "260 N", num = 7 }')
-COMMANDS = [
-    *(("state", "rich.toml", *json_, *(word for setting in state for word in ("--set", setting)))
-      for state in STATES for json_ in ((), ("--json",))),
-    ("sweep", "rich.toml", *QUICK, "--out", "rich"),
-    ("sweep", "both.toml", "--json", "--no-figures", "--out", "both"),
-    ("sweep", "configs/quickstart.toml", *FEWER, "--out", "quick"),
-    ("sweep", "configs/quickstart.toml", *FEWER, "--out", "quick"),
-    ("sweep", "configs/quickstart.toml", *FEWER, "--set", "spring.stiffness=4 kN/m", "--out", "quick2"),
-    ("sweep", "both.toml", "--out", "both", "--set", "spool.ratio=0.9"),
-    ("sweep", "rich.toml", "--dry-run"),
-    ("sweep", "both.toml", "--set", "arm.a1=1 kg", "--set", "arm.b3=1"),
-    ("plot", "both", "--quantity", "motor_torque", "--out", "both.png"),
-    ("fit-friction", "configs/friction/table_a1.csv", "--bend-angle", "144 deg +/- 2 deg", "--out", "mu.toml"),
-    ("fit-friction", "configs/friction/raw_log.csv", "--bend-angle", "90 deg", "--json"),
-    ("fit-friction", "configs/friction/several_angles.csv", "--json"),
-    ("fit-friction", "made.csv", "--bend-angle", "170 deg"),
-    ("fit-friction", "made.csv", "--bend-angle", "170 deg", "--json"),
-    ("state", "asked.toml", "--reversal"),
-    ("sweep", "asked.toml", *QUICK, "--out", "asked"),
-    ("design", "asked.toml", "--no-figures", "--out", "answer"),
-    ("design", "configs/quickstart.toml", "--no-figures", "--out", "answer2"),
-    ("show", "rich", "--sort", "-max_tension", "--where", "load_mass = 3 kg"),
-    ("show", "answer"),
-    ("export", "rich", "rich.csv"),
-    ("report", "both", "--out", "both.html"),
-    ("report", "answer2", "--out", "answer2.html"),
-    ("check", "asked"),
-    ("check", "quick", "--worst", "3", "--markdown"),
-    ("check", "both", "--baseline", "asked", "--json"),
-    ("check", "quick", "--baseline", "quick2", "--except", "spring.stiffness", "--except", "name", "--json"),
-    ("check", "answer", "--json"),
-    ("design", "tight.toml", "--no-figures", "--out", "answer3"),
-    ("check", "answer3"),
-    ("state", "tight.toml", "--person", "mean-woman"),
-    ("fit-friction", "made.csv", "--route", "route.csv", "--json"),
-    *(("init", "--template", name, f"{name}.toml") for name in ("design", "people", "motor", "friction")),
-    *(("design", f"{name}.toml", "--no-figures", "--out", f"of-{name}") for name in ("people", "motor")),
-    ("paper", "--out", "paper", "--json"),
-    ("init", "mine.toml"),
-    ("completion", "bash", "--line", "tendon sweep --set spr"),
-    ("schema",),
+    for form in ("", "--json")
 ]  # fmt: skip
-_TIMES = re.compile(
+FEWER = """--no-figures --set 'tendon.pretension={ from = "20 N", to = "260 N", num = 7 }'"""
+COMMANDS = [
+    *STATES,
+    *f"""
+sweep rich.toml --quiet --no-figures --allow-no-equilibrium --jobs 1 --out rich
+sweep configs/quickstart.toml {FEWER} --out quick
+sweep configs/quickstart.toml {FEWER} --out quick
+sweep configs/quickstart.toml {FEWER} --set 'spring.stiffness=4 kN/m' --out quick2
+sweep configs/quickstart.toml --out quick --set spool.ratio=0.9
+sweep rich.toml --dry-run
+sweep rich.toml --set 'arm.a1=1 kg' --set arm.b3=1
+plot quick --quantity motor_torque --out quick.png
+fit-friction configs/friction/table_a1.csv --bend-angle '144 deg +/- 2 deg' --out mu.toml
+fit-friction configs/friction/raw_log.csv --bend-angle '90 deg' --json
+fit-friction configs/friction/several_angles.csv --json
+fit-friction made.csv --bend-angle '170 deg'
+fit-friction made.csv --route route.csv --json
+design configs/design/for_everyone.toml --set people.count=4 --no-figures --out everyone
+design configs/quickstart.toml --no-figures --out answer
+design tight.toml --no-figures --out tight
+state tight.toml --person mean-woman --reversal
+show rich --sort -max_tension --where 'load_mass = 3 kg'
+show answer
+export rich rich.csv
+report quick --out quick.html
+report answer --out answer.html
+check quick --worst 3 --markdown
+check quick --baseline quick2 --except spring.stiffness --except name --json
+check answer --json
+check tight
+init --template people people.toml
+init --template motor motor.toml
+design motor.toml --no-figures --out motor
+paper --out paper --json
+init mine.toml
+completion bash --line 'tendon sweep --set spr'
+schema
+""".strip().splitlines(),
+]
+TIMES = re.compile(
     r"\d+(\.\d+)? ?(ms|s|min|MB/s|GB|MB|kB)\b|\"seconds\": [\d.]+|\"checksum\": \"\w+\"|>seconds</td><td[^>]*>[\d.]+"
 )
 """Times and sizes, and the checksum of a record, in which its time counts."""
 
 
 def answers() -> dict[str, str]:
-    """What every command says and leaves behind."""
-    Path("rich.toml").write_text(RICH)
-    Path("both.toml").write_text(BOTH)
-    Path("asked.toml").write_text(ASKED)
-    Path("made.csv").write_text(READINGS)
-    Path("tight.toml").write_text(TIGHT)
-    Path("people.csv").write_text(PEOPLE)
-    Path("route.csv").write_text(ROUTE)
-    found = {}
-    for number, words in enumerate(COMMANDS):
+    """What every command prints and leaves behind."""
+    for name, text in FILES.items():
+        Path(name).write_text(text)
+    given = {}
+    for number, line in enumerate(COMMANDS):
         out, err = io.StringIO(), io.StringIO()
         try:
             with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-                cli.main(list(words))
+                cli.main(shlex.split(line))
         except SystemExit as end:
-            said = f"{end.code}\n{out.getvalue()}\n{err.getvalue()}"
+            printed = f"{end.code}\n{out.getvalue()}\n{err.getvalue()}"
         except BaseException as error:  # noqa: BLE001 - a mutant may do anything
-            said = repr(error)
-        found[f"{number} {' '.join(words)}"] = _TIMES.sub("TIME", said)
+            printed = repr(error)
+        given[f"{number} {line}"] = TIMES.sub("TIME", printed)
     for file in sorted(path for path in Path().rglob("*") if path.is_file() and "configs" not in path.parts):
         content = b"" if file.suffix == ".png" else file.read_bytes()
         if file.suffix in (".json", ".html") and file.name != "ledger.json":
-            content = _TIMES.sub("TIME", content.decode()).encode()
-        found[str(file)] = hashlib.sha256(content).hexdigest()
-    return found
+            content = TIMES.sub("TIME", content.decode()).encode()
+        given[str(file)] = hashlib.sha256(content).hexdigest()
+    return given
 
 
 if __name__ == "__main__":
