@@ -1,6 +1,8 @@
-"""Imports run one way, and printing happens in one place."""
+"""Imports run one way, printing happens in one place, and what is long or odd does not grow."""
 
 import ast
+import functools
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -62,11 +64,16 @@ def room_of(name):
     return name.partition(".")[0]
 
 
+@functools.cache
+def nodes(path):
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def imported(path):
     """Every module that a file imports, at its top or inside a function, by its full dotted name."""
     here = ["tendon_cli", *name_of(path).split(".")] if name_of(path) else ["tendon_cli"]
     package = here if path.name == "__init__.py" else here[:-1]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -150,7 +157,7 @@ OUTLETS = ("stdout", "stderr", "__stdout__", "__stderr__", "echo", "secho")
 
 def prints(path):
     """Lines that print, or touch a standard stream."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes(path):
         called = isinstance(node, ast.Name) and node.id == "print"
         if called or (isinstance(node, ast.Attribute) and node.attr in OUTLETS):
             yield node.lineno
@@ -192,10 +199,46 @@ def test_what_draws_nothing_loads_no_matplotlib(module):
     assert not {"matplotlib", "scipy", "pandas"}.intersection(loaded_by(f"import tendon_cli.{module}"))
 
 
-def test_no_two_classes_of_the_package_share_a_name():
-    found = {}
+# --- Sizes and names --------------------------------------------------------------------------------------------------
+
+WORDS = re.compile(
+    r"\b_?(found|told|said|own|beside|situation|shortfall|surplus|crowd|gathered|worth|opening|shut|promising|doubt|knob"
+    r"|letter|ledger|lanes|linked|laid)\b"
+)
+"""Used otherwise than in the field."""
+BOUNDS = {
+    "modules": 190,
+    "modules with one importer": 55,
+    "private words": 120,
+    "files over 250 lines": 14,
+    "functions over 40 lines": 3,
+}
+"""None of them grows; lower what has fallen."""
+
+
+def body_of(function):
+    """Lines of a function without its head and its docstring."""
+    body = function.body[1:] if ast.get_docstring(function) else function.body
+    return body[-1].end_lineno - body[0].lineno + 1 if body else 0
+
+
+def test_the_package_grows_no_longer_files_and_no_odder_words():
+    texts = {path: path.read_text(encoding="utf-8") for path in FILES}
+    functions = [node for path in FILES for node in nodes(path) if isinstance(node, ast.FunctionDef)]
+    importers = {name_of(path): 0 for path in FILES if path.name not in ("__init__.py", "__main__.py")}
     for path in FILES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ClassDef):
-                found.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
-    assert {name: places for name, places in found.items() if len(places) > 1} == {}
+        for name in {*ours(path)} & {*importers}:
+            importers[name] += 1
+    counted = {
+        "modules": len(importers),
+        "modules with one importer": sum(count == 1 for count in importers.values()),
+        "private words": sum(len(WORDS.findall(text)) for text in texts.values()),
+        "files over 250 lines": sum(text.count("\n") > 250 for text in texts.values()),
+        "functions over 40 lines": sum(body_of(function) > 40 for function in functions),
+    }
+    assert {name: count for name, count in counted.items() if count > BOUNDS[name]} == {}
+
+
+def test_no_two_classes_of_the_package_share_a_name():
+    names = [node.name for path in FILES for node in nodes(path) if isinstance(node, ast.ClassDef)]
+    assert sorted({name for name in names if names.count(name) > 1}) == []
