@@ -21,9 +21,9 @@ from tendon_cli.files import whole_file
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
-from tendon_cli.tables.read import AnyTable, as_numpy
+from tendon_cli.tables.arrays import array_of, as_numpy
+from tendon_cli.tables.read import AnyTable
 from tendon_cli.tables.schema import Column
-from tendon_cli.tables.write import array_of
 from tendon_cli.units import factor_of, shorten
 
 _FORMULA = r"^([=+\-@\t\r])"

@@ -84,7 +84,8 @@ class Tables:
         angle = Column.of(QUANTITIES["elbow_angle"], is_axis=True, nullable=False)
         trajectory, angles = self.plan.study.trajectory, self.plan.elbow_angles
         if trajectory is None:
-            return {text: _directions, angle: lambda block: angles[block.angles]}
+            numbers = np.arange(len(self.plan.directions))[:, np.newaxis]
+            return {text: lambda block: numbers[block.directions], angle: lambda block: angles[block.angles]}
         ways = np.where(trajectory.flexion == trajectory.flexion[0], 0, 1)
         time = Column.of(QUANTITIES["time"], is_axis=True, nullable=False)
         speed = Column.of(QUANTITIES["elbow_speed"], nullable=False)
@@ -143,17 +144,13 @@ class Tables:
         for name, number in numbers.items():  # a bend that follows the joint is no number
             is_number = number.value is not None and not isinstance(number.value, Spline)
             column = self._as_read(Column.of(quantity, name, is_axis=True, nullable=not is_number))
-            columns[column] = _within(number) if is_number else _null
+            columns[column] = _within(number) if is_number else lambda _block: np.nan
         return columns
 
 
 def _design_numbers(block: Block) -> npt.ArrayLike:
     shape = (*block.shape[:-2], 1, 1)
     return np.arange(block.first_design, block.first_design + block.design_count).reshape(shape)
-
-
-def _directions(block: Block) -> npt.ArrayLike:
-    return np.arange(block.directions.start, block.directions.stop)[:, np.newaxis]
 
 
 def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
@@ -163,7 +160,3 @@ def _sampled(values: npt.NDArray[Any], block: Block) -> npt.ArrayLike:
 def _within(number: Varying) -> Values:
     """What a number is for the designs of a block."""
     return lambda block: number.within(block.designs)
-
-
-def _null(_: Block) -> npt.ArrayLike:
-    return np.nan

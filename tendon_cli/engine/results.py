@@ -224,15 +224,10 @@ def label_of(name: str, meaning: str) -> str:
 def along_own_axes(name: str, variable: Variable) -> Variable:
     """A coordinate along the axes that it varies with: that of an axis along itself, a constant along none."""
     dimensions, values, attributes = variable
-    kept = []
-    for axis, dimension in enumerate(dimensions):
+    for dimension in dimensions:
+        axis = dimensions.index(dimension)
         first = values.take([0], axis=axis)
-        varies = dimension == name or (name not in dimensions and not _same(values, first))
-        kept.append(slice(None) if varies else 0)
-    along = tuple(dimension for dimension, part in zip(dimensions, kept, strict=True) if part != 0)
-    return along, np.asarray(values[tuple(kept)]), attributes
-
-
-def _same(values: npt.NDArray[Any], first: npt.NDArray[Any]) -> bool:
-    equal = (values == first) | ((values != values) & (first != first))  # noqa: PLR0124 - NaN differs from itself
-    return bool(np.all(equal))
+        same = (values == first) | ((values != values) & (first != first))  # noqa: PLR0124 - NaN differs from itself
+        if dimension != name and (name in dimensions or np.all(same)):
+            values, dimensions = values.take(0, axis=axis), dimensions[:axis] + dimensions[axis + 1 :]
+    return dimensions, np.asarray(values), attributes

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -168,22 +168,25 @@ class PartMaker:
     task: Task
     folder: Path
 
+    def open(self, name: str, layout: TableLayout) -> TableFile | RowsInMemory:
+        """A file of a table, to be filled and put in place."""
+        return TableFile(self.folder / name, layout)
+
     def make(self, index: int, working: AbstractContextManager[object] | None = None) -> PartResult:
         """Work a part out, `working`, then put its files in place; raises OutputError, or Stopped."""
         names = self.task.files(index)
         with ExitStack() as stack:
             with working or nullcontext():
                 files = {
-                    names[table]: stack.enter_context(TableFile(self.folder / name, self.task.layout(table, index)))
-                    for table, name in names.items()
+                    table: stack.push(self.open(name, self.task.layout(table, index))) for table, name in names.items()
                 }
-                note = self.task.fill({table: files[name] for table, name in names.items()}, index)
+                note = self.task.fill(files, index)
                 for file in files.values():
                     file.close()
             for file in files.values():
                 file.flush()
             self.check()
-            return PartResult(index, note, {name: file.place() for name, file in files.items()})
+            return PartResult(index, note, {names[table]: file.place() for table, file in files.items()})
 
     def check(self) -> None:
         """Raises where written files may not be put in place."""
@@ -191,10 +194,11 @@ class PartMaker:
     def write(self, file: LastFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:
         """Write a file that follows from the whole record; it is announced before it stands; raises OutputError."""
         name, layout, write = file
-        with TableFile(self.folder / name, layout) as opened:
+        with self.open(name, layout) as opened:
             opened.fill(layout.rows, write)
             announce(name, opened.close())
-            return opened.finish()
+            opened.flush()
+            return opened.place()
 
     def read(self, name: str) -> pa.Table:
         """The rows of a file that stands in the run folder; raises InputError."""
@@ -217,22 +221,9 @@ class InMemory(PartMaker):
     kept: dict[str, pa.Table] = field(default_factory=dict, kw_only=True)
     """Parts of tables by the names of their files."""
 
-    def make(self, index: int, working: AbstractContextManager[object] | None = None) -> PartResult:
-        """Work a part out and keep it."""
-        names = self.task.files(index)
-        with working or nullcontext():
-            rows = {table: RowsInMemory(self.task.layout(table, index)) for table in names}
-            note = self.task.fill(rows, index)
-            self.kept.update({name: rows[table].table() for table, name in names.items()})
-        return PartResult(index, note)
-
-    def write(self, file: LastFile, announce: Callable[[str, WrittenFile], None]) -> WrittenFile:  # noqa: ARG002
-        """Keep what follows from the whole record."""
-        name, layout, write = file
-        rows = RowsInMemory(layout)
-        rows.fill(layout.rows, write)
-        self.kept[name] = rows.table()
-        return WrittenFile(layout.rows, 0, "")
+    def open(self, name: str, layout: TableLayout) -> RowsInMemory:
+        """A part of a table, to be filled and kept."""
+        return RowsInMemory(layout, partial(self.kept.__setitem__, name))
 
     def read(self, name: str) -> pa.Table:
         """The rows of a part that is kept."""

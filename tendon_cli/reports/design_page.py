@@ -33,7 +33,8 @@ from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_reco
 from tendon_cli.reports.sweep_page import ending
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.read import as_numpy, open_table
+from tendon_cli.tables.arrays import as_numpy
+from tendon_cli.tables.read import open_table
 
 RESULTS = (
     "tolerance", "served", "served_at", "pretension", "pretension_from", "pretension_to", "max_tension",

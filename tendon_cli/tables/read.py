@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from tendon_cli.errors import InputError, is_memory_short
 from tendon_cli.files import read_file
 from tendon_cli.tables.digest import is_intact
-from tendon_cli.tables.schema import Column
 
 RECORDS = {"sweep": "run.json", "design": "design.json"}
 """By the command that a run is of, the name of its record in the run's folder."""
@@ -250,38 +248,3 @@ def _facts(schema: pa.Schema) -> dict[str, Any]:
 
 def _damaged(file: Path, reason: str) -> InputError:
     return InputError(f"the table is damaged: {reason}", where=str(file), hint="`tendon sweep` writes it anew")
-
-
-# --- Values ----------------------------------------------------------------------------------------------------------
-
-
-def arrays_of(columns: Sequence[Column], table: pa.Table) -> dict[str, npt.NDArray[Any]]:
-    """Columns as they are written from: NaN for null, text by its place among the column's choices."""
-    arrays = {}
-    for column in columns:
-        values = as_numpy(table[column.name])
-        if column.kind == "text":
-            places = {word: place for place, word in enumerate(column.choices)}
-            values = np.array([places[word] for word in values])
-        arrays[column.name] = values.astype(column.dtype)
-    return arrays
-
-
-def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
-    """Numbers and truths with NaN for null, words with ""; by ways of pyarrow that do not import pandas."""
-    if pa.types.is_string(column.type):
-        return np.array([word or "" for word in column.to_pylist()], dtype=object)
-    if pa.types.is_dictionary(column.type):
-        return np.concatenate([_NO_WORDS, *map(_words, column.chunks)])
-    numbers = pc.fill_null(column.cast(pa.float64()), _NAN).combine_chunks()
-    return np.array(np.from_dlpack(numbers))
-
-
-_NAN = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]
-_NO_WORDS = np.zeros(0, dtype=object)
-
-
-def _words(chunk: pa.DictionaryArray) -> npt.NDArray[Any]:
-    known = np.array(["", *chunk.dictionary.to_pylist()], dtype=object)
-    places = as_numpy(pa.chunked_array([chunk.indices]))
-    return np.asarray(known[np.nan_to_num(places + 1.0).astype(np.int64)])

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
-from typing import Any, BinaryIO, Protocol, Self
+from typing import Any, BinaryIO, Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.files import open_file, output_errors, sync_folder, temporary_of
+from tendon_cli.tables.arrays import array_of
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
 from tendon_cli.tables.schema import Column, TableLayout
 
@@ -42,26 +42,11 @@ class WrittenFile:
     sha256: str
 
 
-def _has_nan(values: npt.NDArray[Any]) -> bool:
-    """Whether any is NaN: then the smallest is, which one thread finds soonest.
-
-    A sum of squares by BLAS starts threads, whose waiting took half of a sweep's processor time.
-    """
-    return values.dtype.kind == "f" and math.isnan(values.min(initial=math.inf))
-
-
-class Rows(Protocol):
-    """Where the rows of a table go."""
-
-    def fill(self, count: int, write: Filler) -> None:
-        """Add rows that are written straight to where they are collected."""
-
-
 class RowsInMemory:
-    """Rows of a table that never reaches the disk."""
+    """Rows of a table that never reaches the disk; `keep` takes it when it is put in place."""
 
-    def __init__(self, layout: TableLayout) -> None:
-        self._layout, self._pieces = layout, list[pa.Table]()
+    def __init__(self, layout: TableLayout, keep: Callable[[pa.Table], None] = lambda _table: None) -> None:
+        self._layout, self._keep, self._pieces = layout, keep, list[pa.Table]()
 
     def fill(self, count: int, write: Filler) -> None:
         """Add rows that `write` puts straight to where they are kept."""
@@ -74,6 +59,24 @@ class RowsInMemory:
     def table(self) -> pa.Table:
         """All rows."""
         return pa.concat_tables(self._pieces) if self._pieces else self._layout.schema.empty_table()
+
+    def close(self) -> WrittenFile:
+        """What a file of these rows would be."""
+        return WrittenFile(self._layout.rows, 0, "")
+
+    def flush(self) -> None:
+        """There is no disk."""
+
+    def place(self) -> WrittenFile:
+        """Hand the table over."""
+        self._keep(self.table())
+        return self.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
 
 
 class RowGroups:
@@ -140,9 +143,9 @@ class RowGroups:
 
 
 class TableFile:
-    """A table's file, written under a temporary name until `finish` puts it in place.
+    """A table's file, written under a temporary name until `place` puts it in place.
 
-    Leaving the context without `finish` leaves nothing behind. Raises OutputError where it cannot be written.
+    Leaving the context without `place` leaves nothing behind. Raises OutputError where it cannot be written.
     """
 
     def __init__(self, path: Path, layout: TableLayout) -> None:
@@ -186,11 +189,6 @@ class TableFile:
                 self._file.flush()
         return self._written
 
-    def finish(self) -> WrittenFile:
-        """Flush what was written to the disk, check, and put the file in place under its name."""
-        self.flush()
-        return self.place()
-
     def flush(self) -> None:
         """Flush what was written to the disk, and check that it is there."""
         written = self.close()
@@ -217,6 +215,10 @@ class TableFile:
                 raise OSError("the file on the disk is not what was written")
 
 
+Rows: TypeAlias = RowsInMemory | RowGroups | TableFile
+"""Where the rows of a table go."""
+
+
 def _encoding(columns: Sequence[Column]) -> dict[str, object]:
     """How pages are encoded: words as a dictionary, results split into byte streams, counts by their differences.
 
@@ -239,24 +241,3 @@ def _encoding(columns: Sequence[Column]) -> dict[str, object]:
         "max_rows_per_page": _ROWS_AT_ONCE,
         "write_batch_size": _ROWS_AT_ONCE,
     }
-
-
-def array_of(column: Column, values: npt.NDArray[Any], *, nulls: bool | None = None) -> pa.Array:
-    """Values as Arrow has them, without a copy; NaN becomes null, text positions a dictionary.
-
-    `nulls` says whether any is NaN; None if they are to be searched for it. Built from buffers, because the library's
-    conversions import pandas.
-    """
-    if column.kind == "text":
-        positions = _from_buffers(column.type.index_type, values)
-        return pa.DictionaryArray.from_arrays(positions, column.words, safe=False)
-    nulls = _has_nan(values) if nulls is None else nulls
-    if nulls and not column.nullable:
-        raise RuntimeError(f"{column.name} has a value that is not a number, and cannot be null")
-    return _from_buffers(column.type, values, nulls=nulls)
-
-
-def _from_buffers(kind: pa.DataType, values: npt.NDArray[Any], *, nulls: bool = False) -> pa.Array:
-    valid = pa.py_buffer(np.packbits(~np.isnan(values), bitorder="little")) if nulls else None
-    data = np.packbits(values, bitorder="little") if kind == pa.bool_() else values
-    return pa.Array.from_buffers(kind, len(values), [valid, pa.py_buffer(data)])

@@ -301,7 +301,8 @@ def one_table(small, monkeypatch):
         task = Sweep(small.plan)
         with TableFile(file, replace(task.layout("states", 0), at_once=1000, row_group=1000)) as table:
             task.fill({"states": table}, 0)
-            return table.finish()
+            table.flush()
+            return table.place()
 
     return write
 
