@@ -21,7 +21,6 @@ PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 PROJECT = PYPROJECT["project"]
 PATTERNS = PYPROJECT["tool"]["setuptools"]["package-data"]["tendon_cli"]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-NAME = "tendon_cli-1-cp311-abi3-any.whl"
 STUDY = '[tendon]\npretension = ["100 N", "150 N"]\n[load]\nmass = ["0 kg", "5 kg"]\n'
 KIND = "from tendon_cli.kernel import kind; print(kind())"
 
@@ -59,41 +58,24 @@ def test_an_image_is_built_and_asked_for_its_version_or_that_is_told(tmp_path, m
     assert release.image_of(ROOT) == "the image was not built: no daemon"
 
 
-def wheel_of(folder, names):
-    path = folder / NAME
+WHOLE = release.of_a_wheel() | {"tendon_cli/kernel/_native.abi3.so"}
+LACKING = ["tendon_cli/studies/starter.yaml", "tendon_cli/py.typed", "tendon_cli/cli.py"]
+WHEELS = [
+    (WHOLE, "any", []),
+    *((WHOLE - {name}, "any", [f"lacks {name}"]) for name in LACKING),
+    (WHOLE | {"tests/test_face.py"}, "any", ["has tests/test_face.py"]),
+    (release.of_a_wheel(), "any", ["has no compiled kernel"]),
+    (WHOLE, "linux_x86_64", ["is tagged for this machine's Linux only (no manylinux)"]),
+]
+
+
+@pytest.mark.parametrize(("names", "platform", "faults"), WHEELS, ids=range(len(WHEELS)))
+def test_what_a_wheel_lacks_or_has_too_much_is_told(tmp_path, names, platform, faults):
+    path = tmp_path / f"tendon_cli-1-cp311-abi3-{platform}.whl"
     with zipfile.ZipFile(path, "w") as wheel:
         for name in names:
             wheel.writestr(name, "")
-    return path
-
-
-def of_a_wheel():
-    return release.of_a_wheel() | {"tendon_cli/kernel/_native.abi3.so"}
-
-
-def test_a_whole_wheel_has_no_fault(tmp_path):
-    assert release.faults_of_wheel(wheel_of(tmp_path, of_a_wheel())) == []
-
-
-@pytest.mark.parametrize("name", ["tendon_cli/studies/starter.yaml", "tendon_cli/py.typed", "tendon_cli/cli.py"])
-def test_what_a_wheel_lacks_is_told(tmp_path, name):
-    assert release.faults_of_wheel(wheel_of(tmp_path, of_a_wheel() - {name})) == [f"lacks {name}"]
-
-
-def test_what_a_wheel_has_too_much_is_told(tmp_path):
-    path = wheel_of(tmp_path, of_a_wheel() | {"tests/test_face.py"})
-    assert release.faults_of_wheel(path) == ["has tests/test_face.py"]
-
-
-def test_a_wheel_without_compiled_code_is_told(tmp_path):
-    path = wheel_of(tmp_path, of_a_wheel() - {"tendon_cli/kernel/_native.abi3.so"})
-    assert release.faults_of_wheel(path) == ["has no compiled kernel"]
-
-
-def test_a_wheel_for_one_linux_only_is_told(tmp_path):
-    path = wheel_of(tmp_path, of_a_wheel())
-    other = path.rename(tmp_path / NAME.replace("any", "linux_x86_64"))
-    assert release.faults_of_wheel(other) == ["is tagged for this machine's Linux only (no manylinux)"]
+    assert release.faults_of_wheel(path) == faults
 
 
 def called(*words, **options):

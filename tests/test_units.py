@@ -66,10 +66,7 @@ def test_angles_are_shares_of_a_turn_to_fifty_digits(symbol, turns):
 def test_degrees_are_rounded_once(degrees):
     assert parse_measure(f"{degrees} deg", "angle").si == to_float(degrees * UNITS["rev"].factor / 360)
     assert parse_measure(f"{degrees} deg", "angle").si == pytest.approx(math.radians(degrees), rel=2.3e-16)
-
-
-def test_right_and_straight_angles_are_the_nearest_floats():
-    assert [parse_measure(f"{n} deg", "angle").si for n in (90, 180, 360)] == [math.pi / 2, math.pi, 2 * math.pi]
+    assert degrees % 90 or parse_measure(f"{degrees} deg", "angle").si == degrees / 90 * (math.pi / 2)
 
 
 def test_a_stiffness_per_degree_is_180_over_pi_per_radian():
@@ -104,23 +101,10 @@ def test_a_slip_of_case_is_refused_and_the_unit_named(unit):
 
 @pytest.mark.parametrize(
     ("text", "exact"),
-    [
-        ("9 mm", "0.009"),
-        ("9mm", "0.009"),
-        ("  9   mm  ", "0.009"),
-        ("9\tmm", "0.009"),
-        ("9. mm", "0.009"),
-        (".9 mm", "0.0009"),
-        ("+9 mm", "0.009"),
-        ("-9 mm", "-0.009"),
-        ("0.9e1 mm", "0.009"),
-        ("9E-3 m", "0.009"),
-        ("9e+0 mm", "0.009"),
-        ("009 mm", "0.009"),
-        ("1e2m", "100"),
-        ("0 m", "0"),
-    ],
-)
+    [("9 mm", "0.009"), ("9mm", "0.009"), ("  9   mm  ", "0.009"), ("9\tmm", "0.009"), ("9. mm", "0.009"),
+     (".9 mm", "0.0009"), ("+9 mm", "0.009"), ("-9 mm", "-0.009"), ("0.9e1 mm", "0.009"), ("9E-3 m", "0.009"),
+     ("9e+0 mm", "0.009"), ("009 mm", "0.009"), ("1e2m", "100"), ("0 m", "0")],
+)  # fmt: skip
 def test_the_ways_to_write_a_number(text, exact):
     assert parse_measure(text, "length").exact == Fraction(exact)
 
@@ -182,16 +166,13 @@ def test_what_a_measure_says_reads_back_as_the_same(value, unit):
 
 @pytest.mark.parametrize(
     "text",
-    ["1" * 80 + "." + "1" * 80 + "e-75 lbf", "1e-999 mN", "1e999 kN", "0." + "0" * 79 + "1 lbf", "-0 N", "1e-99 N"],
-)
+    ["1" * 80 + "." + "1" * 80 + "e-75 lbf", "1e-999 mN", "1e999 kN", "0." + "0" * 79 + "1 lbf", "-0 N", "1e-99 N",
+     "10.000000000000000000001 %"],
+)  # fmt: skip
 def test_the_longest_numbers_read_back_as_the_same(text):
-    measure = parse_measure(text, "force")
+    measure = parse_measure(text, "number" if "%" in text else "force")
     assert again(measure).exact == measure.exact
-
-
-def test_a_share_with_more_digits_than_a_float_reads_back_as_the_same():
-    measure = parse_measure("10.000000000000000000001 %", "number")
-    assert again(measure).exact == measure.exact == Fraction("0.10000000000000000000001")
+    assert "%" not in text or measure.exact == Fraction("0.10000000000000000000001")
 
 
 @pytest.mark.parametrize(

@@ -86,23 +86,13 @@ def assert_close(found, expected):
 
 
 @pytest.mark.parametrize("kept", some([0], [1, 2, 3, 4]))
-def test_the_tables_agree_whatever_numpy_may_use_of_the_processor(full, tmp_path, kept):
+@pytest.mark.parametrize("of_the_c_library", some([{}], [OF_THE_C_LIBRARY]), ids=["numpy", "numpy and c library"])
+def test_the_tables_agree_whatever_numpy_and_the_c_library_may_use(full, tmp_path, kept, of_the_c_library):
     there = features(os.environ)["numpy"]
-    if kept >= len(there):
+    if kept > len(there) or (kept == len(there) and not of_the_c_library):
         pytest.skip(f"NumPy chooses among {len(there)} features of this processor: {there}")
-    withheld = {"NPY_DISABLE_CPU_FEATURES": " ".join(there[kept:])}
+    withheld = {"NPY_DISABLE_CPU_FEATURES": " ".join(there[kept:])} | of_the_c_library
     assert features(os.environ | withheld)["numpy"] == there[:kept]
-    counts, tables = swept(tmp_path, withheld)
-    assert counts == full[0]
-    for name, table in tables.items():
-        assert_close(table, full[1][name])
-
-
-@pytest.mark.torture
-@pytest.mark.parametrize("alone", [True, False], ids=["c library", "c library and numpy"])
-def test_the_tables_agree_whatever_the_c_library_may_use(full, tmp_path, alone):
-    there = features(os.environ)["numpy"]
-    withheld = OF_THE_C_LIBRARY | ({} if alone else {"NPY_DISABLE_CPU_FEATURES": " ".join(there)})
     counts, tables = swept(tmp_path, withheld)
     assert counts == full[0]
     for name, table in tables.items():
