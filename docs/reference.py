@@ -17,7 +17,7 @@ import typer
 import tendon_cli
 from tendon_cli import cli, errors, say
 from tendon_cli.answers.fixes import PARAMETERS
-from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.limits import ADDED, LIMITS
 from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS, OF_STATES, OF_TRAJECTORIES, PLAUSIBLE, QUANTITIES
 from tendon_cli.space.axis import split_side
 from tendon_cli.studies.study import Study, keys
@@ -179,7 +179,7 @@ TABLES: dict[str, Callable[..., str]] = {
     "designs": lambda: column_table(OF_DESIGNS),
     "cycles": lambda: column_table(OF_CYCLES),
     "trajectories": lambda: column_table(OF_TRAJECTORIES),
-    "optional": lambda: column_table(limit.column for limit in LIMITS.values() if limit.optional),
+    "optional": lambda: column_table(limit.column for limit in ADDED),
 }
 
 

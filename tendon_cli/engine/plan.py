@@ -22,7 +22,7 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.limits import LIMITS
+from tendon_cli.model.limits import ADDED
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
 from tendon_cli.space.axis import PRETENSION, Axis
 from tendon_cli.space.space import Space
@@ -147,9 +147,8 @@ class Plan:
 
     @cached_property
     def of_forms(self) -> tuple[str, ...]:
-        """Columns of `designs` that are there as the study states what a limit needs, each an extreme of a form."""
-        optional = [limit for limit in LIMITS.values() if limit.optional]
-        return tuple(each.column for each in optional if all(is_stated(self.study, need) for need in each.needs))
+        """Columns of `designs` that limits on forms add, each an extreme of its form, if the study states its needs."""
+        return tuple(each.column for each in ADDED if all(is_stated(self.study, need) for need in each.needs))
 
     @property
     def of_motion(self) -> tuple[str, ...]:

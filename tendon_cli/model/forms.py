@@ -76,8 +76,6 @@ class DesignLimit:
     column: str = ""
     """The column of designs that it bounds; by default of its name."""
     needs: tuple[Need, ...] = ()
-    optional: bool = False
-    """Its column is in tables only if a study states what it needs."""
     default: float | None = None
     """Its bound if a study says nothing."""
 

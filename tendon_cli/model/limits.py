@@ -19,6 +19,7 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.forms import DesignLimit, Form, LimitWords, Need
 from tendon_cli.model.kinematics import Array, Real
 from tendon_cli.model.setting import shown
+from tendon_cli.quantities import OF_CYCLES, OF_DESIGNS
 
 Codes = npt.NDArray[np.int8]
 
@@ -116,7 +117,7 @@ _ALL = (
         "min_spring_room", (-1.0, 10.0), LimitWords(
             "spring does not fit", "room for the spring", "the spring leaves less than {} between the anchors",
             "keeps {} between spring and anchors", "leaves less than {} between spring and anchors",
-        ), needs=(FREE_LENGTH,), optional=True,
+        ), needs=(FREE_LENGTH,),
         forms=lambda at, _: (
             Form(flexor=-at.flexor.spring, constant=_room(at)),
         ),
@@ -204,6 +205,8 @@ _ALL = (
     ),
 )  # fmt: skip
 LIMITS: Mapping[str, DesignLimit] = {limit.name: limit for limit in _ALL}
+ADDED = tuple(each for each in _ALL if each.forms is not None and each.column not in (*OF_DESIGNS, *OF_CYCLES))
+"""Limits on forms that add a column to designs, the extreme of their form."""
 LIMIT_NAMES = ("flexor slack", "extensor slack", "no equilibrium", *LIMITS)
 """What ends a window, by its code. Slack and states without equilibrium are always limits."""
 FLEXOR_SLACK, EXTENSOR_SLACK, NO_EQUILIBRIUM = range(3)
