@@ -1,9 +1,8 @@
 """What a study means as a product: its axes, how many designs and states, and how the work is cut.
 
 Designs are numbered in the order of the product, the last axis fastest. A *part* is a range of designs that becomes one
-file per table; its length follows from the study alone. Within a part the work goes over *blocks*, hyper-rectangles of
-the product, so that each factor of the model is computed once for the axes that it depends on. The product itself is
-never in memory.
+file per table; its length follows from the study alone. The work goes over *blocks* of it, hyper-rectangles of the
+product, so that each factor of the model is computed once for the axes that it depends on.
 """
 
 from __future__ import annotations
@@ -136,7 +135,7 @@ class Plan:
         return self.study.motion.direction
 
     @cached_property
-    def elbow_angles(self) -> npt.NDArray[np.float64]:
+    def elbow_angles(self) -> Array:
         """The elbow angles in rad, in the order of the rows."""
         return self.study.angles
 
@@ -169,11 +168,7 @@ class Plan:
 
     @property
     def part_designs(self) -> int:
-        """Designs in each part but the last: more than half of what may be, so that it ends where an axis does.
-
-        So the part is one block, or a few where the axis does not go up in parts, and what does not depend on
-        pretension, most often the slowest axis, is worked out once for each.
-        """
+        """Designs in each part but the last: more than half of what may be, so that it is a block, or a few."""
         if self.states <= STATES_PER_FILE:
             return self.designs
         with_states = "states" in self.study.output.tables
@@ -193,8 +188,7 @@ class Plan:
 
     def part(self, index: int) -> range:
         """The designs of a part."""
-        start = index * self.part_designs
-        return range(start, min(self.designs, start + self.part_designs))
+        return range(self.designs)[index * self.part_designs : (index + 1) * self.part_designs]
 
     def rows(self, table: str, designs: range) -> int:
         """Rows that a range of designs has in a table."""
@@ -249,7 +243,7 @@ class Plan:
     def _block_from(self, design: int, most: int) -> Block:
         """The largest block of at most `most` designs that starts at a design and covers consecutive ones."""
         position = self.coordinates(design)
-        whole, axis = 1, len(self.shape)  # axes from `axis` on are covered whole
+        whole, axis = 1, len(self.shape)  # from `axis` on axes are covered whole
         while axis > 0 and position[axis - 1] == 0 and whole * self.shape[axis - 1] <= most:
             axis -= 1
             whole *= self.shape[axis]

@@ -1,6 +1,5 @@
 """A sweep on a cluster gives what a local one gives, and ends as cleanly."""
 
-import json
 import signal
 import threading
 import time
@@ -138,11 +137,3 @@ def test_a_signal_ends_the_run_soon_and_cleanly(tendon, outside_sweep, cluster, 
     ran = tendon(*SWEEP, "--resume", "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["resumed_parts"]) == (0, done)
     assert hashes_in(Path("run")) == local.hashes
-
-
-def test_an_unfinished_run_is_not_taken_up_without_being_asked(tendon, study, cluster):
-    cluster.set(fail=0)
-    assert tendon(*SWEEP, "--scheduler", cluster.address).exit == 6
-    cluster.set()
-    ran = tendon(*SWEEP, "--scheduler", cluster.address, "--json")
-    assert (ran.exit, json.loads(ran.out)["error"]["kind"]) == (7, "folder")

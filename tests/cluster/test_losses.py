@@ -150,39 +150,37 @@ def listener():
         yield server
 
 
-def unreachable(tendon, address):
+def answer(server):
+    for _ in range(2):
+        connection, _ = server.accept()
+        with connection:
+            connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9)
+
+
+LISTENERS = {
+    "Connection refused": socket.socket.close,
+    "within 1 s": lambda _server: None,
+    "something else does": lambda server: in_background(lambda: answer(server)),
+}
+
+
+@pytest.mark.parametrize("words", LISTENERS)
+def test_an_address_where_no_scheduler_answers_is_exit_6(tendon, study, listener, monkeypatch, words):
     before = {thread.name for thread in threading.enumerate()}
+    assert link.CONNECT < 10
+    if words == "within 1 s":
+        monkeypatch.setattr(link, "CONNECT", 1.0)
+    address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"
+    server = LISTENERS[words](listener)
     ran = tendon(*SWEEP, "--scheduler", address)
+    if server is not None:
+        server.join()
     assert ran.exit == 6
     assert ran.err.startswith(f"tendon: error: {address}: no Dask scheduler answers")
+    assert words in ran.err
     assert len(ran.err.splitlines()) == 2
     assert not Path("run").exists()
     assert {thread.name for thread in threading.enumerate()} - before == set()
-    return ran.err
-
-
-def test_an_address_where_nobody_listens_is_exit_6(tendon, study, listener):
-    port = listener.getsockname()[1]
-    listener.close()
-    assert "Connection refused" in unreachable(tendon, f"tcp://127.0.0.1:{port}")
-
-
-def test_an_address_where_nobody_answers_is_exit_6(tendon, study, listener, monkeypatch):
-    assert link.CONNECT < 10
-    monkeypatch.setattr(link, "CONNECT", 1.0)
-    assert "within 1 s" in unreachable(tendon, f"tcp://127.0.0.1:{listener.getsockname()[1]}")
-
-
-def test_an_address_where_something_else_answers_is_exit_6(tendon, study, listener):
-    def answer():
-        for _ in range(2):
-            connection, _ = listener.accept()
-            with connection:
-                connection.sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9)
-
-    server = in_background(answer)
-    assert "something else does" in unreachable(tendon, f"tcp://127.0.0.1:{listener.getsockname()[1]}")
-    server.join()
 
 
 def test_without_the_extra_it_says_what_to_install(tendon, study, monkeypatch):

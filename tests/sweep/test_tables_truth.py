@@ -230,6 +230,7 @@ def test_the_margin_is_what_pretension_there_is_beyond_the_required(solvable):
 def test_a_design_is_taut_where_its_margin_is_not_negative(request, run):
     designs = request.getfixturevalue(run).designs
     assert (designs["taut"] == (designs["margin"] >= 0.0)).all()
+    assert (designs["first_slack_angle"].isna() == designs["taut"]).all()
     assert 0 < designs["taut"].sum() < len(designs)
 
 
@@ -278,50 +279,30 @@ def test_at_the_required_pretension_the_margin_is_zero_and_the_design_taut(new_s
 # --- Nulls -----------------------------------------------------------------------------------------------------------
 
 
-def test_results_are_null_without_equilibrium_and_only_geometry_stands(full):
+NOT_PUSHING = ("flexor_slack", "extensor_slack")
+
+
+def test_only_what_has_no_meaning_is_null(full):
+    """Results without equilibrium; slack lengths if tendons push; these and the spool's angle if both are slack."""
     states = full.states
-    none = states[states["status"] == "no equilibrium"]
-    assert len(none)
-    assert none[RESULTS].isna().all(axis=None)
-    assert none[GEOMETRY].notna().all(axis=None)
-    assert (none["flexor_moment_arm"] <= 0.0).all()
-    assert (states.loc[states["status"] != "no equilibrium", "flexor_moment_arm"] > 0.0).all()
-
-
-def test_slack_lengths_and_spool_angle_are_null_where_both_are_slack(full):
-    states = full.states
-    both = states[(states["status"] == "both slack") & (states["case"] != "bilateral")]
-    assert len(both)
-    assert both[["flexor_slack", "extensor_slack", "spool_angle"]].isna().all(axis=None)
-    others = [name for name in RESULTS if name not in ("flexor_slack", "extensor_slack", "spool_angle")]
-    assert both[others].notna().all(axis=None)
-
-
-def test_slack_lengths_are_null_in_the_bilateral_model_and_nothing_else(full):
-    states = full.states
-    bilateral = states[(states["case"] == "bilateral") & (states["status"] != "no equilibrium")]
-    assert bilateral[["flexor_slack", "extensor_slack"]].isna().all(axis=None)
-    others = [name for name in RESULTS if name not in ("flexor_slack", "extensor_slack")]
-    assert bilateral[others].notna().all(axis=None)
+    none, bilateral = states["status"] == "no equilibrium", states["case"] == "bilateral"
+    both = (states["status"] == "both slack") & ~bilateral
+    assert min(none.sum(), bilateral.sum(), both.sum()) > 0
+    expected = pd.DataFrame(False, index=states.index, columns=STATE_COLUMNS)
+    expected.loc[none, RESULTS] = True
+    expected.loc[bilateral, [*NOT_PUSHING]] = True
+    expected.loc[both, [*NOT_PUSHING, "spool_angle"]] = True
+    pd.testing.assert_frame_equal(states[STATE_COLUMNS].isna(), expected)
+    assert ((states["flexor_moment_arm"] <= 0.0) == none).all()
     assert full.designs.loc[full.designs["case"] == "bilateral", "max_slack"].isna().all()
 
 
-def test_nothing_else_is_null(full):
-    states = full.states
-    rest = states[states["status"].isin(["taut", "flexor slack", "extensor slack"]) & (states["case"] != "bilateral")]
-    assert rest[STATE_COLUMNS].notna().all(axis=None)
-
-
-def test_status_follows_the_signs_of_the_tensions_in_the_bilateral_model(full):
+def test_status_follows_the_signs_of_tensions_that_may_push_and_others_are_never_negative(full):
     states = full.states
     bilateral = states[(states["case"] == "bilateral") & (states["status"] != "no equilibrium")]
-    assert ((bilateral["flexor_tension_distal"] < 0) == bilateral["status"].isin(["flexor slack", "both slack"])).all()
-    signs = bilateral["extensor_tension_distal"] < 0
-    assert (signs == bilateral["status"].isin(["extensor slack", "both slack"])).all()
-
-
-def test_no_tension_is_negative_in_the_unilateral_model(full):
-    states = full.states
+    for side in CASES_SIDES:
+        is_slack = bilateral["status"].isin([f"{side} slack", "both slack"])
+        assert ((bilateral[f"{side}_tension_distal"] < 0) == is_slack).all()
     tensions = states.loc[states["case"] != "bilateral", TENSIONS]
     assert tensions.min(axis=None) >= -1e-9 * tensions.max(axis=None)
 
@@ -341,11 +322,6 @@ def test_a_design_without_any_equilibrium_has_no_results_but_its_shares(new_swee
     assert designs["slack_fraction"].tolist() == [1.0, 1.0]
     assert designs["unstable_fraction"].tolist() == [0.0, 0.0]
     assert not designs[["taut", "feasible"]].any(axis=None)
-
-
-def test_first_slack_angle_is_null_without_slack(solvable):
-    designs = solvable.designs
-    assert (designs["first_slack_angle"].isna() == designs["taut"]).all()
 
 
 # --- Columns, units, metadata ----------------------------------------------------------------------------------------
