@@ -31,7 +31,7 @@ _SHOWN_IN = {"length": "mm", "stiffness": "kN/m", "pressure": "GPa", "angle": "d
 
 
 def _quantity(
-    name: str, symbol: str, dimension: str, long_name: str, *, shown_in: str | None = None, null: str = "no equilibrium"
+    name: str, symbol: str, dimension: str, long_name: str, null: str = "no equilibrium", shown_in: str | None = None
 ) -> Quantity:
     unit = SI_UNIT[dimension]
     return Quantity(name, symbol, dimension, unit, shown_in or _SHOWN_IN.get(dimension, unit), long_name, null)
@@ -106,15 +106,15 @@ _OF_STATES = (
     _quantity("extensor_tendon_stretch", "ΔL_Ten^e", "length", "extensor tendon stretch from the pretensioned state"),
     _quantity("flexor_spring_stretch", "ΔL_SE^f", "length", "flexor spring stretch from the pretensioned state"),
     _quantity("extensor_spring_stretch", "ΔL_SE^e", "length", "extensor spring stretch from the pretensioned state"),
-    _quantity("flexor_slack", "s_f", "length", "slack length of the flexor tendon", null="often"),
-    _quantity("extensor_slack", "s_e", "length", "slack length of the extensor tendon", null="often"),
+    _quantity("flexor_slack", "s_f", "length", "slack length of the flexor tendon", "often"),
+    _quantity("extensor_slack", "s_e", "length", "slack length of the extensor tendon", "often"),
     _quantity("elbow_torque", "τ_a", "torque", "torque asked for at the elbow"),
     _quantity("motor_torque", "τ_m", "torque", "torque of the motor"),
-    _quantity("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state", null="slack"),
+    _quantity("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state", "slack"),
     _quantity("elbow_stiffness", "k", "rotational stiffness", "stiffness of the elbow with the motor held"),
     _quantity("flexor_moment_arm", "J", "length", "moment arm of the flexor tendon about the elbow"),
-    _quantity("flexor_travel", "H_f", "length", "shortening of the flexor tendon's path", null="never"),
-    _quantity("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path", null="never"),
+    _quantity("flexor_travel", "H_f", "length", "shortening of the flexor tendon's path", "never"),
+    _quantity("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path", "never"),
 )
 
 _OF_DESIGNS = (  # over all states of one
@@ -125,37 +125,22 @@ _OF_DESIGNS = (  # over all states of one
     _quantity("peak_elbow_torque", "peak τ_a", "torque", "elbow torque of largest magnitude, with its sign"),
     _quantity("peak_motor_torque", "peak τ_m", "torque", "motor torque of largest magnitude, with its sign"),
     _quantity("min_elbow_stiffness", "min k", "rotational stiffness", "smallest elbow stiffness over all states"),
-    _quantity("max_slack", "max s", "length", "longest slack length of either tendon", null="often"),
+    _quantity("max_slack", "max s", "length", "longest slack length of either tendon", "often"),
     _quantity(
-        "slack_fraction", "slack share", "number", "share of states that are slack or without equilibrium", null="never"
+        "slack_fraction", "slack share", "number", "share of states that are slack or without equilibrium", "never"
     ),
     _quantity(
-        "unstable_fraction", "unstable share", "number", "share of states with negative elbow stiffness", null="never"
+        "unstable_fraction", "unstable share", "number", "share of states with negative elbow stiffness", "never"
     ),
-    _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", null="often"),
+    _quantity("first_slack_angle", "θ_slack", "angle", "smallest elbow angle with a slack tendon", "often"),
     _quantity("required_pretension", "F₀*", "force", "smallest pretension of both tendons that leaves no slack"),
     _quantity("margin", "F₀ − F₀*", "force", "pretension in hand above the smallest that leaves no slack"),
+    _quantity("max_contact_pressure", "max p", "pressure", "largest pressure of the extensor's strap", "often", "kPa"),
+    _quantity("min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon", "never"),
     _quantity(
-        "max_contact_pressure",
-        "max p",
-        "pressure",
-        "largest pressure of the extensor's strap",
-        shown_in="kPa",
-        null="often",
+        "pretension_from", "F₀ from", "force", "smallest pretension of both tendons that keeps every limit", "often"
     ),
-    _quantity(
-        "min_spool_to_tendon", "min D/d", "number", "smaller spool's diameter over that of the tendon", null="never"
-    ),
-    _quantity(
-        "pretension_from",
-        "F₀ from",
-        "force",
-        "smallest pretension of both tendons that keeps every limit",
-        null="often",
-    ),
-    _quantity(
-        "pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit", null="often"
-    ),
+    _quantity("pretension_to", "F₀ to", "force", "largest pretension of both tendons that keeps every limit", "often"),
 )
 
 _OF_LIMITS = (  # over all states of a design, if the study states what the limit needs

@@ -62,22 +62,11 @@ SI_UNIT = {unit.dimension: unit.symbol for unit in reversed(UNITS.values()) if u
 _UNIT_WITH_PI = {"angle": "deg", "rotational stiffness": "N m/deg", "angular speed": "deg/s"}
 
 EXAMPLES = {
-    "number": "0.07",
-    "length": '"40 mm"',
-    "force": '"100 N"',
-    "stiffness": '"3 kN/m"',
-    "pressure": '"145 GPa"',
-    "mass": '"5 kg"',
-    "angle": '"90 deg"',
-    "torque": '"2 N m"',
-    "rotational stiffness": '"2 N m/rad"',
-    "time": '"1 s"',
-    "angular speed": '"60 deg/s"',
-    "inertia": '"0.08 kg m2"',
-    "frequency": '"6 Hz"',
-    "power": '"20 W"',
-    "energy": '"5 J"',
-}
+    "number": "0.07", "length": '"40 mm"', "force": '"100 N"', "stiffness": '"3 kN/m"', "pressure": '"145 GPa"',
+    "mass": '"5 kg"', "angle": '"90 deg"', "torque": '"2 N m"', "rotational stiffness": '"2 N m/rad"',
+    "time": '"1 s"', "angular speed": '"60 deg/s"', "inertia": '"0.08 kg m2"', "frequency": '"6 Hz"',
+    "power": '"20 W"', "energy": '"5 J"',
+}  # fmt: skip
 """How a value of each dimension is written in a study."""
 
 

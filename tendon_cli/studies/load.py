@@ -133,16 +133,10 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
 
 
 def varied_study(study: Study, settings: Mapping[str, Any]) -> Study:
-    """A study with other values at some dotted keys, new axes last; raises StudyError."""
+    """A study with other values at some dotted keys, new axes last; raises StudyError, UsageError."""
     content = study.document()
     for key, value in settings.items():
-        *tables, name = key.split(".")
-        table = content
-        for part in tables:
-            table = table.setdefault(part, {})
-            if not isinstance(table, dict):
-                raise StudyError([Fault(shorten(key, 120), f"{part} is not a table of keys")])
-        table[name] = plain(value, (key,))
+        _put(content, key.split("."), plain(value, (key,)))
     varied = study_from(content, order=(*study.axes, *settings))
     return varied.ordered(varied.axes, study.sources)
 
@@ -230,11 +224,16 @@ def _apply(content: dict[str, Any], setting: str) -> str:
             f"--set {key}: {error.faults[0].problem}",
             hint='what starts with [, { or a quote is TOML, such as --set \'load.mass=["3 kg", "5 kg"]\'',
         ) from None
-    table = content
-    for part in parts[:-1]:
-        inner = table.setdefault(part, {})
-        if not isinstance(inner, dict):
-            raise UsageError(f"--set {key}: {part} is not a table of keys", hint="set the whole value")
-        table = inner
-    table[parts[-1]] = value
+    _put(content, parts, value)
     return ".".join(parts)
+
+
+def _put(content: dict[str, Any], path: list[str], value: Any) -> None:
+    """Put a value at a dotted key into the content; raises UsageError below what is no table."""
+    table: Any = content
+    for part in path[:-1]:
+        table = table.setdefault(part, {})
+        if not isinstance(table, dict):
+            key = shorten(".".join(path), 120)
+            raise UsageError(f"{key}: {part} is not a table of keys", hint="set the whole value")
+    table[path[-1]] = value

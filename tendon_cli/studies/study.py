@@ -81,7 +81,7 @@ class Study(Displayed, Part):
         return str(face().study_text(self))
 
     def vary(self, **settings: Any) -> Study:
-        """The same study with other values: `study.vary(**{"load.mass": "3 kg"})`; raises StudyError."""
+        """The same study with other values: `study.vary(**{"load.mass": "3 kg"})`; raises StudyError, UsageError."""
         varied: Study = face().varied(self, settings)
         return varied
 
