@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
 from .disk import ERRORS
-from .folders import HARMS, NO_LOCKS, OBSTACLES, VERBS, WAYS, Folder
+from .folders import FIGURE, HARMS, NO_LOCKS, OBSTACLES, VERBS, WAYS, Folder
 
 PLACE, CHANCE = st.integers(0, 60), st.randoms(use_true_random=True)
 
@@ -118,9 +118,11 @@ def test_every_kind_of_operation_goes_by_the_disk(verb):
     assert {kind for kind, _ in operations(verb)} == {"open", "write", "fsync file", "fsync folder", "rename", "mkdir"}
 
 
+EVERYWHERE = [("design", None), ("design", ERRORS[0]), ("sweep", None), *(("sweep", error) for error in ERRORS)]
+
+
 @pytest.mark.torture
-@pytest.mark.parametrize("error", [None, *ERRORS])
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize(("verb", "error"), EVERYWHERE)
 def test_a_failure_or_a_kill_at_every_operation_leaves_what_can_be_resumed(verb, error):
     for at in range(len(operations(verb))):
         for lasting in (True, False) if error else (True,):
@@ -131,12 +133,14 @@ def test_a_failure_or_a_kill_at_every_operation_leaves_what_can_be_resumed(verb,
 
 
 @pytest.mark.torture
-@pytest.mark.parametrize("verb", VERBS)
-def test_a_journal_cut_at_every_byte_is_resumed(verb):
+@pytest.mark.parametrize("chunk", range(4))
+@pytest.mark.parametrize(("verb", "step"), [("sweep", 4), ("design", 100)])
+def test_a_journal_cut_at_any_byte_is_resumed(verb, step, chunk):
     with closing(Folder(verb)) as folder:
         folder.stop(3)
         whole = folder.journal.read_bytes()
-        for cut in range(len(whole) + 1):
-            folder.record.unlink(missing_ok=True)
+        for cut in range(chunk, len(whole) + 1, step):
+            for file in (folder.record, folder.run / FIGURE):
+                file.unlink(missing_ok=True)
             folder.journal.write_bytes(whole[:cut])
             folder.finish()
