@@ -59,7 +59,8 @@ def homes(folder):
     return {"missing": "/nonexistent", "proc": "/proc/1/nothing"} | made
 
 
-@pytest.mark.parametrize("home", some(["missing"], ["file", "locked", "proc"]))
+@pytest.mark.torture
+@pytest.mark.parametrize("home", ["missing", "file", "locked", "proc"])
 def test_without_a_home_figures_are_drawn_and_nothing_is_said(place, tmp_path, home):
     environment = {"HOME": homes(tmp_path)[home], "PATH": "/usr/bin:/bin", "XDG_CACHE_HOME": "/proc/1/nothing"}
     code, out, said = launched(place, ONE_PART, *SWEEP, env=environment)
@@ -100,17 +101,17 @@ COMMANDS = [
     ("plot", "study.toml", "--arm", "--out", "arm.pdf"),
     ("fit-friction", "cells.csv", "--bend-angle", "144 deg", "--plot", "fit.png"),
 ]
-QUICK = [SWEEP, COMMANDS[-1]]
 
 
-@pytest.mark.parametrize("commands", [QUICK, pytest.param(COMMANDS, marks=pytest.mark.torture)], ids=["some", "all"])
-def test_no_command_reaches_for_the_network(place, commands):
+@pytest.mark.torture
+def test_no_command_reaches_for_the_network(place):
     (place / "cells.csv").write_text(READINGS, encoding="utf-8")
-    for words in commands:
+    for words in COMMANDS:
         code, _, said = launched(place, {"offline": True}, *words)
         assert (code, said if words[0] != "sweep" else "") == (0, ""), words
 
 
+@pytest.mark.torture
 def test_the_watch_over_the_network_works(place):
     pytest.importorskip("distributed")
     code, _, said = launched(place, {"offline": True}, *SWEEP, "--scheduler", "tcp://127.0.0.1:9")
