@@ -55,7 +55,7 @@ def section(name: str, heading: str, inner: str, kind: str = "") -> str:
 
 def head(title: str, under: str, links: Mapping[str, str]) -> str:
     """Title and navigation."""
-    places = "".join(f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items())
+    places = " ".join(f'<a href="#{name}-section">{escape(text)}</a>' for name, text in links.items())
     text = f'<h1>{escape(title)}</h1><p class="says">{escape(under)}</p><nav>{places}</nav>'
     return f'<header>{text}</header>\n<p id="fault" role="alert"></p>\n'
 

@@ -32,10 +32,6 @@ def answered(text, folder):
     return tendon.design(study), goals, of_rows(fine, np.arange(len(fine.choices))).scores(goals)
 
 
-def without_window(content):
-    return tendon.design(tendon.study(content))
-
-
 def solved_alone(content):
     """A study's one choice, solved."""
     return of_columns(question(tendon.study(content)), {}, 1)
@@ -43,7 +39,7 @@ def solved_alone(content):
 
 @pytest.fixture(scope="module")
 def paper():
-    return without_window(PAPER)
+    return tendon.design(PAPER)
 
 
 # --- The paper's arm -------------------------------------------------------------------------------------------------
@@ -58,14 +54,10 @@ def test_no_pretension_suits_the_papers_arm(paper):
     assert paper.choices["served"].item() == 0.75
 
 
-def test_nor_its_softer_spring_but_a_stiffer_one_with_a_smaller_spool_does():
-    assert not solved_alone({**PAPER, "spring": {"stiffness": "1 kN/m"}})["feasible"][0]
+def test_a_stiffer_spring_with_a_smaller_spool_does():
     answer = tendon.design(tendon.study({**PAPER, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}))
-    row = answer.choices.iloc[0]
-    assert (round(row.pretension_from, 1), round(row.pretension_to, 1)) == (122.1, 173.9)
-    assert (row.from_by, row.to_by) == ("extensor slack", "min_elbow_stiffness")
-    said = " ".join(answer.text.split())
-    assert said.startswith("A pretension of 148 N suits all 4 conditions; anything from 122.1 to 173.9 N does, 18 %")
+    text = " ".join(answer.text.split())
+    assert text.startswith("A pretension of 148 N suits all 4 conditions; anything from 122.1 to 173.9 N does, 18 %")
 
 
 def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
@@ -89,7 +81,7 @@ def test_each_fix_opens_a_window_and_a_step_less_does_not(paper):
 )
 def test_every_fix_as_printed_opens_a_window_that_holds_the_printed_pretension(asked):
     content = {**PAPER, **asked, "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}}
-    answer = without_window(content)
+    answer = tendon.design(content)
     helps = [fix for fix in answer.fixes if fix["after"] is not None]
     assert helps
     for fix in helps:
@@ -225,11 +217,10 @@ def test_the_record_is_strict_json_and_says_the_same(tmp_path):
     assert record == answer.record
     assert record["feasible"] == int(answer.choices["feasible"][~answer.choices["refined"]].sum())
     assert record["choices"] == 24
-    assert max(map(len, answer.text.splitlines())) <= 80
 
 
 def test_limits_no_pretension_can_keep_are_named():
-    answer = without_window({**PAPER, "limits": {"min_spool_to_tendon": 60}})
+    answer = tendon.design({**PAPER, "limits": {"min_spool_to_tendon": 60}})
     assert answer.conflicts[0]["limits"] == ["min_spool_to_tendon"]
     assert "at any pretension a spool is less than 60 tendon diameters wide" in answer.text
     assert answer.choices["pretension_from"].isna().all()
@@ -237,8 +228,7 @@ def test_limits_no_pretension_can_keep_are_named():
 
 @pytest.mark.parametrize("text", [CATALOGUE, RANGES, LOADS])
 def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
-    (tmp_path / "asked.toml").write_text(text)
-    lines = tendon.design(tendon.load_study(tmp_path / "asked.toml")).text.splitlines()
+    lines = tendon.design(asked(text, tmp_path).study).text.splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) <= 48
 

@@ -161,20 +161,6 @@ def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(tendon, study,
     }
 
 
-def test_tables_of_several_parts_are_one_table(tendon, study, workplace, monkeypatch):
-    from tendon_cli.tables.read import open_table
-
-    monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 4)
-    done = tendon("design", study(GOOD), "--no-figures", "--json", "--jobs", 2)
-    table = open_table(workplace / "results" / "suit-design" / "choices.parquet")
-    assert table.rows == 9
-    assert [entry["path"] for entry in done.json["files"]] == [
-        "choices.parquet/part-00000.parquet",
-        "conditions.parquet",
-        *(f"choices.parquet/part-{at:05d}.parquet" for at in (1, 2)),
-    ]
-
-
 def test_a_dry_run_tells_the_question_and_writes_nothing(tendon, study, workplace):
     done = tendon("design", study(GOOD), "--dry-run", "--json")
     assert done.exit == 0

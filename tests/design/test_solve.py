@@ -86,13 +86,6 @@ def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch):
         np.testing.assert_array_equal(cut[name], values, err_msg=name)
 
 
-def test_the_order_of_axes_does_not_matter(tmp_path):
-    spring, spool = '[spring]\nstiffness = ["1 kN/m", "3 kN/m", "5 kN/m"]\n', "[spool]\nratio = [1.0, 0.7, 0.6]\n"
-    one, other = solved(asked(spring + LOADS + spool, tmp_path)), solved(asked(LOADS + spool + spring, tmp_path))
-    for name in ("pretension_from", "pretension_to", "served", "max_tension"):
-        np.testing.assert_array_equal(one[name].reshape(3, 3).T, other[name].reshape(3, 3))
-
-
 def test_enough_may_be_less_than_all(tmp_path):
     problem = asked("[design]\nserve = 0.75\n" + CATALOGUE, tmp_path)
     found = solved(problem)

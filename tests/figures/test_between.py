@@ -69,6 +69,10 @@ def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
     }  # fmt: skip
     answer = tendon.design({**content, **more})
+    (panel,) = answer.plot("between").axes
+    assert panel.get_ylabel() == (
+        "tension in the flexor at the joint (N)" if "setting" in more else "pretension F₀ (N)"
+    )
     curves, best = answer.record["between_samples"]["curves"], answer.record["best"]
     lower, upper = (np.array(list(curves[side].values()), dtype=np.float64) for side in ("lower", "upper"))
     assert np.nanmax(lower) <= best["pretension"] <= np.nanmin(upper)

@@ -69,6 +69,7 @@ def test_one_person_meets_every_draw_and_the_sentence_says_so():
 
 def test_one_person_without_draws_is_this_person():
     text = " ".join(tendon.design(tendon.study({**SUIT, "people": {"count": 1}})).text.split())
+    assert "N suits this person; anything from" in text
     assert "N works for this person" in text
     assert "%" not in text.split("For whom")[1].split("Sizes")[0].split("Note")[0]
 
