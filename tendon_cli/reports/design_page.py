@@ -30,7 +30,6 @@ from tendon_cli.reports.data import (
     truths_record,
 )
 from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
-from tendon_cli.reports.sweep_page import ending
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.arrays import as_numpy
@@ -44,6 +43,8 @@ GOALS = ("tolerance", "served", "pretension", "max_tension", "max_spring_extensi
 MOST_CONDITIONS = 4
 """Whose states the page keeps, evenly chosen."""
 
+_BINDS, _COSTS = "What binds where, for the choice named first", "What one goal costs the other"
+_STATES = "The states of one choice, at its pretension"
 _COLOURS = ("slack", "unstable", "beyond", "nowhere")
 _TRUTHS, _WORDS = ("feasible", "refined", "on_front"), ("from_by", "to_by")
 
@@ -72,11 +73,19 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
         table=_table(axes, read, columns, labels, len(grid)), start=_start(record, axes), people=people,
         between=between,
     )  # fmt: skip
-    has = {"map": bool(axes), "windows": bool(axes) and "pretension_from" in columns, "people": people is not None,
-           "front": len(design["goals"]) > 1, "design": states is not None, "between": between is not None}  # fmt: skip
-    title = record["title"] or record["name"]
-    sections = _sections(title, record, thinning_text(axes, left_out), has)
-    return html.html_page(title, sections, data, say.joint_word(record))
+    answer = html.blocks(record.get("blocks") or [say.sentence(record["text"])])
+    answer += html.notes(thinning_text(axes, left_out))
+    has_windows = bool(axes) and "pretension_from" in columns
+    parts = {
+        **({"map": ("Map", "Map of the choices", html.part("map"))} if axes else {}),
+        **({"windows": ("Windows", "Windows of pretension", html.part("windows"))} if has_windows else {}),
+        **({"between": ("Angles", _BINDS, html.part("between"))} if between is not None else {}),
+        **({"people": ("People", "For whom", html.part("people"))} if people is not None else {}),
+        **({"front": ("Front", _COSTS, html.part("front"))} if len(design["goals"]) > 1 else {}),
+        **({"design": ("One choice", _STATES, html.part("states"))} if states is not None else {}),
+        "list": ("Table", "All choices of this page", html.part("table")),
+    }
+    return html.result_page(record, "an answer", ("The answer", answer), parts, record["study"], data)
 
 
 def _answers(
@@ -172,31 +181,6 @@ def _condition(problem: Any, condition: int) -> str:
         shown = None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
         words.append(factor.names[at] if shown is None else f"{shown.name} {shown.text(float(factor.values[at]))}")
     return ", ".join(words)
-
-
-def _sections(title: str, record: dict[str, Any], thinning: Sequence[str], has: Mapping[str, bool]) -> list[str]:
-    parts = {
-        "map": ("Map", "Map of the choices", html.part("map")),
-        "windows": ("Windows", "Windows of pretension", html.part("windows")),
-        "between": ("Angles", "What binds where, for the choice named first", html.part("between")),
-        "people": ("People", "For whom", html.part("people")),
-        "front": ("Front", "What one goal costs the other", html.part("front")),
-        "design": ("One choice", "The states of one choice, at its pretension", html.part("states")),
-        "list": ("Table", "All choices of this page", html.part("table")),
-    }
-    there = {name: part for name, part in parts.items() if has.get(name, True)}
-    links = {"answer": "Answer", **{name: part[0] for name, part in there.items()}}
-    return [
-        html.head(title, f"an answer by tendon, study {record['study_hash'][:12]}", links),
-        html.section(
-            "answer",
-            "The answer",
-            html.blocks(record.get("blocks") or [say.sentence(record["text"])]) + html.notes(thinning),
-            "answer",
-        ),
-        *(html.section(name, heading, inner) for name, (_, heading, inner) in there.items()),
-        *ending(record, record["study"]),
-    ]
 
 
 def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, Any] | None:

@@ -34,6 +34,40 @@ def html_page(title: str, sections: Sequence[str], data: Mapping[str, Any], join
     )  # fmt: skip
 
 
+Part = tuple[str, str, str]
+"""A part of a page: what its link says, its heading, and HTML."""
+
+
+def result_page(
+    record: Mapping[str, Any], what: str, answer: tuple[str, str], parts: Mapping[str, Part], study: Mapping[str, Any],
+    data: Mapping[str, Any],
+) -> str:  # fmt: skip
+    """The page of a run or an answer: what came out (heading and HTML), its figures, its study and record."""
+    title = record["title"] or record["name"]
+    document = folded("Every number, in SI units", json.dumps(dict(study), indent=1))
+    shown = {
+        **parts,
+        "study": ("Study", "The study", document),
+        "record": ("Record", "What was computed, by what", _record_table(record)),
+    }
+    links = {"answer": "Answer", **{name: link for name, (link, _, _) in shown.items()}}
+    sections = [
+        head(title, f"{what} by tendon, study {record['study_hash'][:12]}", links),
+        section("answer", *answer, "answer"),
+        *(section(name, heading, inner) for name, (_, heading, inner) in shown.items()),
+    ]
+    return html_page(title, sections, data, say.joint_word(study))
+
+
+def _record_table(record: Mapping[str, Any]) -> str:
+    """Versions, counts and the checksum of every file."""
+    rows = [("study, SHA-256", record["study_hash"])]
+    rows += [(f"version of {name}", version) for name, version in record["versions"].items()]
+    rows += [(name, record[name]) for name in ("designs", "states", "seconds") if name in record]
+    rows += [(f"{entry['path']}, {entry['size']} bytes, SHA-256", entry["sha256"]) for entry in record["files"]]
+    return table(("what", "value"), rows)
+
+
 def _source(script: str) -> str:
     digest = hashlib.sha256(script.encode()).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -60,12 +59,17 @@ def sweep_page(folder: Path, run: Run) -> str:
         "sweep", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms,
         table={**listed, "cells": None},
     )  # fmt: skip
-    title = run.record["title"] or run.record["name"]
     remarks = thinning_text(axes, left_out)
     if cube.study["motion"].get("trajectory"):
         remarks.append(_SLOWLY)
-    sections = _sections(title, run, dict(cube.study), remarks, has_map=bool(axes))
-    return html.html_page(title, sections, data, say.joint_word(cube.study))
+    answer = html.blocks([say.sentence(run_head(run))]) + html.table((), run_facts(run))
+    answer += html.warnings(run.record["warnings"]) + html.notes(remarks)
+    parts = {
+        **({"map": ("Map", "Map of the designs", html.part("map"))} if axes else {}),
+        "design": ("One design", "The states of one design", html.part("states")),
+        "list": ("Table", "All designs of this page", html.part("table")),
+    }
+    return html.result_page(run.record, "a sweep", ("What came out", answer), parts, cube.study, data)
 
 
 def _columns(cube: Cube) -> list[str]:
@@ -80,41 +84,3 @@ def _states(study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
     kept = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS)
     position = {each.axis.key: each.kept[at] for each, at in zip(axes, kept, strict=True)}
     return states_record(study, kept, [("", curves_of_sweep(study, [position[key] for key in study.axes]))])
-
-
-def _sections(
-    title: str, run: Run, document: dict[str, Any], thinning: Sequence[str], *, has_map: bool
-) -> list[str]:  # fmt: skip
-    record = run.record
-    links = {"answer": "Answer", **({"map": "Map"} if has_map else {}), "design": "One design", "list": "Table"}
-    answer = html.blocks([say.sentence(run_head(run))]) + html.table((), run_facts(run))
-    answer += html.warnings(record["warnings"]) + html.notes(thinning)
-    return [
-        html.head(
-            title,
-            f"a sweep by tendon, study {record['study_hash'][:12]}",
-            links | {"study": "Study", "record": "Record"},
-        ),
-        html.section("answer", "What came out", answer, "answer"),
-        *([html.section("map", "Map of the designs", html.part("map"))] if has_map else []),
-        html.section("design", "The states of one design", html.part("states")),
-        html.section("list", "All designs of this page", html.part("table")),
-        *ending(record, document),
-    ]
-
-
-def ending(record: dict[str, Any], document: Mapping[str, Any]) -> list[str]:
-    """What every run's page ends with: its study, and what was computed by what."""
-    return [
-        html.section("study", "The study", html.folded("Every number, in SI units", json.dumps(document, indent=1))),
-        html.section("record", "What was computed, by what", _record_table(record)),
-    ]
-
-
-def _record_table(record: dict[str, Any]) -> str:
-    """Versions, counts and the checksum of every file."""
-    rows = [("study, SHA-256", record["study_hash"])]
-    rows += [(f"version of {name}", version) for name, version in record["versions"].items()]
-    rows += [(name, record[name]) for name in ("designs", "states", "seconds") if name in record]
-    rows += [(f"{entry['path']}, {entry['size']} bytes, SHA-256", entry["sha256"]) for entry in record["files"]]
-    return html.table(("what", "value"), rows)
