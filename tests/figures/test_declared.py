@@ -124,23 +124,20 @@ def test_filters_choose_and_an_axis_of_one_value_plays_no_part(new_sweep, tmp_pa
     assert declared.colour == "load.mass"
 
 
-def test_a_figure_of_a_table_that_is_not_written_is_one_clear_error(new_sweep, tmp_path):
-    text = '[output]\ntables = ["states"]\n' + figure('name = "a"\nquantity = "margin"')
+@pytest.mark.parametrize(
+    ("text", "key", "says"),
+    [
+        ('[output]\ntables = ["states"]\n[[figure]]\nname = "a"\nquantity = "margin"\n', "quantity", "not written"),
+        (figure('name = "a"\nquantity = "motor_torque"\nwhere = "load_mass = 4 kg"'), "where", "nothing is left by"),
+    ],
+)
+def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(new_sweep, tmp_path, text, key, says):
     run, figures = drawn(new_sweep, tmp_path, text)
-    assert not figures.files
+    assert not [file for file in figures.files if file.name == "a.png"]
     assert figures.warnings[0].startswith('figure "a" is not drawn: ')
-    with pytest.raises(StudyError, match="which is not written"):
+    with pytest.raises(StudyError, match=says) as error:
         check_figures_of(run.plan.study)
-
-
-def test_a_filter_that_leaves_nothing_names_its_figure(new_sweep, tmp_path):
-    text = figure('name = "a"\nquantity = "motor_torque"\nwhere = "load_mass = 4 kg"')
-    run, figures = drawn(new_sweep, tmp_path, text)
-    assert (figures.files, len(figures.warnings)) == ((), 1)
-    assert 'figure "a" is not drawn: nothing is left by' in figures.warnings[0]
-    with pytest.raises(StudyError, match="nothing is left by") as error:
-        check_figures_of(run.plan.study)
-    assert [fault.key for fault in error.value.faults] == ["figure.0.where"]
+    assert [fault.key for fault in error.value.faults] == [f"figure.0.{key}"]
 
 
 def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):

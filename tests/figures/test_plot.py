@@ -135,15 +135,6 @@ def test_what_does_not_fit_is_one_clear_error(run: Path, tmp_path: Path, request
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    ("size", "width", "height"), [("column", 85, None), ("page", 175, None), ("12 x 9 cm", 120, 90)]
-)
-def test_sizes(run: Path, size: str, width: float, height: float | None) -> None:
-    (figure,) = figures_of(table(run, "states"), quantity=("motor_torque",), size=size)
-    assert figure.get_figwidth() * 25.4 == pytest.approx(width)
-    assert height is None or figure.get_figheight() * 25.4 == pytest.approx(height)
-
-
 def test_files_and_their_names(run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     of = table(run, "states")
     monkeypatch.chdir(tmp_path)

@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.cube.rows import rows_in
 from tendon_cli.cube.source import table_at
@@ -84,10 +83,3 @@ def test_a_filter_means_the_same_of_rows_and_of_axes(tmp_path: Path, text: str, 
     (condition,) = cube.of.conditions([text])
     held = condition.holds(cube.gather(np.arange(table.rows), ["taut"])["taut"])
     assert rows_in(tmp_path / "run", where=[text]).head(0)[1] == int(held.sum()) == count
-
-
-def test_evenly_keeps_both_ends() -> None:
-    assert list(evenly(3, 5)) == [0, 1, 2]
-    assert list(evenly(101, 3)) == [0, 50, 100]
-    assert list(evenly(5, 1)) == [2]
-    assert len(evenly(10**7, 1000)) == 1000

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_cli.errors import OutputError
-from tendon_cli.figures.draw import draw_run, pages_of
-from tendon_cli.figures.maps import colour_scale, zero_crossings
+from tendon_cli.figures.draw import draw_run
+from tendon_cli.figures.maps import colour_scale
 from tests.figures.runs import LOADS, by_gid, designs, figure_of, grid, panels, study_of, sweep, words
 
 STIFFNESS = {"stiffness": grid("0.5 kN/m", "6 kN/m", 12)}
@@ -178,21 +177,9 @@ def test_no_map_has_a_reason(tmp_path: Path) -> None:
         assert "no design has a margin" in str(nowhere.no_map)
 
 
-def test_where_it_cannot_be_written(tmp_path: Path) -> None:
-    (page,) = pages_of(designs(tmp_path / "run", {"tendon": PRETENSION}))
-    with pytest.raises(OutputError):
-        page.save(tmp_path / "missing" / "map.png")
-
-
 def test_the_colour_scale_is_round_and_keeps_the_near_of_zero_visible() -> None:
     limit, levels, extend = colour_scale(np.array([-7000.0, *np.linspace(-80.0, 110.0, 50), np.nan]))
     assert (limit, extend) == (120.0, "min")
     assert 0.0 in levels
     assert colour_scale(np.array([-90.0, 110.0]))[2] == "neither"
     assert colour_scale(np.zeros(3))[0] > 0.0
-
-
-def test_zero_crossings() -> None:
-    places = np.array([0.0, 1.0, 2.0, 3.0])
-    assert zero_crossings(places, np.array([-1.0, 1.0, np.nan, -1.0])) == [(0.5, True)]
-    assert zero_crossings(places, np.array([3.0, -1.0, -1.0, -1.0])) == [(0.75, False)]

@@ -291,11 +291,11 @@ def test_a_study_is_told_to_be_one(tmp_path: Path, name: str) -> None:
     assert "--arm" in str(refused.value.hint)
 
 
-@pytest.mark.parametrize(("text", "same"), [("120", "120 mm"), ("12 cm", "120 mm"), ("column", "85 mm")])
-def test_a_size_is_read_alike_everywhere(run: Path, text: str, same: str) -> None:
-    of = table(run, "states")
-    one, other = (
-        figure_of(of, quantity="motor_torque", size=size, where="pretension = 100 N") for size in (text, same)
-    )
-    np.testing.assert_allclose(one.get_size_inches(), other.get_size_inches())
+@pytest.mark.parametrize(
+    ("text", "same"), [("120", (120, None)), ("12 x 9 cm", (120, 90)), ("column", (85, None)), ("page", (175, None))]
+)
+def test_a_size_is_read_alike_everywhere(run: Path, text: str, same: tuple[float, float | None]) -> None:
+    figure = figure_of(table(run, "states"), quantity="motor_torque", size=text, where="pretension = 100 N")
+    width, height = 25.4 * figure.get_size_inches()
+    assert (width, height) == (pytest.approx(same[0]), pytest.approx(same[1] or height))
     assert study_of({"figure": [{"name": "a", "quantity": "motor_torque", "size": text}]}).figure[0].size == text

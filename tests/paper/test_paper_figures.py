@@ -65,25 +65,19 @@ def test_fig_6_has_a_panel_per_load_with_both_torques_in_both_directions(pages, 
     assert any("9.2°" in text.get_text() for text in axes[3].texts)
 
 
-@pytest.mark.parametrize(
-    ("name", "columns", "axis", "scale"),
-    [
-        ("fig07", ("flexor_tension_distal", "extensor_tension_distal"), "load_mass", 1.0),
-        ("fig08", ("flexor_tension_proximal", "extensor_tension_proximal"), "load_mass", 1.0),
-    ],
-)
-def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, runs, name, columns, axis, scale):
+@pytest.mark.parametrize(("name", "end"), [("fig07", "distal"), ("fig08", "proximal")])
+def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, runs, name, end):
     run, page = runs[name], pages[name]
-    for axes, column, side in zip(page.axes, columns, ("front", "back"), strict=True):
+    for axes, muscle, side in zip(page.axes, ("flexor", "extensor"), ("front", "back"), strict=True):
         assert axes.get_title().startswith(f"{side} of the arm")
         lines = iter(curves(axes))
-        for mass in run.values(axis):
+        for mass in run.loads:
             for direction, dash in (("flexion", "-"), ("extension", "--")):
-                line = next(lines)
-                np.testing.assert_allclose(line.get_ydata(), scale * run.line(column, direction, load_mass=mass))
+                line, wanted = next(lines), run.line(f"{muscle}_tension_{end}", direction, load_mass=mass)
+                np.testing.assert_allclose(line.get_ydata(), wanted)
                 assert line.get_linestyle() == dash
     assert page.axes[0].get_ylabel() == "tension (N)"
-    assert {f"{mass:g} kg load" for mass in run.values(axis)} | {"flexion, filled", "extension, open"} <= set(key(page))
+    assert {f"{mass:g} kg load" for mass in run.loads} | {"flexion, filled", "extension, open"} <= set(key(page))
 
 
 @pytest.mark.parametrize("name", ["fig07", "fig08", "fig09", "fig10", "fig11"])
