@@ -51,15 +51,8 @@ class DaskCluster:
         return [self.scheduler, *self.workers]
 
     def add_workers(self, count, *, nanny=False):
-        options = (
-            "--nthreads",
-            "1",
-            "--no-dashboard",
-            "--memory-limit",
-            "0",
-            "--local-directory",
-            self.folder / "spill",
-        )
+        options = ("--nthreads", "1", "--no-dashboard", "--memory-limit", "0")
+        options += ("--local-directory", self.folder / "spill")
         preload = ("--preload", Path(__file__).with_name("hazards.py"))
         kind = "--nanny" if nanny else "--no-nanny"
         self.workers += [self._start("worker", self.address, kind, *options, *preload) for _ in range(count)]
