@@ -63,17 +63,22 @@ class Problem(Asked):
     def ends_over_angles(self, numbers: Numbers, count: int) -> Ends:
         """Ends that limits on states set, (choices, conditions), as F0; those that may matter are of all angles."""
         whole: dict[str, Any] = {}
+        still = self.study.trajectory is not None or self.angles.size < 3
+        angles = self.angles if still else between.with_edges(self.angles)
         for rows, conditions, design in self.chunks(numbers, count):
             shape = rows.stop - rows.start, conditions.stop - conditions.start
-            found, states = window.begin(shape), (*shape, len(self.flexion), self.angles.size)
-            kernel.fold_window(found, State.of(design, self.angles, self.flexion), self.bounds, states)
+            found, states = window.begin(shape), (*shape, len(self.flexion), angles.size)
+            kernel.fold_window(found, State.of(design, angles, self.flexion), self.bounds, states)
             for name, values in vars(window.finished(found, design, self.bounds)).items():
                 every = whole.setdefault(name, np.empty((count, len(self.conditions)), dtype=values.dtype))
                 every[rows, conditions] = values
         ends = Ends(**whole)
-        for name, chosen in zip(("low", "high"), self._may_bind(ends), strict=True):
+        if still:
+            return ends
+        inner = [between.without_edges(state, self.angles) for state in (ends.low_state, ends.high_state)]
+        for name, may_bind, is_inner in zip(("low", "high"), self._may_bind(ends), inner, strict=True):
             value, state, angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
-            at = np.nonzero(chosen & (state >= 0) & np.isfinite(ends.low) & (self.angles.size > 1))
+            at = np.nonzero(may_bind & is_inner & (state >= 0) & np.isfinite(ends.low))
             for part in self._cut(len(at[0]), _REFINED_AT_ONCE):
                 some = at[0][part], at[1][part]
                 of_pairs = self.paired(numbers, *some), state[some], value[some], self.angles.ravel()
@@ -83,8 +88,6 @@ class Problem(Asked):
 
     def _may_bind(self, ends: Ends) -> tuple[Flags, Flags]:
         """Which lower and upper ends, (choices, conditions), may set those of their choices, whichever angles bind."""
-        if self.study.trajectory is not None:
-            return (np.zeros(ends.low.shape, dtype=np.bool_),) * 2
         if not 0.0 < self.near < np.inf or not self.is_f0:  # the order of readings may be another one
             return (np.full(ends.low.shape, self.near > 0.0),) * 2
         low, high = [ends.low.max(axis=1)], [ends.high.min(axis=1)]

@@ -14,23 +14,34 @@ from tendon_cli.model.bounds import Bounds, ends_of
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import LIMIT_NAMES
-from tendon_cli.model.motor import taken
 from tendon_cli.model.setting import shown
 from tendon_cli.model.window import Positions, ends_of_states, slack_codes
 
 ANGLES = 91
 """Taken of any motion, whichever a study lists: what lies between them is sought from there."""
-_POINTS = 9
-_ROUNDS = 4
-"""Each has the points four times as dense; then the top of a parabola is exact but for rounding."""
+_ROUNDS, _NARROWER = 3, 12.0
+"""Each goes to the top of the parabola through three angles, which lie closer by that from round to round."""
 _AHEAD = 1e-3
-"""Of a step; whether an end rises from the motion's own end inward is seen there."""
+"""Of a step; whether an end is tighter inward of the first or last angle is seen there."""
 
 
 def grid(elbow_angle: Array) -> Array:
     """The angles at which windows over the whole motion are taken, (1, K), from all that a study lists, rad."""
     low, high = float(np.min(elbow_angle)), float(np.max(elbow_angle))
     return np.linspace(low, high, ANGLES if high > low else 1).reshape(1, -1)
+
+
+def with_edges(angles: Array) -> Array:
+    """`grid` angles, and besides the first and the last one just inward of it, (1, K + 2)."""
+    ahead = _AHEAD * (angles[0, 1] - angles[0, 0])
+    return np.insert(angles, [1, angles.size - 1], [angles[0, 0] + ahead, angles[0, -1] - ahead], axis=1)
+
+
+def without_edges(state: Positions, angles: Array) -> Flags:
+    """States among angles `with_edges` as those of the nearest `grid` angles, in place; whether one is no edge's."""
+    way, place = np.divmod(state, angles.size + 2)
+    np.copyto(state, way * angles.size + np.clip(place - 1, 0, angles.size - 1), where=state >= 0)
+    return np.asarray((place > 0) & (place <= angles.size))
 
 
 def end_curves(
@@ -65,38 +76,32 @@ def refined(
     Ends have one axis, the first of the designs' three; directions are (D, 1), angles (K,). The state becomes the one
     nearest to the angle that binds; that is NaN where the grid's end stays the tightest.
     """
-    sign, step, place = -1.0 if upper else 1.0, (angles[-1] - angles[0]) / max(len(angles) - 1, 1), state % len(angles)
-    best, way, angle = sign * value, state // len(angles), angles[place]
+    sign, step, place = -1.0 if upper else 1.0, (angles[-1] - angles[0]) / (len(angles) - 1), state % len(angles)
+    way = state // len(angles)
 
-    def asked(rows: Positions, where: Array) -> Array:
+    def asked(where: Array, ways: Flags) -> Array:
         """What is asked for at angles (designs, angles), the larger the tighter: (designs, directions, angles)."""
-        some = design if len(rows) == len(state) else taken(design, (len(state), 1, 1), (rows,))
-        values = sign * ends_of_states(State.of(some, where[:, np.newaxis, :], flexion), bounds)[int(upper)]
-        return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), (len(rows), len(flexion), where.shape[1]))
+        values = sign * ends_of_states(State.of(design, where[:, np.newaxis, :], ways), bounds)[int(upper)]
+        return np.broadcast_to(
+            np.where(np.isnan(values), -np.inf, values), (len(state), ways.shape[-2], where.shape[1])
+        )
 
-    def take(rows: Positions, where: Array, values: Array) -> None:
-        flat, each = values.reshape(len(rows), len(flexion) * where.shape[1]), np.arange(len(rows))
-        most = flat.argmax(axis=1)
-        better = flat[each, most] > best[rows]
-        direction, point = np.divmod(most, where.shape[1])
-        for whole, part in ((best, flat[each, most]), (way, direction), (angle, where[each, point])):
-            whole[rows[better]] = part[better]
-
-    inward = np.where(place == 0, _AHEAD, np.where(place == len(angles) - 1, -_AHEAD, 0.0)) * step
-    edge = np.flatnonzero(inward)
-    falls = asked(edge, (angle + inward)[edge, np.newaxis]).max(axis=(1, 2)) <= best[edge]
-    rows = np.delete(np.arange(len(state)), edge[falls])
-    for narrow in range(_ROUNDS):
-        spread = np.linspace(-step, step, _POINTS) * 4.0**-narrow
-        where = np.clip(angle[rows, np.newaxis] + spread, angles[0], angles[-1])
-        take(rows, where, asked(rows, where))
-    apart = 0.25 * step * 4.0 ** (1 - _ROUNDS)
-    middle = np.clip(angle[rows], angles[0] + apart, angles[-1] - apart)
-    three = asked(rows, middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0]))[np.arange(len(rows)), way[rows]]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ahead = 0.5 * (three[:, 0] - three[:, 2]) / (three[:, 0] - 2.0 * three[:, 1] + three[:, 2])
-    top = (middle + apart * np.clip(np.nan_to_num(ahead), -1.0, 1.0))[:, np.newaxis]
-    take(rows, top, asked(rows, top))
-    nearest = way * len(angles) + np.abs(angle[:, np.newaxis] - angles).argmin(axis=1)
-    tighter = best > sign * value
-    return sign * best, np.where(tighter, nearest, state), np.where(tighter, angle, np.nan)
+    centre, each = angles[place], np.arange(len(state))
+    for apart in step * _NARROWER ** -np.arange(float(_ROUNDS)):
+        middle = np.clip(centre, angles[0] + apart, angles[-1] - apart)
+        where = middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0])
+        values = asked(where, flexion if apart == step else flexion.ravel()[way, np.newaxis, np.newaxis])
+        before, here, after = np.moveaxis(values, -1, 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ahead = 0.5 * (before - after) / (before - 2.0 * here + after)
+            rise = 0.25 * (after - before) * ahead
+        most = values.max(axis=2)
+        inside = (np.abs(ahead) <= 1.0) & (rise > 0.0) & (here + rise > most)
+        ahead = np.where(inside, ahead, values.argmax(axis=2) - 1.0)
+        direction = np.where(inside, here + rise, most).argmax(axis=1)
+        if apart == step:
+            way = direction
+        centre = middle + apart * ahead[each, direction if apart == step else 0]
+    top = asked(centre[:, np.newaxis], flexion.ravel()[way, np.newaxis, np.newaxis])[:, 0, 0]
+    nearest, tighter = way * len(angles) + np.rint((centre - angles[0]) / step).astype(np.int64), top > sign * value
+    return np.where(tighter, sign * top, value), np.where(tighter, nearest, state), np.where(tighter, centre, np.nan)

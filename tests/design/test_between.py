@@ -242,18 +242,24 @@ def random_study(rng, number):
 
 
 def searched(asked):
-    """The window over all angles, by the tops of parabolas through each three of very many angles."""
-    angles = np.linspace(asked.angles.min(), asked.angles.max(), 4001)[np.newaxis]
-    design = asked.design({})
-    at = State.of(design, angles, asked.flexion)
-    ends, tight = ends_of_states(at, asked.bounds)[:2], []
-    for values in (ends[0], -ends[1]):
-        before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            top = here - (after - before) ** 2 / 8.0 / (before - 2.0 * here + after)
-        peaks = np.where((here >= before) & (here >= after), top, here)
-        tight.append(max(np.nanmax(peaks), np.max(values[..., [0, -1]])))
-    return max(tight[0], 0.0), -tight[1]
+    """The window over all angles, by the tops of parabolas through each three of very many angles, then closer ones."""
+    low, high = (top_of(asked, end, np.linspace(asked.angles.min(), asked.angles.max(), 4001)) for end in (0, 1))
+    return max(low, 0.0), -high
+
+
+def top_of(asked, end, angles, *, closer=True):
+    """The most that limits ask for at angles and between, of the upper end with the sign changed."""
+    values = ends_of_states(State.of(asked.design({}), angles[np.newaxis], asked.flexion), asked.bounds)[end]
+    values = -values if end else values
+    before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = here - (after - before) ** 2 / 8.0 / (before - 2.0 * here + after)
+    peaks = np.where((here >= before) & (here >= after), top, here)
+    if closer and np.isfinite(peaks).any():
+        at = np.unravel_index(np.nanargmax(peaks), peaks.shape)[-1]
+        inside = top_of(asked, end, np.linspace(angles[at], angles[at + 2], 101), closer=False)
+        return max(inside, np.nanmax(values))
+    return max(np.nanmax(peaks), np.max(values[..., [0, -1]]))
 
 
 def check_random_windows(seed, count):
