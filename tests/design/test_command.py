@@ -121,12 +121,9 @@ TO_REPAIR = [
 
 
 @pytest.mark.parametrize(("text", "name"), TO_REPAIR, ids=lambda each: each if len(each) < 50 else "")
-@pytest.mark.parametrize("goals", ["[]", '"tolerance"', '["tolerance", "served"]'])
-def test_a_damaged_answer_is_repaired_to_the_same_bytes(
-    tendon, study, workplace, monkeypatch, hashes_in, text, name, goals
-):
+def test_a_damaged_answer_is_repaired_to_the_same_bytes(tendon, study, workplace, monkeypatch, hashes_in, text, name):
     monkeypatch.setattr(choices_module, "CHOICES_PER_PART", 9 if "/" in name else 48)
-    file = study(f"{text}[design]\nmaximise = {goals}\n")
+    file = study(f'{text}[design]\nmaximise = ["tolerance", "served"]\n')
     words = ("design", file, "--no-figures", "--out", "out")
     assert tendon(*words).exit == 0
     before = hashes_in(workplace / "out")
