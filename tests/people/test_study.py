@@ -11,7 +11,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.errors import InputError, StudyError
 from tendon_cli.model import actuator, body
 from tendon_cli.studies.axes import space_of
-from tendon_cli.studies.load import load_study, study_from
+from tendon_cli.studies.load import study_from
 from tendon_cli.studies.people.asked import packed, unpacked
 from tendon_cli.studies.people.person import worn_by
 from tendon_cli.studies.people.population import draw
@@ -89,13 +89,6 @@ def test_the_hash_knows_who_they_are(tmp_path):
     hashes = {study_from({"people": people}).hash for people in ({}, {"seed": 2}, {"count": 999}, {"sex": "male"})}
     hashes |= {study_from({}).hash, from_file(tmp_path).hash, from_file(tmp_path, FILE.replace("90", "91")).hash}
     assert len(hashes) == 7
-
-
-def test_settings_of_the_command_line_are_taken(tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text("[people]\nsex = 'male'\n", encoding="utf-8")
-    study = load_study(path, ("people.count=7", "people.seed=3"))
-    assert (len(study.people.population), study.people.seed) == (7, 3)
 
 
 @pytest.mark.parametrize(

@@ -22,31 +22,13 @@ PER_SIDE = [key for key in keys() if key.count(".") == 1 and key.split(".")[0] i
 PLAIN = [key for key in keys() if key.count(".") == 1 and key != "motion.elbow_angle"]
 
 BASELINE = {
-    "arm.a1": 0.04,
-    "arm.b1": 0.15,
-    "arm.a2": 0.02,
-    "arm.b2": 0.15,
-    "arm.elbow_radius": 0.045,
-    "arm.forearm_mass": 1.54,
-    "arm.forearm_com": 0.174,
-    "arm.load_distance": 0.32,
-    "arm.upper_arm_angle": 0.0,
-    "sheath.friction": 0.07,
-    "sheath.bend_angle": math.pi,
-    "tendon.length": 2.0,
-    "tendon.diameter": 0.0015,
-    "tendon.youngs_modulus": 145e9,
-    "tendon.pretension": 100.0,
-    "spring.stiffness": 3000.0,
-    "anchor.stiffness": math.inf,
-    "spool.flexor_radius": 0.03,
-    "spool.ratio": 1.0,
-    "load.mass": 0.0,
-    "load.scale": 1.0,
-    "setting.angle": 0.0,
-    "setting.upper_arm_angle": 0.0,
-    "setting.load": 0.0,
-}
+    "arm.a1": 0.04, "arm.b1": 0.15, "arm.a2": 0.02, "arm.b2": 0.15, "arm.elbow_radius": 0.045,
+    "arm.forearm_mass": 1.54, "arm.forearm_com": 0.174, "arm.load_distance": 0.32, "arm.upper_arm_angle": 0.0,
+    "sheath.friction": 0.07, "sheath.bend_angle": math.pi, "tendon.length": 2.0, "tendon.diameter": 0.0015,
+    "tendon.youngs_modulus": 145e9, "tendon.pretension": 100.0, "spring.stiffness": 3000.0,
+    "anchor.stiffness": math.inf, "spool.flexor_radius": 0.03, "spool.ratio": 1.0, "load.mass": 0.0,
+    "load.scale": 1.0, "setting.angle": 0.0, "setting.upper_arm_angle": 0.0, "setting.load": 0.0,
+}  # fmt: skip
 OPTIONAL = {
     "arm.contact_width": 0.04, "arm.contact_radius": 0.05, "spring.free_length": 0.07, "anchor.stiffness": 1e4,
     "joint.stiffness": 1.1, "joint.rest_angle": 1.3,
@@ -191,25 +173,14 @@ def test_the_hash_knows_every_number(key):
 @pytest.mark.parametrize(
     "content",
     [
-        {"name": "other"},
-        {"title": "other"},
-        {"model": {"slack": "bilateral"}},
-        {"model": {"reference": "initial"}},
-        {"motion": {"direction": ["extension", "flexion"]}},
-        {"output": {"tables": ["designs"]}},
-        {"cases": [{"name": "a"}]},
-        {"load": {"mass": [0.0]}},
-        {"output": {"states": ["status"]}},
-        {"motion": {"speed": "60 deg/s"}},
-        {"limits": {"max_tension": "300 N"}},
-        {"limits": {"min_elbow_stiffness": "-2 N m/rad"}},
-        {"design": {"conditions": []}},
-        {"design": {"serve": 0.9}},
-        {"design": {"minimise": "pretension"}},
-        {"design": {"pretension": "least"}},
-        {"uncertainty": {}},
+        {"name": "other"}, {"title": "other"}, {"model": {"slack": "bilateral"}}, {"model": {"reference": "initial"}},
+        {"motion": {"direction": ["extension", "flexion"]}}, {"output": {"tables": ["designs"]}},
+        {"cases": [{"name": "a"}]}, {"load": {"mass": [0.0]}}, {"output": {"states": ["status"]}},
+        {"motion": {"speed": "60 deg/s"}}, {"limits": {"max_tension": "300 N"}},
+        {"limits": {"min_elbow_stiffness": "-2 N m/rad"}}, {"design": {"conditions": []}}, {"design": {"serve": 0.9}},
+        {"design": {"minimise": "pretension"}}, {"design": {"pretension": "least"}}, {"uncertainty": {}},
     ],
-)
+)  # fmt: skip
 def test_the_hash_knows_everything_else(content):
     assert study_from({"name": "study", **content}).hash != study_from({"name": "study"}).hash
 
