@@ -17,7 +17,6 @@ from tendon_cli.studies.values import RIGID, Values
 from tendon_cli.units import shorten
 
 Direction = Literal["flexion", "extension"]
-Table = Literal["designs", "states"]
 FileName = Annotated[str, StringConstraints(min_length=1, max_length=4096, strict=True)]
 
 # Wide enough for any actuator that could be built, narrow enough that no formula overflows.
@@ -61,7 +60,7 @@ Words = Annotated[
 ]
 """One word or a list of them, such as columns; what they may be is not known to the field."""
 Directions = Annotated[tuple[Direction, ...], OneOf(("flexion", "extension"), is_list=True)]
-Tables = Annotated[tuple[Table, ...], OneOf(("designs", "states"), is_list=True)]
+Tables = Annotated[tuple[Literal["designs", "states"], ...], OneOf(("designs", "states"), is_list=True)]
 StateColumns = Annotated[
     tuple[str, ...],
     *one_or_many({"enum": ["status", *OF_STATES]}, each_once=True),
