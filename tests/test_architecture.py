@@ -207,11 +207,11 @@ WORDS = re.compile(
 )
 """Used otherwise than in the field."""
 BOUNDS = {
-    "modules": 190,
-    "modules with one importer": 55,
-    "private words": 120,
-    "files over 250 lines": 14,
-    "functions over 40 lines": 3,
+    "modules": 180,
+    "modules with one importer": 48,
+    "private words": 112,
+    "files over 250 lines": 8,
+    "functions over 40 lines": 1,
 }
 """None of them grows; lower what has fallen."""
 

@@ -146,7 +146,7 @@ def _assembled(
     columns = {"way": points.way, "force": points.load, "misfit": average.best.residual + effects, "effects": effects}
     columns |= {} if points.rate is None else {"rate": points.rate}
     bend = bend or BendAngle(None, 0.0, _angles_text(points.bend) if given else "not given")
-    apart = disagreement(files)
+    apart = [each for each in (disagreement(files),) if each]
     return Fit(
         friction_bend=average.friction * mean,
         bend_angle=mean if given else None,
@@ -167,7 +167,7 @@ def _assembled(
         points=pd.DataFrame(columns),
         checks=tuple(remarks.checks),
         notes=(*bend.notes, *prepared.notes, *remarks.notes),
-        warnings=(*bend.warnings, *prepared.warnings, *remarks.warnings, *([apart] if apart else [])),
+        warnings=(*bend.warnings, *prepared.warnings, *remarks.warnings, *apart),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -140,3 +141,12 @@ def test_a_name_that_is_not_utf_8_is_read_and_drawn(tmp_path: Path) -> None:
     draw(fit, tmp_path / "figure.svg")
     write_fragment(fit, tmp_path / "friction.toml")
     assert fit.source == "k\ufffdfig.csv"
+
+
+def test_fits_that_write_one_fragment_at_once_all_succeed(tmp_path: Path) -> None:
+    fit = fit_friction(TABLE, bend_angle="144 deg")
+    path = tmp_path / "friction.toml"
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(lambda _: write_fragment(fit, path), range(64)))
+    assert tomllib.loads(path.read_text())["friction"]["coefficient"] == fit.friction
+    assert [file.name for file in tmp_path.iterdir()] == ["friction.toml"]
