@@ -41,7 +41,7 @@ MAY_IMPORT = {
     "engine": {"kernel", *BELOW_THE_ROOMS},
     "answers": {"engine", "kernel", "figures", *BELOW_THE_ROOMS},
     "checks": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
-    "reports": {"answers", "cube", "summary", *ROOMS, *BELOW_THE_ROOMS},
+    "reports": {"cube", "summary", *ROOMS, *BELOW_THE_ROOMS},
     "paper": {"answers", "cube", *ROOMS, *BELOW_THE_ROOMS},
     "state_page": {"figures", "engine", *BELOW_THE_ROOMS},
     "summary": {"cube", "engine", *BELOW_THE_ROOMS},

@@ -189,11 +189,7 @@ class Asked:
         A condition says more than a choice. `pretension` has the shape (choices,).
         """
         at = numbers if pretension is None else {**numbers, PRETENSION: pretension}
-        return self.points(at, self.condition_numbers if conditions is None else conditions).design()
-
-    def points(self, numbers: Numbers, under: Numbers) -> Space:
-        """Every choice of some under every condition of some, by what these say of the study's numbers."""
-        return Space((Axis.of_points(numbers), Axis.of_points(under)), self.choices.single)
+        return self.choices.at(at, self.condition_numbers if conditions is None else conditions).design()
 
     def paired(self, numbers: Numbers, rows: Rows, condition: Rows, above: Numbers | None = None) -> Design:
         """Designs (pairs, 1, 1) of choices, each under one condition, and by what is said above these."""

@@ -59,7 +59,7 @@ def study_arm(problem: Problem, numbers: Numbers, pretension: Array, whom: Axis 
     others = (axis for axis in problem.conditions.axes if axis.key not in (PERSON_AXIS, DRAW_AXIS))
     under = {key: np.repeat(values[:1], count) for axis in others for key, values in axis.numbers.items()}
     under |= {} if whom is None else dict(whom.numbers)
-    return problem.points({**numbers, PRETENSION: pretension}, under).design()
+    return problem.choices.at({**numbers, PRETENSION: pretension}, under).design()
 
 
 def settings(design: Design, count: int) -> dict[str, Array]:

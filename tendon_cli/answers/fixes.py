@@ -101,7 +101,7 @@ def _order(problem: Problem, choice: Solutions) -> Rows:
 
 def _now(problem: Problem, numbers: Numbers, key: str) -> float:
     """A parameter's value in a choice; NaN if it differs between conditions or sides."""
-    space = problem.points(numbers, problem.condition_numbers)
+    space = problem.choices.at(numbers, problem.condition_numbers)
     if key in problem.condition_numbers or key in space.of_sides:
         return np.nan
     return float(np.asarray(replace(space.number(key), scales=()).within(space.whole)).item())

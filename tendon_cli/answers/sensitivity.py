@@ -115,7 +115,7 @@ def _of_motor(alone: Problem, choice: Solutions, end: str, design: Design) -> Sl
 
 def _numbers_at(alone: Problem, numbers: Numbers) -> dict[str, float]:
     """Every number that counts for a choice under one condition, by its key; of one side where the sides differ."""
-    space = alone.points(numbers, alone.condition_numbers)
+    space = alone.choices.at(numbers, alone.condition_numbers)
     values = {}
     for (key, side), number in space.of_the_model.items():
         if key not in (PRETENSION, *WORDS) and key in keys() and not isinstance(number.value, Spline):

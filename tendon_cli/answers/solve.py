@@ -162,7 +162,7 @@ def _named(problem: Problem, numbers: Numbers, ends: Ends, condition: Rows) -> W
         return Window(**{name: values[rows, condition] for name, values in vars(ends).items()})
     under = {key: values[condition] for key, values in problem.condition_numbers.items()}
     picked = Ends(**{name: values[rows, condition, np.newaxis] for name, values in vars(ends).items()})
-    design = problem.points(over({key: values[rows] for key, values in numbers.items()}, under), {}).design()
+    design = problem.choices.at(over({key: values[rows] for key, values in numbers.items()}, under), {}).design()
     each = window.named(picked, design, problem.angles, problem.flexion, problem.bounds)
     return Window(**{name: values[:, 0] for name, values in vars(each).items()})
 

@@ -10,8 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.answers.question import question
-from tendon_cli.cube.axes import evenly, thinned
+from tendon_cli.cube.axes import Ints, evenly, thinned
 from tendon_cli.cube.choices import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube, choices_of
@@ -30,6 +29,9 @@ from tendon_cli.reports.data import (
     truths_record,
 )
 from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
+from tendon_cli.space.axis import PRETENSION
+from tendon_cli.space.space import Space
+from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
 from tendon_cli.tables.arrays import as_numpy
@@ -158,26 +160,27 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[A
     """Curves of some choices at their pretensions, under a few of the conditions; None if no choice has one."""
     if cube.files is None or not np.isfinite(pretension).any():
         return None, []
-    problem = question(recorded_study(cube.files.facts["study"]))
+    study = recorded_study(cube.files.facts["study"])
+    space = space_of(study).unset()
     lengths = [len(axis.kept) for axis in axes]
-    few = evenly(len(problem.conditions), MOST_CONDITIONS)
+    few = evenly(len(space.conditions), MOST_CONDITIONS)
     kept = thinned(lengths, MOST_DESIGNS // len(few))
     cells = np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel() if axes else np.zeros(1, np.int64)
     places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
     rows = cube.rows(list(places), places).ravel()
-    numbers, of_conditions = problem.choices.numbers(rows), []
+    numbers, of_conditions = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}, []
     for at in few:
-        design = problem.under(at[np.newaxis]).design(numbers, None, pretension[cells])
-        of_conditions.append((_condition(problem, int(at)), curves(problem.study, design, (len(rows), 1), OF_TAUT)))
-    return states_record(problem.study, kept, of_conditions)
+        one = np.array([at])
+        design = space.at(numbers, space.conditions.numbers(one)).design()
+        of_conditions.append((_in_words(space.conditions, one), curves(study, design, (len(rows), 1), OF_TAUT)))
+    return states_record(study, kept, of_conditions)
 
 
-def _condition(problem: Any, condition: int) -> str:
-    """A condition in words."""
-    places = problem.conditions.places(np.array([condition]))
+def _in_words(conditions: Space, one: Ints) -> str:
+    """One of the conditions."""
     words = []
-    for factor in problem.conditions.axes:
-        at = int(places[factor.key][0])
+    for factor, place in zip(conditions.axes, conditions.places(one).values(), strict=True):
+        at = int(place[0])
         shown = None if factor.names else Shown.of(factor.column, keys()[factor.key].number.quantity)
         words.append(factor.names[at] if shown is None else f"{shown.name} {shown.text(float(factor.values[at]))}")
     return ", ".join(words)

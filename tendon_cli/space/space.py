@@ -107,6 +107,13 @@ class Space:
         groups = np.repeat(np.arange(len(weighting)), each)
         return replace(self, axes=(*whose, *others), weighting=np.repeat(weighting, each), groups=groups)
 
+    def at(self, *points: Numbers) -> Space:
+        """Listed points, by what each says of the study's numbers, with the same single numbers; a product if several.
+
+        What later ones say counts over what earlier ones do.
+        """
+        return Space(tuple(map(Axis.of_points, points)), self.single)
+
     def unset(self) -> Space:
         """The same product without pretension, which is solved for, and with tendons that cannot push."""
         axes = tuple(axis.without(PRETENSION, SLACK) for axis in self.axes if axis.role != "pretension")

@@ -149,9 +149,13 @@ def test_figures_that_are_missing_are_drawn_and_nothing_is_solved(tendon, study,
     before = tendon("design", file, "--no-figures", "--out", "out", "--json").json
     monkeypatch.setattr(Choices, "fill", lambda *_: pytest.fail("it is solved again"))
     monkeypatch.setattr(choices_module, "findings", lambda *_: pytest.fail("it is worked out again"))
+    monkeypatch.setattr(kernel, "fold_window", lambda *_: pytest.fail("a window is solved"))
     drawn = tendon("design", file, "--out", "out", "--json").json
     assert drawn["figures"]
     assert all((workplace / "out" / name).exists() for name in drawn["figures"])
+    assert tendon("report", "out", "--out", "page.html").exit == 0
+    assert "The states of one choice" in (workplace / "page.html").read_text()
+    assert tendon("design", file, "--dry-run").exit == 0
     told = {"figures", "figure_seconds", "checksum"}
     assert {key: value for key, value in drawn.items() if key not in told} == {
         key: value for key, value in before.items() if key not in told
