@@ -6,7 +6,7 @@ Forces are in N. The clean rig has five cycles, readings of 0.01 N and 0.1 N of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,17 +30,11 @@ class Case:
     """One kind of rig, and what is expected of its fits."""
 
     rig: Rig
-    names: str = ""
-    """A word of the cause that a warning must name where the number is wrong."""
-    hides: bool = False
-    """Whether nothing in the readings can tell what is wrong, so that only a note says how much it could be."""
-    refused: bool = False
-    """Whether the only right answer is a refusal."""
-    clean: bool = False
-    """Whether any warning is a false alarm."""
-    make: Callable[[Rig, Logs, int], Readings] | None = None
-    """Readings of a seed, where they are not the log as it stands."""
-    options: dict[str, Any] = field(default_factory=dict)
+    names: str = ""  # a word of the cause that a warning must name if the number is wrong
+    hides: bool = False  # nothing in the readings can tell what is wrong: only a note says how much it could be
+    refused: bool = False  # the only right answer is a refusal
+    clean: bool = False  # any warning is a false alarm
+    make: Callable[[Rig, Logs, int], Readings] | None = None  # readings of a seed, if not the log as it stands
 
 
 def readings(motor: Floats, load: Floats, **columns: Any) -> Readings:
@@ -71,15 +65,6 @@ def with_strokes(rig: Rig, logs: Logs, seed: int) -> Readings:
 def untimed(rig: Rig, logs: Logs, seed: int) -> Readings:
     """Two columns of forces and nothing else."""
     return log_of(rig, logs, seed, time=None)
-
-
-def part(first: int, last: int | None) -> Callable[[Rig, Logs, int], Readings]:
-    """Some of the rows."""
-
-    def make(rig: Rig, logs: Logs, seed: int) -> Readings:
-        return readings(logs.motor_cell[first:last, seed], logs.load_cell[first:last, seed])
-
-    return make
 
 
 def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], Readings]:
@@ -158,37 +143,30 @@ def _cases() -> Iterator[tuple[str, Case]]:
         yield f"{rows} rows a stroke", Case(few, clean=True)
         yield f"{rows} rows a stroke, directions", Case(few, clean=True, make=with_directions)
         yield f"{rows} rows a stroke, strokes", Case(few, clean=True, make=with_strokes)
-    yield "never slipping", Case(replace(CLEAN, sticking=(1.3, 2.0)), refused=True)
-    yield "never slipping, crank", Case(replace(CLEAN, sticking=(1.3, 2.0), sinusoidal=True), refused=True)
-    yield "never slipping, strokes", Case(replace(CLEAN, sticking=(1.3, 2.0)), refused=True, make=with_strokes)
-    yield (
-        "never slipping, 10 rows",
-        Case(
-            replace(CLEAN, sticking=(1.3, 2.0), rows_per_stroke=10, rows_at_rest=0), refused=True, make=with_directions
-        ),
-    )
-    yield from _settled_cases()
+    stuck = replace(CLEAN, sticking=(1.3, 2.0))
+    yield "never slipping", Case(stuck, refused=True)
+    yield "never slipping, crank", Case(replace(stuck, sinusoidal=True), refused=True)
+    yield "never slipping, strokes", Case(stuck, refused=True, make=with_strokes)
+    few = replace(stuck, rows_per_stroke=10, rows_at_rest=0)
+    yield "never slipping, 10 rows", Case(few, refused=True, make=with_directions)
+    yield from _tables()
     yield "gain drifts 3 %", Case(replace(CLEAN, gain_drift=0.03), names="drift")
     yield "friction drifts 10 %", Case(replace(CLEAN, friction_drift=0.1), names="drift")
     yield "friction drifts 10 %, varying", Case(replace(VARYING, friction_drift=0.1), names="drift")
 
 
-def _settled_cases() -> Iterator[tuple[str, Case]]:
+def _tables() -> Iterator[tuple[str, Case]]:
+    """Settled readings."""
+    table = replace(CLEAN, rows_per_stroke=60, rows_at_rest=0)
     for strokes in (1, 5):
         for rows in (1, 3, 10, 25):
-            rig = replace(CLEAN, strokes=2 * strokes, rows_per_stroke=60, rows_at_rest=0)
-            refused = strokes == 1 and rows == 1
+            rig, refused = replace(table, strokes=2 * strokes), strokes == rows == 1
             yield f"settled, {strokes} x {rows} rows", Case(rig, refused=refused, make=settled(rows))
-    for rows, named in ((1, True), (2, True), (5, True), (1, False)):
-        rig = replace(CLEAN, rows_per_stroke=60, rows_at_rest=0, relative_noise=0.02)
-        yield (
-            f"settled, 5 x {rows} rows, noise 2 %{'' if named else ', no names'}",
-            Case(rig, make=settled(rows, directions=named)),
-        )
-    yield (
-        "settled, 5 x 10 rows, no names",
-        Case(replace(CLEAN, rows_per_stroke=60, rows_at_rest=0), make=settled(10, directions=False)),
-    )
+    noisy = replace(table, relative_noise=0.02)
+    for rows in (1, 2, 5):
+        yield f"settled, 5 x {rows} rows, noise 2 %", Case(noisy, make=settled(rows))
+    yield "settled, 5 x 1 rows, noise 2 %, no names", Case(noisy, make=settled(1, directions=False))
+    yield "settled, 5 x 10 rows, no names", Case(table, make=settled(10, directions=False))
 
 
 CASES = dict(_cases())

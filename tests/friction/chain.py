@@ -11,19 +11,16 @@ import argparse
 import sys
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import tendon_cli as tendon
 from tendon_cli.errors import TendonError
 
-Array = npt.NDArray[np.float64]
+from .cells import RATE, Cells, Floats
 
 LINKS = 12
-RATE = 50.0
-"""Readings a second."""
+CELLS = Cells()
 
 
 @dataclass(frozen=True)
@@ -32,73 +29,37 @@ class Rig:
 
     friction: float = 0.1
     bend: float = 2.5
-    load: str = "weight"
-    """Or "spring", "band", "person"."""
-    force: float = 60.0
-    """The weight, the spring's preload, or what the person pulls on average, N."""
-    stiffness: float = 400.0
-    """Of the spring or band at the load, N/m."""
-    tendon: float = 4e4
-    """Stiffness of the whole tendon, N/m."""
-    drive: str = "triangle"
-    """Or "sine", "rests", "steps", "hand", "slow"."""
+    load: str = "weight"  # or "spring", "band", "person"
+    force: float = 60.0  # the weight, the spring's preload, or what the person pulls on average, N
+    stiffness: float = 400.0  # of the spring at the load, N/m
+    tendon: float = 4e4  # stiffness of the whole tendon, N/m
+    drive: str = "triangle"  # or "sine", "rests", "steps", "hand"
     travel: float = 0.08
     strokes: int = 12
-    seconds: float = 4.0
-    """Of a stroke."""
-    law: str = "coulomb"
-    """Or "dahl", "stribeck", "ageing"."""
-    entry: float = 0.0
-    """Friction outside of the bend, as a share of μφ at a bend of 2.4 rad."""
-    bends: tuple[float, ...] = ()
-    """Bend angles of the several runs of one log; empty: one bend."""
-
-
-@dataclass(frozen=True)
-class Sensors:
-    """What the readings are made of the forces."""
-
-    noise: float = 0.05
-    correlated: float = 0.0
-    """Standard deviation of noise that lasts a fifth of a second, N."""
-    gain: tuple[float, float] = (1.0, 1.0)
-    zero: tuple[float, float] = (0.0, 0.0)
-    delay: float = 0.0
-    """Of the load's cell, s."""
-    filter: float = 0.0
-    """Time constant of the low-pass of both cells, s."""
-    step: float = 0.0
-    """Of the converter, N."""
-    most: float = np.inf
-    """Where a cell saturates, N."""
-    spikes: float = 0.0
-    missing: float = 0.0
-    gain_drift: float = 0.0
-    """Of the motor's cell over the log, as a share."""
-    dead: bool = False
-    """The load's cell says nothing but noise about what it once read."""
-    hum: float = 0.0
+    seconds: float = 4.0  # of a stroke
+    law: str = "coulomb"  # or "dahl", "stribeck", "ageing"
+    entry: float = 0.0  # friction outside of the bend, as a share of μφ at a bend of 2.4 rad
+    bends: tuple[float, ...] = ()  # of the several runs of one log; empty: one bend
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A rig, its sensors, the columns of its log, and whether any reading of it can tell μ."""
+    """A rig, its cells, the columns of its log, and whether any reading of it can tell μ."""
 
     name: str
-    rig: Rig = field(default_factory=Rig)
-    sensors: Sensors = field(default_factory=Sensors)
+    rig: Rig
+    cells: Cells = CELLS
     columns: tuple[str, ...] = ("time",)
     tells: bool = True
     expects: str = ""
     """A word of the warning that a user needs; empty where none is due."""
-    options: tuple[tuple[str, Any], ...] = ()
 
 
-def drive(rig: Rig, random: np.random.Generator) -> Array:
+def drive(rig: Rig, random: np.random.Generator) -> Floats:
     """Where the motor's end is at each reading, m."""
     each, strokes = int(rig.seconds * RATE), rig.strokes
     ramp = np.linspace(0.0, 1.0, each, endpoint=False)
-    parts: list[Array] = []
+    parts: list[Floats] = []
     for stroke in range(strokes):
         up = ramp if stroke % 2 == 0 else 1.0 - ramp
         if rig.drive == "sine":
@@ -116,7 +77,7 @@ def drive(rig: Rig, random: np.random.Generator) -> Array:
     return rig.travel * np.concatenate(parts)
 
 
-def pulled(rig: Rig, count: int, random: np.random.Generator) -> Array:
+def pulled(rig: Rig, count: int, random: np.random.Generator) -> Floats:
     """What the load's end pulls with, if it does not depend on where it is, N."""
     time = np.arange(count) / RATE
     if rig.load != "person":
@@ -127,7 +88,7 @@ def pulled(rig: Rig, count: int, random: np.random.Generator) -> Array:
     return rig.force * (1.0 + 0.2 * np.asarray(slow) / 3 + 0.01 * np.sin(2 * np.pi * 8.0 * time))
 
 
-def limits_of(rig: Rig, speed: Array, rest: Array) -> Array:
+def limits_of(rig: Rig, speed: Floats, rest: Floats) -> Floats:
     """Σ m over the sheath at each reading, by the law of friction, without the entry's part."""
     whole = np.full(len(speed), rig.friction * rig.bend)
     if rig.law == "stribeck":
@@ -137,7 +98,7 @@ def limits_of(rig: Rig, speed: Array, rest: Array) -> Array:
     return whole
 
 
-def tensions(rigs: list[Rig], randoms: list[np.random.Generator]) -> tuple[Array, Array, Array]:
+def tensions(rigs: list[Rig], randoms: list[np.random.Generator]) -> tuple[Floats, Floats, Floats]:
     """Tension at the motor and at the load, N, and where the motor's end is, m: (rigs of one kind, readings)."""
     drives = [drive(rig, random) for rig, random in zip(rigs, randoms, strict=True)]
     count = min(map(len, drives))
@@ -157,7 +118,7 @@ def tensions(rigs: list[Rig], randoms: list[np.random.Generator]) -> tuple[Array
     return motor, load, at
 
 
-def _resting(speed: Array) -> Array:
+def _resting(speed: Floats) -> Floats:
     """For how long the motor's end has been at rest, s."""
     rest, found = 0.0, np.empty(len(speed))
     for row, v in enumerate(speed):
@@ -171,9 +132,9 @@ class Chain:
     """Chains of one kind: ln T at each of their nodes, (nodes, chains), and where their load's ends are."""
 
     kind: Rig
-    force: Array
-    log: Array
-    end: Array
+    force: Floats
+    log: Floats
+    end: Floats
 
     @classmethod
     def of(cls, rigs: list[Rig]) -> Chain:
@@ -184,11 +145,11 @@ class Chain:
             chain.end = -chain.stretch(chain.log)
         return chain
 
-    def stretch(self, log: Array) -> Array:
+    def stretch(self, log: Floats) -> Floats:
         """How much longer the tendon is than without tension, m."""
         return np.asarray(np.exp(log).mean(axis=0) / self.kind.tendon)
 
-    def played(self, first: Array, m: Array) -> Array:
+    def played(self, first: Floats, m: Floats) -> Floats:
         """ln T along the chain if the motor's end has this one: each link plays within its limit."""
         log = np.empty_like(self.log)
         log[0] = first
@@ -202,7 +163,7 @@ class Chain:
                 log[i] = np.minimum(np.maximum(self.log[i], log[i - 1] - m[:, i - 1]), log[i - 1] + m[:, i - 1])
         return log
 
-    def end_at(self, log: Array) -> Array:
+    def end_at(self, log: Floats) -> Floats:
         """Where the load's end is at these tensions, m; of a weight and a person, where it was."""
         tension = np.exp(log[-1])
         if self.kind.load == "spring":
@@ -211,7 +172,7 @@ class Chain:
             return np.asarray(0.05 * np.log(tension / self.force))
         return self.end
 
-    def move(self, m: Array, x: Array, pull: Array) -> None:
+    def move(self, m: Floats, x: Floats, pull: Floats) -> None:
         """Move the motor's end to x, the load's end pulled with `pull` if it is a weight's or a person's."""
         low, high = self.log[0] - 0.8, self.log[0] + 0.8
         for _ in range(30):
@@ -231,7 +192,7 @@ class Chain:
         self.log = log
 
 
-def logs(kind: Kind, seeds: int, first: int = 0) -> list[tuple[dict[str, Array], float]]:
+def logs(kind: Kind, seeds: int, first: int = 0) -> list[tuple[dict[str, Floats], float]]:
     """The columns of each log of a kind, and the μ that made it."""
     randoms = [np.random.default_rng([seed, *kind.name.encode()]) for seed in range(first, first + seeds)]
     rigs = [
@@ -245,51 +206,12 @@ def logs(kind: Kind, seeds: int, first: int = 0) -> list[tuple[dict[str, Array],
     found = []
     for of, (rig, random) in enumerate(zip(rigs, randoms, strict=True)):
         motor, load, at = (np.concatenate([run[column][of] for run in runs]) for column in range(3))
-        readings = _read(kind.sensors, motor, load, random)
+        readings = kind.cells.read(motor, load, random)
         every = {
             "time": np.arange(len(at)) / RATE, "position": at + 2e-5 * random.normal(size=len(at)),
             "bend_angle_rad": bends, "direction": np.sign(np.gradient(at)), "motor": readings[0], "load": readings[1],
         }  # fmt: skip
         found.append(({name: every[name] for name in (*kind.columns, "motor", "load")}, rig.friction))
-    return found
-
-
-def _read(sensors: Sensors, motor: Array, load: Array, random: np.random.Generator) -> tuple[Array, Array]:
-    """What the two cells say of the forces."""
-    count = len(motor)
-    if sensors.dead:
-        load = np.full(count, load[0])
-    found = []
-    for cell, true in enumerate((motor, load)):
-        force = _late(true, (sensors.delay if cell else 0.0) * RATE)
-        if sensors.filter:
-            force = _lagged(force, 1.0 / (1.0 + sensors.filter * RATE))
-        force = force * sensors.gain[cell] + sensors.zero[cell]
-        if cell == 0:
-            force = force * np.linspace(1.0, 1.0 + sensors.gain_drift, count)
-        force = force + sensors.noise * random.normal(size=count)
-        if sensors.correlated:
-            slow = _lagged(random.normal(size=count), 0.1)
-            force = force + sensors.correlated * slow / slow.std()
-        force = force + sensors.hum * np.sin(2 * np.pi * 13.0 * np.arange(count) / RATE)
-        hit = random.random(count) < sensors.spikes
-        force = np.where(hit, force * random.uniform(0.2, 3.0, count), force)
-        if sensors.step:
-            force = np.round(force / sensors.step) * sensors.step
-        force = np.minimum(force, sensors.most)
-        found.append(np.where(random.random(count) < sensors.missing, np.nan, force))
-    return found[0], found[1]
-
-
-def _late(values: Array, rows: float) -> Array:
-    return np.interp(np.arange(len(values)) - rows, np.arange(len(values)), values)
-
-
-def _lagged(values: Array, share: float) -> Array:
-    found, last = np.empty(len(values)), values[0]
-    for row, value in enumerate(values):
-        last = last + share * (value - last)
-        found[row] = last
     return found
 
 
@@ -327,26 +249,26 @@ def _kinds() -> dict[str, Kind]:
         Kind("ageing", replace(PULLEY, law="ageing", drive="rests")),
         Kind("entry, one bend", replace(SPRING, entry=0.15), tells=False),
         Kind("entry, three bends", replace(SPRING, entry=0.15, bends=BENDS, strokes=6), columns=BENT, expects="bend"),
-        Kind("noise", SPRING, Sensors(noise=0.6)),
-        Kind("correlated noise", SPRING, Sensors(correlated=0.4)),
-        Kind("hum", SPRING, Sensors(hum=0.4)),
-        Kind("gains", SPRING, Sensors(gain=gains)),
-        Kind("gain far off", SPRING, Sensors(gain=(1.4, 1.0)), expects="calibrat"),
-        Kind("zero errors, spring", SPRING, Sensors(zero=zero)),
-        Kind("zero errors, band", BAND, Sensors(zero=zero)),
-        Kind("zero errors, weight", PULLEY, Sensors(zero=zero), tells=False),
-        Kind("gains and zero errors", replace(SPRING, drive="sine"), Sensors(gain=gains, zero=zero)),
-        Kind("late cell, 20 ms", replace(SPRING, drive="sine"), Sensors(delay=0.02)),
-        Kind("late cell, 150 ms", replace(SPRING, drive="sine"), Sensors(delay=0.15), expects="delay"),
-        Kind("filtered", replace(SPRING, drive="sine"), Sensors(filter=0.05)),
-        Kind("coarse converter", SPRING, Sensors(step=0.5)),
-        Kind("very coarse converter", replace(PULLEY, force=20.0), Sensors(step=2.0, noise=0.01), tells=False),
-        Kind("saturated", BAND, Sensors(most=150.0), expects="satur"),
-        Kind("spikes", SPRING, Sensors(spikes=0.01)),
-        Kind("many spikes", SPRING, Sensors(spikes=0.15), expects="spike"),
-        Kind("missing readings", SPRING, Sensors(missing=0.05)),
-        Kind("drifting gain", replace(SPRING, strokes=20), Sensors(gain_drift=0.1), expects="drift"),
-        Kind("a dead load cell", SPRING, Sensors(dead=True), tells=False),
+        Kind("noise", SPRING, Cells(noise=0.6)),
+        Kind("correlated noise", SPRING, Cells(slow_noise=0.4)),
+        Kind("hum", SPRING, Cells(hum=0.4)),
+        Kind("gains", SPRING, Cells(gain=gains)),
+        Kind("gain far off", SPRING, Cells(gain=(1.4, 1.0)), expects="calibrat"),
+        Kind("zero errors, spring", SPRING, Cells(zero=zero)),
+        Kind("zero errors, band", BAND, Cells(zero=zero)),
+        Kind("zero errors, weight", PULLEY, Cells(zero=zero), tells=False),
+        Kind("gains and zero errors", replace(SPRING, drive="sine"), Cells(gain=gains, zero=zero)),
+        Kind("late cell, 20 ms", replace(SPRING, drive="sine"), Cells(delay=0.02)),
+        Kind("late cell, 150 ms", replace(SPRING, drive="sine"), Cells(delay=0.15), expects="delay"),
+        Kind("filtered", replace(SPRING, drive="sine"), Cells(filter=0.05)),
+        Kind("coarse converter", SPRING, Cells(step=0.5)),
+        Kind("very coarse converter", replace(PULLEY, force=20.0), Cells(step=2.0, noise=0.01), tells=False),
+        Kind("saturated", BAND, Cells(most=150.0), expects="satur"),
+        Kind("spikes", SPRING, Cells(spikes=0.01)),
+        Kind("many spikes", SPRING, Cells(spikes=0.15), expects="spike"),
+        Kind("missing readings", SPRING, Cells(missing=0.05)),
+        Kind("drifting gain", replace(SPRING, strokes=20), Cells(gain_drift=0.1), expects="drift"),
+        Kind("a dead load cell", SPRING, Cells(dead=True), tells=False),
         Kind("never slips", replace(PULLEY, travel=2e-4, tendon=5e3), tells=False),
         Kind("a short travel", replace(SPRING, travel=4e-3, stiffness=4e4)),
     ]  # fmt: skip
@@ -370,18 +292,18 @@ class Verdicts:
     """Half of that interval over the truth."""
     errors: list[float] = field(default_factory=list)
 
-    def judge(self, kind: Kind, columns: dict[str, Array], truth: float) -> str:
+    def judge(self, kind: Kind, columns: dict[str, Floats], truth: float) -> str:
         """Fit a log of a kind; the outcome in words."""
         outcome = self._judged(kind, columns, truth)
         self.outcomes[outcome if kind.tells or "refused" in outcome else f"untold {outcome}"] += 1
         return outcome
 
-    def _judged(self, kind: Kind, columns: dict[str, Array], truth: float) -> str:
+    def _judged(self, kind: Kind, columns: dict[str, Floats], truth: float) -> str:
         frame = {COLUMNS.get(name, name): np.round(values * (1e3 if name == "position" else 1.0), 4)
                  for name, values in columns.items()}  # fmt: skip
         bend = None if "bend_angle_rad" in columns else f"{kind.rig.bend} rad"
         try:
-            fit = tendon.fit_friction(frame, bend_angle=bend, **dict(kind.options))
+            fit = tendon.fit_friction(frame, bend_angle=bend)
         except TendonError:
             return "wrongly refused" if kind.tells else "rightly refused"
         low, high = fit.interval_95

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from .cells import RATE, Cells, Floats
 
 
 @dataclass(frozen=True)
@@ -29,40 +29,23 @@ class Rig:
     strokes: int = 12
     rows_per_stroke: int = 150
     rows_at_rest: int = 40
-    friction_scatter: float = 0.015
-    """Relative standard deviation of the friction from stroke to stroke (dirt, lubricant, a spot of wear)."""
-    gain_scatter: float = 5e-4
-    """Standard deviation of the log gain from stroke to stroke."""
-    gain_mismatch: float = 0.02
-    """Largest log ratio of the two cells' gains."""
-    noise: float = 0.0015
-    """Standard deviation of each reading, kg."""
-    resolution: float = 0.001
-    """Step of the readings, kg; 0 for none."""
-    load_spring: float = 0.0
-    """Share by which the load grows over one stroke, from a spring at the load."""
-    sticking: tuple[float, float] = (0.1, 0.4)
-    """Least and largest share of a stroke that a whole reversal takes."""
-    sinusoidal: bool = False
-    """Whether the motor swings like a crank instead of moving at a steady speed."""
-    offsets: tuple[float, float] = (0.0, 0.0)
-    """Readings of the unloaded cells, kg."""
-    weights: tuple[float, float] = (0.8, 2.0)
-    """Lightest and heaviest weight, kg."""
-    relative_noise: float = 0.0
-    """Standard deviation of each reading over its force, beside `noise`."""
-    correlation: float = 0.0
-    """Of the noise of two successive rows."""
-    delay: float = 0.0
-    """Rows by which the load's cell is late."""
-    saturation: float = np.inf
-    """Largest reading, as a multiple of the weight."""
-    dwell: int = 0
-    """Rows at rest in the middle of every stroke and at its end."""
-    friction_drift: float = 0.0
-    """Relative change of the friction from the first row to the last."""
-    gain_drift: float = 0.0
-    """Change of the log gain of the motor's cell from the first row to the last."""
+    friction_scatter: float = 0.015  # relative, from stroke to stroke (dirt, lubricant, a spot of wear)
+    gain_scatter: float = 5e-4  # standard deviation of the log gain from stroke to stroke
+    gain_mismatch: float = 0.02  # largest log ratio of the two cells' gains
+    noise: float = 0.0015  # of each reading, kg
+    resolution: float = 0.001  # step of the readings, kg; 0 for none
+    load_spring: float = 0.0  # share by which the load grows over one stroke, from a spring at the load
+    sticking: tuple[float, float] = (0.1, 0.4)  # least and largest share of a stroke that a whole reversal takes
+    sinusoidal: bool = False  # whether the motor swings like a crank instead of moving at a steady speed
+    offsets: tuple[float, float] = (0.0, 0.0)  # readings of the unloaded cells, kg
+    weights: tuple[float, float] = (0.8, 2.0)  # lightest and heaviest, kg
+    relative_noise: float = 0.0  # of each reading over its force, beside `noise`
+    correlation: float = 0.0  # of the noise of two successive rows
+    delay: float = 0.0  # rows by which the load's cell is late
+    saturation: float = np.inf  # largest reading, as a multiple of the weight
+    dwell: int = 0  # rows at rest in the middle of every stroke and at its end
+    friction_drift: float = 0.0  # relative change of the friction from the first row to the last
+    gain_drift: float = 0.0  # change of the log gain of the motor's cell from the first row to the last
 
 
 @dataclass(frozen=True)
@@ -159,21 +142,8 @@ def simulate(rig: Rig, seeds: int, first_seed: int = 0) -> Logs:
             slipping[row] = tendon.move(step * speeds[row], way, friction)
         motor[row] = tendon.tension[:, 0] * np.exp(gain + rig.gain_drift * along[row])
         load[row] = tendon.tension[:, -1]
-    if rig.delay:
-        rows = np.arange(len(ways), dtype=float)
-        load = np.stack([np.interp(rows - rig.delay, rows, column) for column in load.T], axis=1)
-    most = rig.saturation * weight
-    return Logs(
-        read(rig, motor, rig.offsets[0], most, random), read(rig, load, rig.offsets[1], most, random), slipping, ways
-    )
-
-
-def read(rig: Rig, force: Floats, offset: float, most: Floats, random: np.random.Generator) -> Floats:
-    """What a cell shows of a force."""
-    white = random.standard_normal(force.shape)
-    if rig.correlation:
-        white[1:] *= np.sqrt(1.0 - rig.correlation**2)
-        for row in range(1, len(white)):
-            white[row] += rig.correlation * white[row - 1]
-    shown = np.minimum(force + offset + (rig.noise + rig.relative_noise * force) * white, most)
-    return np.round(shown / rig.resolution) * rig.resolution if rig.resolution else shown
+    cells = Cells(
+        rig.noise, rig.relative_noise, rig.correlation, zero=rig.offsets, delay=rig.delay / RATE, step=rig.resolution,
+        most=rig.saturation * weight, spikes=None,
+    )  # fmt: skip
+    return Logs(*cells.read(motor, load, random), slipping, ways)

@@ -34,22 +34,17 @@ class Count:
         return len(self.fits) + len(self.refused)
 
     def bias(self) -> float:
-        return float(np.mean([fit.friction for fit in self.fits])) / FRICTION - 1.0 if self.fits else np.nan
+        return _mean([fit.friction / FRICTION - 1.0 for fit in self.fits])
 
     def half_width(self) -> float:
-        return (
-            float(np.mean([np.ptp(fit.uncertainty.interval_95) for fit in self.fits])) / 2.0 / FRICTION
-            if self.fits
-            else np.nan
-        )
+        return _mean([np.ptp(fit.uncertainty.interval_95) / 2.0 / FRICTION for fit in self.fits])
 
     def coverage(self) -> float:
         """Of the fits without a warning."""
-        quiet = [covers(fit) for fit in self.fits if not fit.warnings]
-        return float(np.mean(quiet)) if quiet else np.nan
+        return _mean([covers(fit) for fit in self.fits if not fit.warnings])
 
     def warned(self) -> float:
-        return float(np.mean([bool(fit.warnings) for fit in self.fits])) if self.fits else np.nan
+        return _mean([bool(fit.warnings) for fit in self.fits])
 
     def silent(self) -> int:
         """Fits more than 1.5 % off, outside their interval, without a warning that names the cause."""
@@ -57,6 +52,10 @@ class Count:
         wrong = [fit for fit in self.fits if not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015]
         unnamed = sum(not cause or not any(cause in text for text in fit.warnings) for fit in wrong)
         return len(self.fits) if self.case.refused else unnamed
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.mean(values)) if values else np.nan
 
 
 def covers(fit: Fit) -> bool:
@@ -75,7 +74,7 @@ def run(name: str, seeds: int, first_seed: int = 0) -> Count:
     fits, refused = [], []
     for seed in range(seeds):
         try:
-            fits.append(fit_readings((case.make or log_of)(case.rig, logs, seed), bend=bend, **case.options))
+            fits.append(fit_readings((case.make or log_of)(case.rig, logs, seed), bend=bend))
         except InputError as error:
             refused.append(error.message)
     return Count(fits, refused, case)
