@@ -165,7 +165,10 @@ def test_a_study_in_readings_gives_the_same_suit(read):
     given = {"setting": {"read": read}, "tendon": {"pretension": [other.pretension]}}
     designs = tendon.sweep(tendon.study({**K5, **loads, **given})).designs
     np.testing.assert_allclose(designs["model_pretension"], one.pretension, rtol=1e-12)
-    assert designs["max_tension"].max() == pytest.approx(one.max_tension, rel=1e-10)
+    of_states = designs["max_tension"].max()  # of 91 angles, where the answer's is that of all
+    assert one.max_tension * (1.0 - 5e-5) <= of_states <= one.max_tension * (1.0 + 1e-10)
+    by_pretension = tendon.sweep(tendon.study({**K5, **loads, "tendon": {"pretension": [one.pretension]}})).designs
+    assert of_states == pytest.approx(by_pretension["max_tension"].max(), rel=1e-10)
     assert designs["pretension_from"].max() == pytest.approx(other.pretension_from, rel=1e-12)
     assert (designs["required_pretension"] + designs["margin"]).to_numpy() == pytest.approx(other.pretension, rel=1e-12)
 
