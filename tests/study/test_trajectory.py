@@ -99,7 +99,7 @@ def test_a_design_keeps_its_limits_at_every_sample(file):
 def test_a_state_page_names_inertia(file):
     text = tendon.state(file(rows(TIME, SWING), inertia="0.5 kg m2")).text
     assert "joint, task and inertia" in text
-    assert "first of 400 samples" in text
+    assert "first of the trajectory's 400 samples" in text
 
 
 WRONG = {
