@@ -28,7 +28,6 @@ _FEWEST_GENERATIONS = 20
 _STATES = 4e7
 """Most states of one search."""
 _NEAR_AN_EDGE = 1e-4
-_COMPARED = 2**11
 _SEVEREST = 8
 _UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))
 """Better than any worst there is."""
@@ -86,7 +85,7 @@ def leaves_out(problem: Problem) -> bool:
     return problem.conditions.groups is not None and bounded and states > STATES_FOR_ALL
 
 
-def part_of(problem: Problem, rows: Rows) -> Solutions:
+def solved_part(problem: Problem, rows: Rows) -> Solutions:
     """Choices by their rows, solved, with the worst at the pretension of each or, if possible, of the relevant.
 
     The worst over a few conditions bounds the worst over all. With such bounds the relevant ones are chosen, worked
@@ -140,21 +139,11 @@ def front(scores: Array) -> Rows:
     Of rows that are equal in every goal the first stands for all.
     """
     _, first = np.unique(scores, axis=0, return_index=True)
-    order = first[np.lexsort(scores[first].T)[::-1]]  # no row is beaten by one that comes after it
-    kept = np.empty(0, dtype=np.int64)
-    for at in range(0, len(order), _COMPARED):
-        some = order[at : at + _COMPARED]
-        some = some[~_beaten(scores[some], scores[kept])]
-        kept = np.append(kept, some[~_beaten(scores[some], scores[some])])
-    return np.sort(kept)
-
-
-def _beaten(scores: Array, others: Array) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which rows are beaten by any of the others."""
-    beaten = np.zeros(len(scores), dtype=np.bool_)
-    for other in others:
-        beaten |= np.all(other >= scores, axis=1) & np.any(other > scores, axis=1)
-    return beaten
+    rest, kept = first[np.lexsort(scores[first].T)[::-1]], []  # no row is beaten by one that comes after it
+    while len(rest):
+        kept.append(rest[0])
+        rest = rest[~np.all(scores[rest[0]] >= scores[rest], axis=1)]
+    return np.sort(np.array(kept, dtype=np.int64))
 
 
 def losses(scores: Array) -> Array:

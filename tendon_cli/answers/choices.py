@@ -15,7 +15,7 @@ from tendon_cli import say
 from tendon_cli.answers.answer import findings, named_rows
 from tendon_cli.answers.asked import Columns, goals_of
 from tendon_cli.answers.between import rows_to_prove
-from tendon_cli.answers.candidates import part_of, summarised
+from tendon_cli.answers.candidates import solved_part, summarised
 from tendon_cli.answers.population import GroupWindows, people_of, population
 from tendon_cli.answers.question import Problem, question
 from tendon_cli.answers.tables import (
@@ -28,6 +28,7 @@ from tendon_cli.answers.tables import (
     person_rows,
 )
 from tendon_cli.answers.text import blocks_of
+from tendon_cli.engine.plan import part_of
 from tendon_cli.engine.task import LastFile, Note, Task
 from tendon_cli.errors import SizeError
 from tendon_cli.kernel import writer_of
@@ -91,7 +92,7 @@ class Choices(Task):
 
     def part(self, index: int) -> range:
         """The choices of a part."""
-        return range(index * self.length, min(len(self.problem.choices), (index + 1) * self.length))
+        return part_of(len(self.problem.choices), self.length, index)
 
     @property
     def least_bytes(self) -> int:
@@ -123,7 +124,7 @@ class Choices(Task):
         """Solve the choices of a part; raises Stopped."""
         self.go_on()
         part = self.part(index)
-        candidates = part_of(self.problem, np.arange(part.start, part.stop))
+        candidates = solved_part(self.problem, np.arange(part.start, part.stop))
         known = {"choices": choice_rows(self.problem, candidates, *np.zeros((2, len(part)), np.bool_))}
         if "conditions" in tables:
             known["conditions"] = condition_rows(self.problem)

@@ -42,7 +42,8 @@ def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served:
     rows, angles = np.flatnonzero((known & (whole >= near[:, np.newaxis])).any(axis=0)), problem.angles.ravel()
     given = {**numbers, PRETENSION: pretension}
     dense = np.linspace(angles[0], angles[-1], _STEPS * (len(angles) - 1) + 1)[np.newaxis]
-    for some in (rows[at : at + _AT_ONCE] for at in range(0, len(rows) if len(angles) > 2 else 0, _AT_ONCE)):
+    for part in problem.cut(len(rows) if len(angles) > 2 else 0, _AT_ONCE):
+        some = rows[part]
         design = problem.paired(given, np.zeros_like(some), some)
         values = _quantities_at(design, problem.angles, problem.flexion)
         with np.errstate(invalid="ignore"):

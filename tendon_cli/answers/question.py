@@ -79,7 +79,7 @@ class Problem(Asked):
         for name, may_bind, is_inner in zip(("low", "high"), self._may_bind(ends), inner, strict=True):
             value, state, angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
             at = np.nonzero(may_bind & is_inner & (state >= 0) & np.isfinite(ends.low))
-            for part in self._cut(len(at[0]), _REFINED_AT_ONCE):
+            for part in self.cut(len(at[0]), _REFINED_AT_ONCE):
                 some = at[0][part], at[1][part]
                 of_pairs = self.paired(numbers, *some), state[some], value[some], self.angles.ravel()
                 tightest = between.refined(*of_pairs, self.flexion, self.bounds, upper=name == "high")
@@ -109,11 +109,11 @@ class Problem(Asked):
         width = min(under, max(1, most // min(count, 2 * math.isqrt(most))))
         step = max(1, most // width)
         at = {**numbers, **({} if pretension is None else {PRETENSION: pretension})}
-        for conditions in self._cut(under, width):
-            for rows in self._cut(count, step):
+        for conditions in self.cut(under, width):
+            for rows in self.cut(count, step):
                 yield rows, conditions, self.design(of_some(at, rows), of_some(self.condition_numbers, conditions))
 
-    def _cut(self, count: int, most: int) -> Iterator[slice]:
+    def cut(self, count: int, most: int) -> Iterator[slice]:
         """As many at once as memory has room for; raises Stopped between them."""
         for start in range(0, count, most):
             self.heed()

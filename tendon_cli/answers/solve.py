@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.answers.asked import Columns, Flags, Goal
+from tendon_cli.answers.asked import Columns, Flags, Goal, of_some
 from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, share_served
 from tendon_cli.answers.question import Problem
 from tendon_cli.model import extremes, window
@@ -27,6 +27,8 @@ WORST = (
 
 STATUSES = ("sampled", "proven", "open")
 """What is known of a window between the samples."""
+
+_WINDOWS_AT_ONCE = 2**19
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,9 +102,13 @@ def of_columns(problem: Problem, columns: Columns, count: int, *, with_worst: bo
 
 def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = True) -> Solutions:
     """Solve `count` choices, whose numbers have the shape (count,). Without the worst it takes a third of the time."""
-    solved, held = without_worst(problem, numbers, count)
-    worsts = worst(problem, numbers, solved["pretension"], held) if with_worst else {}
-    return solved.with_worst(slice(None), worsts, has_worst=with_worst)
+    parts = []
+    for rows in problem.cut(count, max(1, _WINDOWS_AT_ONCE // len(problem.conditions))):
+        some = of_some(numbers, rows)
+        solved, held = without_worst(problem, some, rows.stop - rows.start)
+        worsts = worst(problem, some, solved["pretension"], held) if with_worst else {}
+        parts.append(solved.with_worst(slice(None), worsts, has_worst=with_worst))
+    return parts[0] if len(parts) == 1 else Solutions.joined(parts)
 
 
 def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None) -> tuple[Solutions, Flags]:

@@ -188,7 +188,7 @@ class Plan:
 
     def part(self, index: int) -> range:
         """The designs of a part."""
-        return range(self.designs)[index * self.part_designs : (index + 1) * self.part_designs]
+        return part_of(self.designs, self.part_designs, index)
 
     def rows(self, table: str, designs: range) -> int:
         """Rows that a range of designs has in a table."""
@@ -252,6 +252,11 @@ class Plan:
             along = min(self.shape[axis - 1] - position[axis - 1], most // whole)
             slices[axis - 1] = slice(position[axis - 1], position[axis - 1] + along)
         return Block(design, tuple(slices), slice(0, len(self.directions)), slice(0, len(self.elbow_angles)))
+
+
+def part_of(count: int, length: int, index: int) -> range:
+    """One of the parts of so many designs or choices, each but the last of one length."""
+    return range(count)[index * length : (index + 1) * length]
 
 
 def bounds_of(study: Study) -> Bounds:

@@ -17,7 +17,7 @@ def test_the_front_is_what_no_row_beats(goals):
     np.testing.assert_array_equal(found, [i for i in range(300) if not beaten[i] and firsts[i]])
 
 
-def test_a_long_front_is_found_in_portions():
+def test_a_front_of_thousands_is_whole():
     angle = np.linspace(0.0, np.pi / 2, 5000)
     worth = np.column_stack([np.cos(angle), np.sin(angle)])
     inner = 0.9 * worth

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.answers import question as problem_module
+from tendon_cli.answers import solve as solve_module
 from tendon_cli.model import actuator, limits
 from tendon_cli.model.limits import LIMIT_NAMES
 
@@ -78,12 +79,17 @@ def test_at_least_pretension_the_binding_state_is_just_taut(tmp_path):
     assert extensor.min() == pytest.approx(0.0, abs=1e-9)
 
 
-def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("module", "name", "few"),
+    [(problem_module, "_STATES_AT_ONCE", 500), (solve_module, "_WINDOWS_AT_ONCE", 30)],  # 2 conditions; 7 choices
+    ids=["states", "windows"],
+)
+def test_blocks_of_choices_and_conditions_do_not_matter(tmp_path, monkeypatch, module, name, few):
     whole = solved(asked(RANGES, tmp_path))
-    monkeypatch.setattr(problem_module, "_STATES_AT_ONCE", 500)  # two conditions of one choice
+    monkeypatch.setattr(module, name, few)
     cut = solved(asked(RANGES, tmp_path))
-    for name, values in whole.results.items():
-        np.testing.assert_array_equal(cut[name], values, err_msg=name)
+    for column, values in whole.results.items():
+        np.testing.assert_array_equal(cut[column], values, err_msg=column)
 
 
 def test_enough_may_be_less_than_all(tmp_path):
