@@ -1,7 +1,8 @@
-"""What denser angles show of one choice: the worst at its pretension, and by how much a sampled window may be off."""
+"""What denser samples show of one choice: the worst at its pretension, and by how much a sampled window may be off."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,11 +15,15 @@ from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.motor_window import narrowed
-from tendon_cli.model.window import Window, as_read
-from tendon_cli.space.axis import PRETENSION, Numbers
+from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.model.window import Window, as_read, window
+from tendon_cli.space.axis import PRETENSION, Numbers, Rows
+from tendon_cli.studies.trajectory import at_times
 
-_GRIDS, _MOST_NEAR = 16, 16
-"""How much denser, and for how many of the conditions that are tightest at either end."""
+_DENSER, _MOST_NEAR = 16, 16
+"""How much, and for how many of the conditions that are tightest at either end."""
+_MOST_SAMPLES = 2**16
+"""Of a trajectory, times the conditions."""
 _SAFE, _MISSED, _LEAST = 1.1, 0.05, 1e-6
 """The dense grid misses at most 3 % of what is missed near an end, and elsewhere 1.2 % of the worst; the rest is
 room. N for what is rounded."""
@@ -76,34 +81,68 @@ def _tops(values: Array) -> Array:
 
 
 def estimated(problem: Problem, numbers: Numbers, one: Solutions) -> float | None:
-    """By how much the ends that limits on the whole motion set may be off, N, as they are read.
+    """By how much ends that are sampled may be off, N, as they are read; None if none is, or no window may be left.
 
-    It is what a grid sixteen times as dense takes from the window of the conditions that it serves. That grid misses,
-    too: of a peak between two angles a share of what grids as wide as the window's, displaced by shares of a step, miss
-    at worst; of one near the first or last angle, which all grids hold, a share of what the window's misses.
+    Sampled are those that limits on the whole motion set, and all along a trajectory. It is what samples
+    sixteen times as dense take from the window of the conditions that it serves. These miss, too: of a peak between two
+    samples a share of what samples as wide as the window's, displaced by shares of a step, miss at worst; of one near
+    the first or the last, which all have, a share of what the window's miss.
     """
-    if not problem.bounds.of_motion:
+    trajectory = problem.study.trajectory
+    if not problem.bounds.of_motion and trajectory is None:
         return None
-    ends, window = problem.ends(numbers, 1), (one["pretension_from"][0], one["pretension_to"][0])
+    ends, common = problem.ends(numbers, 1), (one["pretension_from"][0], one["pretension_to"][0])
     low, high = (
         np.where(each[0] * sign <= end * sign, each[0] * sign, -np.inf)
-        for each, end, sign in zip((ends.low, ends.high), window, (1.0, -1.0), strict=True)
+        for each, end, sign in zip((ends.low, ends.high), common, (1.0, -1.0), strict=True)
     )
-    rows = np.unique([*np.argsort(-low)[:_MOST_NEAR], *np.argsort(-high)[:_MOST_NEAR]])
-    found = replace(problem, bounds=problem.bounds.of_states).windows(numbers, 1)
-    some = Window(**{name: values[0, rows] for name, values in vars(found).items()})
+    most = _MOST_NEAR if trajectory is None else max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
+    rows = np.unique([*np.argsort(-low)[:most], *np.argsort(-high)[:most]])
+    places = problem.angles[0] if trajectory is None else trajectory.time
+    step = (places[-1] - places[0]) / (len(places) - 1)
+    displaced = [np.append(places[:-1] + share * step, places[[0, -1]]) for share in np.arange(_DENSER) / _DENSER]
+    displaced = [np.unique(np.minimum(each, places[-1])) for each in displaced]
+    near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _DENSER))
+    finest = np.unique(np.concatenate([*displaced, places[0] + near_ends, places[-1] - near_ends]))
+    ends_over = _ends_over_angles(problem, numbers, rows)
+    if trajectory is not None:
+        ends_over = _ends_along(problem, numbers, rows, trajectory)
+    tightest = ends_over(finest)
+    with np.errstate(invalid="ignore"):
+        off = [np.nan_to_num(tightest - ends_over(each), nan=0.0, posinf=np.inf) for each in displaced]
+    estimate = float(np.max(_SAFE * np.maximum(off[0], 0.0) + _MISSED * np.max(np.abs(off), axis=0)) + _LEAST)
+    return estimate if np.isfinite(estimate) else None
+
+
+def _ends_over_angles(problem: Problem, numbers: Numbers, rows: Rows) -> Callable[[Array], Array]:
+    """Ends of the windows of one choice under some conditions, by the angles at which the whole motion is taken."""
+    of_states = replace(problem, bounds=problem.bounds.of_states).windows(numbers, 1)
+    some = Window(**{name: values[0, rows] for name, values in vars(of_states).items()})
     design = problem.paired(numbers, np.zeros_like(rows), rows)
 
-    def ends_over(angles: Array) -> Array:
-        grid = np.unique(angles)[np.newaxis]
-        each = as_read(narrowed(some, design, grid, problem.flexion, problem.bounds, problem.loads).window, design)
-        return np.array([each.low.max(), -each.high.min()])
+    def ends(angles: Array) -> Array:
+        each = narrowed(some, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads)
+        return _common(as_read(each.window, design))
 
-    angles, step = problem.angles[0], np.diff(problem.angles)[0, 0]
-    displaced = [np.append(angles[:-1] + share * step, angles[[0, -1]]) for share in np.arange(_GRIDS) / _GRIDS]
-    near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _GRIDS))
-    finest = ends_over(np.concatenate([*displaced, angles[0] + near_ends, angles[-1] - near_ends]))
-    with np.errstate(invalid="ignore"):
-        off = [np.nan_to_num(finest - ends_over(grid), nan=0.0, posinf=np.inf) for grid in displaced]
-    estimate = float(np.max(_SAFE * np.maximum(off[0], 0.0) + _MISSED * np.max(off, axis=0)) + _LEAST)
-    return estimate if np.isfinite(estimate) else None
+    return ends
+
+
+def _ends_along(problem: Problem, numbers: Numbers, rows: Rows, trajectory: Trajectory) -> Callable[[Array], Array]:
+    """The same, by the times at which a trajectory is taken; dense ones wherever near those friction may turn."""
+    design = problem.paired(numbers, np.zeros_like(rows), rows)
+
+    def ends(times: Array) -> Array:
+        motion, either = at_times(trajectory, times), list[Array]()
+        for moved in motion.turning if len(times) > len(trajectory.time) + 1 else [motion]:
+            given = replace(design, trajectory=moved), moved.angle[np.newaxis], moved.flexion[np.newaxis]
+            each = narrowed(window(*given, problem.bounds), *given, problem.bounds, problem.loads)
+            either.append(_common(as_read(each.window, design)))
+        return np.asarray(np.max(either, axis=0))
+
+    return ends
+
+
+def _common(windows: Window) -> Array:
+    """From where on all windows are kept, and to where with the sign changed; infinite if there is none."""
+    ends = np.array([windows.low.max(), -windows.high.min()])
+    return np.where(np.isnan(ends), np.inf, ends)

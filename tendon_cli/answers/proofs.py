@@ -165,7 +165,8 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         which = np.zeros(len(asked), dtype=np.bool_)
         which[failing[arcs]] = True
         held = asked.halved(which)
-    return _with_status(one, Certificate("open" if cells else "sampled", cells, 0.0))
+    estimate = estimated(problem, numbers, one) if one.has_window.item() and not cells else None
+    return _with_status(one, Certificate("open" if cells else "sampled", cells, 0.0, estimate))
 
 
 def _with_status(one: Solutions, certificate: Certificate) -> tuple[Solutions, Certificate]:

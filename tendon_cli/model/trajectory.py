@@ -5,6 +5,8 @@ The tendons are in balance at each of them: what moves in time is the joint alon
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from tendon_cli.model.kinematics import Array, Flags, Real
@@ -13,9 +15,10 @@ from tendon_cli.model.kinematics import Array, Flags, Real
 class Trajectory:
     """Samples of a motion in time, (K,), of which each is known by its angle; no two have the same to the last bit."""
 
-    def __init__(self, time: Array, angle: Array, derivatives: Array, flexion: Flags) -> None:
-        """Times (s) on equal steps, angles (rad), three derivatives (3, K), whether friction is that of flexion."""
-        self.time, self.derivatives, self.flexion = time, derivatives, flexion
+    def __init__(self, time: Array, angle: Array, derivatives: Array, reversal: float) -> None:
+        """Times (s), angles (rad), three derivatives (3, K), by how much (rad) friction's direction lags (`ways`)."""
+        self.time, self.derivatives, self.reversal = time, derivatives, reversal
+        self.flexion = ways(angle, reversal)
         self._order = np.argsort(angle, kind="stable")
         self._ascending = angle[self._order]
         for at in range(1, len(angle)):
@@ -36,9 +39,8 @@ class Trajectory:
     @property
     def weights(self) -> Array:
         """Of each sample in an integral over time, s (trapezoids)."""
-        weights = np.full(len(self.time), self.time[1] - self.time[0])
-        weights[[0, -1]] *= 0.5
-        return weights
+        steps = np.diff(self.time)
+        return np.asarray(0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
 
     def at(self, angle: Real) -> Array:
         """The derivatives at angles of samples, (3, ...); all are 0 at any other, where the joint rests."""
@@ -46,6 +48,15 @@ class Trajectory:
         near = np.minimum(np.searchsorted(self._ascending, wanted), len(self._order) - 1)
         sample, is_one = self._order[near], self._ascending[near] == wanted
         return np.where(is_one, self.derivatives[:, sample], 0.0)
+
+    @property
+    def turning(self) -> tuple[Trajectory, Trajectory]:
+        """The same where friction turns a sample earlier, and a sample later, whatever peaks lie between samples."""
+        room = np.abs(np.diff(self.angle, 2)).max() / 8.0
+        early, late = copy(self), copy(self)
+        early.flexion = np.append(ways(self.angle, max(0.0, self.reversal - room))[1:], self.flexion[-1])
+        late.flexion = np.insert(ways(self.angle, self.reversal + room)[:-1], 0, self.flexion[0])
+        return early, late
 
 
 def ways(angle: Array, reversal: float) -> Flags:

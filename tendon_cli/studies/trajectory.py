@@ -9,7 +9,7 @@ import numpy as np
 
 from tendon_cli.errors import Fault
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.trajectory import Trajectory, ways
+from tendon_cli.model.trajectory import Trajectory
 from tendon_cli.studies.curves import CurveTable
 from tendon_cli.units import shorten
 
@@ -42,7 +42,16 @@ def trajectory_of(motion: Any) -> Trajectory | None:
     derivatives = [angle]
     for _ in range(3):
         derivatives.append(np.gradient(derivatives[-1], step))
-    return Trajectory(time, angle, np.array(derivatives[1:]), ways(angle, _single(motion.reversal, REVERSAL)))
+    return Trajectory(time, angle, np.array(derivatives[1:]), _single(motion.reversal, REVERSAL))
+
+
+def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
+    """The same motion at other times between its first and its last, by cubic splines through its samples."""
+    from scipy.interpolate import CubicSpline  # only what looks between samples pays for its import
+
+    through = CubicSpline(trajectory.time, [trajectory.angle, *trajectory.derivatives], axis=1)
+    angle, *derivatives = through(time)
+    return Trajectory(time, angle, np.array(derivatives), trajectory.reversal)
 
 
 def cutoff_of(motion: Any) -> float:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import tendon_cli as tendon
 from tendon_cli.answers import question as questions
@@ -14,7 +15,8 @@ from tendon_cli.model import proof
 from tendon_cli.model.actuator import State
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.model.motor_window import Motor, narrowed
-from tendon_cli.model.window import Window, ends_of_states
+from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.model.window import Window, ends_of_states, window
 
 # What each design is, its largest angle (deg), its limits, and its window with 40 digits in N (degrees where it binds
 # between 0 and the largest), under 0 kg and the load, both directions: by root search on g(F, G, θ) in mpmath.
@@ -208,7 +210,7 @@ def check_estimates(seed, count):
         design = asked.paired({}, np.zeros_like(rows), rows)
         finest = narrowed(some, design, angles, asked.flexion, asked.bounds, asked.loads).window
         missed = finest.low.max() - windows.low.max(), windows.high.min() - finest.high.min()
-        assert max(0.0, *missed) <= estimate
+        assert np.max([0.0, *missed]) <= estimate
         compared += max(missed) > 0.0
     return compared
 
@@ -220,6 +222,73 @@ def test_what_sampling_may_miss_is_not_estimated_too_small():
 @pytest.mark.torture
 def test_ten_thousand_estimates_are_not_too_small():
     assert check_estimates(5, 10_000) > 100
+
+
+def random_motion(rng):
+    """Angles over time: swings of several frequencies, some at rest between, as a file would have them."""
+    rate, seconds = rng.choice([25.0, 50.0, 100.0]), rng.uniform(1.0, 4.0)
+    time = np.round(np.arange(0.0, seconds, 1.0 / rate), 6)
+    sizes, turns = rng.dirichlet(np.ones(3)), 2.0 * np.pi * rng.uniform(0.2, 1.5, 3)
+    swing = sum(size * np.cos(turn * time + rng.uniform(0.0, 6.0)) for size, turn in zip(sizes, turns, strict=True))
+    if rng.random() < 0.3:
+        swing = np.where(time < 0.4 * seconds, swing[0], np.interp(time - 0.4 * seconds, time, swing))
+    angle = (
+        rng.uniform(45.0, 70.0) + rng.uniform(20.0, 40.0) * swing + rng.normal(0.0, rng.choice([0.0, 0.3]), len(time))
+    )
+    return {"trajectory": {"time": time.tolist(), "angle": [f"{each!r} deg" for each in angle.tolist()]},
+            "cutoff": f"{rng.uniform(2.0, 8.0)} Hz", "reversal": f"{rng.uniform(0.3, 3.0)} deg",
+            "inertia": float(rng.choice([0.0, 0.08]))}  # fmt: skip
+
+
+def refined_motion(trajectory, times):
+    """Fifty times as many samples, by splines through the trajectory's angles and derivatives."""
+    time = np.linspace(trajectory.time[0], trajectory.time[-1], times * (len(trajectory.time) - 1) + 1)
+    each = [CubicSpline(trajectory.time, values)(time) for values in (trajectory.angle, *trajectory.derivatives)]
+    return Trajectory(time, each[0], np.array(each[1:]), trajectory.reversal)
+
+
+def ends_along(asked, design, trajectory):
+    """The window along a trajectory."""
+    at = replace(design, trajectory=trajectory), trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
+    each = narrowed(window(*at, asked.bounds), *at, asked.bounds, asked.loads).window
+    return each.low.max(), min(each.high.min(), 1e3)
+
+
+def check_estimates_along(seed, count):
+    """Of windows along trajectories, what samples fifty times as dense take from them."""
+    rng, compared = np.random.default_rng(seed), 0
+    names = ["peak_motor_power", "max_spool_travel", "max_motor_work_in", "max_friction_loss"]
+    for number in range(count):
+        content = random_study(rng, number // 2) | {"motion": random_motion(rng)}
+        name = names[number // 2 % len(names)] if number % 2 else None
+        content["limits"] = {"min_elbow_stiffness": -200.0} | (
+            {name: "1e5 rad" if "travel" in name else 1e5} if name else content["limits"]
+        )
+        asked, rows = question(tendon.study(content)), np.arange(2)
+        design, trajectory = asked.paired({}, np.zeros_like(rows), rows), asked.study.trajectory
+        low, high = ends_along(asked, design, trajectory)
+        if name is not None:  # what the motion comes to at a pretension in the window becomes the limit
+            motor = Motor(design, asked.angles, asked.flexion, (2,), asked.bounds.speed)
+            at = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
+            asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max()))
+            low, high = ends_along(asked, design, trajectory)
+        estimate = estimated(asked, {}, solve(asked, {}, 1)) if low <= high else None
+        if estimate is None:
+            continue
+        finest = ends_along(asked, design, refined_motion(trajectory, 50))
+        missed = finest[0] - low, high - finest[1]
+        assert np.max([0.0, *missed]) <= estimate, (number, name, missed, estimate)
+        compared += max(missed) > 0.0
+    return compared
+
+
+def test_what_the_samples_of_a_trajectory_may_miss_is_not_estimated_too_small():
+    assert check_estimates_along(6, 12) > 3
+
+
+@pytest.mark.torture
+def test_two_thousand_estimates_along_trajectories_are_not_too_small():
+    assert check_estimates_along(7, 2000) > 300
 
 
 # --- Random designs --------------------------------------------------------------------------------------------------

@@ -26,7 +26,7 @@ def swing(count=2001, cycles=1.0, rate=RATE):
     turn = rate * time
     angle = MIDDLE - SWING * np.cos(turn)
     derivatives = SWING * np.array([rate * np.sin(turn), rate**2 * np.cos(turn), -(rate**3) * np.sin(turn)])
-    return Trajectory(time, angle, derivatives, ways(angle, 0.0))
+    return Trajectory(time, angle, derivatives, 0.0)
 
 
 def moved(trajectory, inertia=0.08, **changes):
@@ -58,7 +58,7 @@ def test_without_inertia_states_are_those_of_the_angles_alone():
 
 def test_each_sample_is_known_by_its_angle_though_the_joint_rests():
     rates = np.array([np.arange(5.0), -np.arange(5.0), np.ones(5)])
-    trajectory = Trajectory(np.arange(5.0), np.zeros(5), rates, np.ones(5, np.bool_))
+    trajectory = Trajectory(np.arange(5.0), np.zeros(5), rates, 0.0)
     assert len(set(trajectory.angle)) == 5
     assert np.abs(trajectory.angle).max() < 1e-300
     np.testing.assert_array_equal(trajectory.at(trajectory.angle), rates)

@@ -90,6 +90,8 @@ def test_a_design_keeps_its_limits_at_every_sample(file):
     study = study.vary(**{"limits.peak_motor_power": "30 W", "limits.peak_motor_speed": "600 deg/s"})
     answer = tendon.design(study)
     assert answer.feasible
+    assert 0.0 < answer.record["between_samples"]["estimate"] < 0.1
+    assert "an end may be off by" in answer.text
     at = float(answer.choices["pretension"].iloc[0])
     kept = tendon.sweep(study.vary(**{"tendon.pretension": at}))
     assert kept.designs["feasible"].all()
