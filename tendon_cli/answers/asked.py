@@ -216,6 +216,13 @@ class Asked:
         return tuple(axis.key for axis in self._curved if axis not in self.box)
 
     @property
+    def whole_intervals(self) -> tuple[str, ...]:
+        """The keys of those whose inside may be worse than both ends, and for all of which windows are proved."""
+        axes = self.conditions.axes if self.study.trajectory is None else ()
+        leaning = [axis.key for axis in axes if axis.key == LEAN and axis.is_interval]
+        return (*leaning, *(axis.key for axis in self.box))
+
+    @property
     def is_sampled(self) -> bool:
         """Whether something that is asked has no proof."""
         return bool(self.bounds.of_motion or self.sampled_intervals or self.study.trajectory)

@@ -156,6 +156,8 @@ def _left_out(problem: Problem) -> Iterator[str]:
         yield "the pretensions of the study's cases are left out: one of all is solved for"
     if ends := problem.sampled_intervals:
         yield f"{', '.join(ends)}: solved at both ends of the interval; what lies between is not proved"
+    if within := problem.whole_intervals:
+        yield f"{', '.join(within)}: the window holds for the whole interval; the worst values are those at its ends"
     if several := [name for name in study.limits if name in _SEVERAL]:
         yield f"{', '.join(several)}: where several intervals of pretension keep to this, the widest is used"
     if study.people is not None and study.people.content is None:

@@ -133,6 +133,9 @@ def test_an_end_within_a_box_is_found_and_proved():
     answer = tendon.design(study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0))
     best, known = answer.record["best"], answer.record["between_samples"]
     assert known["status"] == "proven"
+    assert (
+        "arm.elbow_radius: the window holds for the whole interval; the worst values are" in answer.record["notes"][0]
+    )
     assert "every radius from 28 to 42 mm" in known["scope"].replace("elbow radius", "radius")
     each = [
         tendon.design(study_of(INSIDE | {"arm.elbow_radius": float(radius)}, 6.0, LIMIT, 90.0)).record["best"]
