@@ -76,6 +76,8 @@ class OverAngle:
     """Of the picture."""
     texts: tuple[str, str]
     """What is proved, and what the lines stand for."""
+    works: tuple[str, str]
+    """What the window does, and what the room between the tightest lines does: "works at every angle"."""
 
     def shown(self, values: Array) -> Array:
         """Those that lie in the picture, others are NaN."""
@@ -98,9 +100,21 @@ def over_angle(record: Mapping[str, Any]) -> OverAngle | None:
     roof = np.fmin.reduce([*upper.values(), np.full(len(angle), np.inf)])
     at_samples = [np.interp(samples, angle, each) for each in (floor, roof)]
     first, second = (np.where(each <= top, each, np.nan) for each in at_samples)
-    stand = "Each line is the worst of all conditions and both directions."
-    if not curves["all_conditions"]:
-        served = f"that {say.quantity('pretension', best['pretension'])} serves"
-        stand = f"Each line is the worst of the conditions {served}; at the ends of the window others are served."
+    stand, works = _whom(record, of_all=curves["all_conditions"])
     return OverAngle(angle, (lower, upper), (floor, roof), samples, (first, second), (low, high), top,
-                     (say.proof(between), stand))  # fmt: skip
+                     (say.proof(between), stand), works)  # fmt: skip
+
+
+def _whom(record: Mapping[str, Any], *, of_all: bool) -> tuple[str, tuple[str, str]]:
+    """For whom the lines stand; and what the window does, and the room between the lines."""
+    pretension, everywhere = say.quantity("pretension", record["best"]["pretension"]), "works at every angle"
+    lines = "all conditions" if of_all else f"the conditions that {pretension} serves"
+    there, window = "works at that angle" if of_all else "works at that angle for those served", ""
+    if record["serve"] < 1.0:
+        kind = "conditions" if record["population"] is None else record["population"]["kind"]
+        share = f"at least {say.percent(record['serve'])}"
+        everywhere, window = f"{everywhere} for {share}", f" The window serves {share} of the {kind}."
+        there = f"{there} for all" if of_all else there
+    elif not of_all:
+        window = " The window is that of all conditions."
+    return f"Each line is the worst of {lines} and both directions.{window}", (everywhere, there)

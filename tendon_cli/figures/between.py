@@ -31,7 +31,7 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
         for at, name in enumerate(dict.fromkeys((*lower, *upper)))
     }
     title = ", ".join(filter(None, ("the window over the angle", choice_text(cube, chosen))))
-    key = [*(Line2D([], [], **look) for look in looks.values()), *_key()]
+    key = [*(Line2D([], [], **look) for look in looks.values()), *_key(*drawn.works)]
     page = answer_page(cube, record, title, 92.0, key, [*drawn.texts])
     panel = page.figure.subplots()
     panel.fill_between(drawn.angle, floor, np.minimum(roof, top), where=(floor <= roof).tolist(), color=_THERE,
@@ -57,13 +57,13 @@ def draw_between(cube: Cube, record: dict[str, Any], chosen: dict[str, Any]) -> 
     return page
 
 
-def _key() -> list[Any]:
+def _key(everywhere: str, there: str) -> list[Any]:
     """The signs that do not depend on the limits."""
     return [
         Line2D([], [], color=INK, linewidth=_BOUND["linewidth"], label="thick: binds at that angle"),
         Line2D([], [], color=INK, marker="o", markersize=3.0, linestyle="", label="angle of the study"),
-        Patch(facecolor=_WINDOW, label="window: works at every angle"),
-        Patch(facecolor=_THERE, label="works at that angle"),
+        Patch(facecolor=_WINDOW, label=f"window: {everywhere}"),
+        Patch(facecolor=_THERE, label=there),
     ]
 
 

@@ -201,7 +201,7 @@ def _between(record: dict[str, Any], bounds: Mapping[str, float]) -> dict[str, A
     return {
         "angles": drawn.angle.round(6).tolist(), "lines": lines, "window": [low, None if np.isinf(high) else high],
         "top": drawn.top, "samples": {"x": [x for x, _ in points], "y": [y for _, y in points]},
-        "says": " ".join([*drawn.texts, "Shaded is what works at every angle."]),
+        "says": " ".join([*drawn.texts, f"Shaded is what {drawn.works[0]}."]),
     }  # fmt: skip
 
 

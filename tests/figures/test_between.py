@@ -69,7 +69,8 @@ def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object
         "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}},
     }  # fmt: skip
     answer = tendon.design({**content, **more})
-    (panel,) = answer.plot("between").axes
+    figure = answer.plot("between")
+    (panel,), seen = figure.axes, " ".join(words(figure).split())
     assert panel.get_ylabel() == (
         "tension in the flexor at the joint (N)" if "setting" in more else "pretension F₀ (N)"
     )
@@ -77,6 +78,10 @@ def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object
     lower, upper = (np.array(list(curves[side].values()), dtype=np.float64) for side in ("lower", "upper"))
     assert np.nanmax(lower) <= best["pretension"] <= np.nanmin(upper)
     assert curves["all_conditions"] == of_all
+    assert ("Each line is the worst of all conditions" in seen) == of_all
+    assert ("window: works at every angle for at least 50 %" in seen) == ("serve" in str(more))
+    assert ("The window serves at least 50 % of the conditions" in seen) == ("serve" in str(more))
+    assert ("works at that angle for those served" in seen) != of_all
     if of_all:
         assert np.nanmax(lower) == pytest.approx(best["pretension_from"], rel=1e-3)
         assert np.nanmin(upper) == pytest.approx(best["pretension_to"], rel=1e-3)
