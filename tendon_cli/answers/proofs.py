@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answers.asked import LEAN, LOADS, Flags
 from tendon_cli.answers.coverage import grouped
 from tendon_cli.answers.denser import estimated, worst_between
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import STATUSES, Solutions, without_worst
+from tendon_cli.answers.solve import Solutions, without_worst
 from tendon_cli.model.between import refined
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
@@ -147,7 +148,7 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         cells, broken = cells + proof.cells, proof.broken
         failing = np.unique(np.concatenate([broken.row, proof.left.row]))
         if not len(failing):
-            status = "sampled" if problem.is_sampled else "proven"
+            status = say.SAMPLED if problem.is_sampled else say.PROVEN
             return _with_status(one, Certificate(status, cells, margin, estimated(problem, numbers, one)))
         if cells > MOST_CELLS:
             break
@@ -166,11 +167,11 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         which[failing[arcs]] = True
         held = asked.halved(which)
     estimate = estimated(problem, numbers, one) if one.has_window.item() and not cells else None
-    return _with_status(one, Certificate("open" if cells else "sampled", cells, 0.0, estimate))
+    return _with_status(one, Certificate(say.OPEN if cells else say.SAMPLED, cells, 0.0, estimate))
 
 
 def _with_status(one: Solutions, certificate: Certificate) -> tuple[Solutions, Certificate]:
-    known = {"between_samples": np.array([STATUSES.index(certificate.status)])}
+    known = {"between_samples": np.array([say.STATUSES.index(certificate.status)])}
     return replace(one, results=one.results | known), certificate
 
 

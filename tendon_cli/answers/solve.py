@@ -25,9 +25,6 @@ WORST = (
 )  # fmt: skip
 """Columns of a choice at its pretension: the worst over all conditions that this serves."""
 
-STATUSES = ("sampled", "proven", "open")
-"""What is known of a window between the samples."""
-
 _WINDOWS_AT_ONCE = 2**19
 
 
@@ -39,7 +36,7 @@ class Solutions:
     pretension could do. `from_by` and `to_by` are indices into `limits.LIMIT_NAMES`, or NOTHING. Besides, of both ends:
     `from_state`, the state that binds by its place among directions and angles, -1 if the limit belongs to none, and
     `from_angle`, the elbow angle that binds, rad, if it lies beside that of the state. `has_worst` is whether the worst
-    is worked out: else it is NaN, or a bound. `between_samples` is an index into `STATUSES`.
+    is worked out: else it is NaN, or a bound. `between_samples` is an index into `say.STATUSES`.
     """
 
     results: Columns

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.answers.asked import Columns, Flags
 from tendon_cli.answers.bench import SET, setting_columns, settings, study_arm
 from tendon_cli.answers.coverage import share_served
 from tendon_cli.answers.population import GroupWindows, people_of
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import STATUSES, WORST, Solutions
+from tendon_cli.answers.solve import WORST, Solutions
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Array
@@ -46,7 +47,9 @@ def choice_columns(problem: Problem) -> tuple[Column, ...]:
         *(Column(f"{end}_direction", "text", "1", of_state, choices=directions) for end in ("from", "to")),
         *(Column.of(QUANTITIES["elbow_angle"], f"{end}_elbow_angle") for end in ("from", "to")),
         *_of_quantities("served", "served_at", "pretension", *WORST, *SET, "tolerance_length", read=read),
-        Column("between_samples", "text", "1", "whether the window is proved between the samples", choices=STATUSES),
+        Column(
+            "between_samples", "text", "1", "whether the window is proved between the samples", choices=say.STATUSES
+        ),
         Column("feasible", "truth", "1", "it has a window; if the pretension is given, that serves enough"),
         Column("on_front", "truth", "1", "no other choice is as good in every goal and better in one"),
     )

@@ -139,7 +139,7 @@ def _why(problem: Problem, record: Row) -> Iterator[str]:
 
 
 def _proved(problem: Problem, row: Row) -> str:
-    known = f"{say.window(*ends_of(row))}, {row['between_samples']}" if row["feasible"] else "no window"
+    known = f"{say.window(*ends_of(row))}, {say.proved(row['between_samples'])}" if row["feasible"] else "no window"
     return f"{row_words(problem.choices, row) or 'the design'}: {known}"
 
 

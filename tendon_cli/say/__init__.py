@@ -2,7 +2,17 @@
 
 from tendon_cli.model.forms import LimitWords
 from tendon_cli.say.blocks import Block, as_text, heading, items, sentence, table
-from tendon_cli.say.limits import conflict, conflict_label, limit_words
+from tendon_cli.say.limits import (
+    OPEN,
+    PROVEN,
+    SAMPLED,
+    STATUSES,
+    conflict,
+    conflict_label,
+    limit_words,
+    proof,
+    proved,
+)  # fmt: skip
 from tendon_cli.say.words import (
     WIDTH,
     aligned,
@@ -17,7 +27,6 @@ from tendon_cli.say.words import (
     of_joint,
     parameter,
     percent,
-    proof,
     quantity,
     reading,
     sampled_share,
@@ -30,8 +39,8 @@ from tendon_cli.say.words import (
 from tendon_cli.units import counted
 
 __all__ = [
-    "WIDTH", "Block", "LimitWords", "aligned", "as_text", "column", "conflict", "conflict_label", "counted", "duration",
-    "factor_of", "filled", "heading", "interval", "items", "joint_word", "limit_words", "listed", "number", "of_joint",
-    "parameter", "percent", "proof", "quantity", "reading", "sampled_share", "sentence", "share", "side_of", "size",
-    "table", "window", "within",
+    "OPEN", "PROVEN", "SAMPLED", "STATUSES", "WIDTH", "Block", "LimitWords", "aligned", "as_text", "column", "conflict",
+    "conflict_label", "counted", "duration", "factor_of", "filled", "heading", "interval", "items", "joint_word",
+    "limit_words", "listed", "number", "of_joint", "parameter", "percent", "proof", "proved", "quantity", "reading",
+    "sampled_share", "sentence", "share", "side_of", "size", "table", "window", "within",
 ]  # fmt: skip

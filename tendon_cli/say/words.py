@@ -193,17 +193,6 @@ def reading(read: str) -> tuple[str, str]:
     return ("tension", f" in the {side} at the {end}") if end else ("pretension", "")
 
 
-def proof(between: Mapping[str, Any]) -> str:
-    """What holds between the samples of a window, of the record of an answer."""
-    status, scope = between["status"], between["scope"]
-    if status == "proven":
-        return f"Proved for {scope}."
-    if status == "open":
-        return f"Not proved for {scope}: {between['cells']:,} cells were not enough."
-    off = between["estimate"]
-    return f"Sampled for {scope}{'' if off is None else f': an end may be off by {number(off, 2)} N between them'}."
-
-
 def filled(text: str, indent: str = "") -> list[str]:
     """A sentence on as many lines of 80 columns as it takes; no line ends within a quantity."""
     lines = textwrap.wrap(
