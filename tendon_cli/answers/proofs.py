@@ -197,7 +197,7 @@ def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends
         if not len(which):
             continue
         some = held.taken(broken.row[which])
-        found = _tightest(some, middle[which, 1:], state[which], upper=upper)
+        found = _tightest(some, middle[which], state[which], upper=upper)
         value, of_state, of_angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
         for at, end, its_state, its_angle in zip(found[0], *found[1], strict=True):
             if (end < value[0, at]) if upper else (end > value[0, at]):
@@ -205,16 +205,20 @@ def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends
     return ends
 
 
-def _tightest(held: _Held, shares: Array, state: Positions, *, upper: bool) -> tuple[Rows, Sequence[Array | Positions]]:
-    """Conditions and their ends (N, state, angle), sought from states on at points of the box, and from there in it."""
-    problem, sign = held.problem, -1.0 if upper else 1.0
+def _tightest(held: _Held, points: Array, state: Positions, *, upper: bool) -> tuple[Rows, Sequence[Array | Positions]]:
+    """Conditions and their ends (N, state, angle), sought from points on, an angle and a place in the box, and in it.
 
-    def ends_at(some: _Held, points: Array, near: Positions) -> list[Any]:
-        start = np.full(len(near), -sign * np.inf)
+    That is from each angle itself, and from the state nearest to it.
+    """
+    problem, sign, shares = held.problem, -1.0 if upper else 1.0, points[:, 1:]
+
+    def ends_at(some: _Held, shares: Array, near: Positions, start: Array | None = None) -> list[Any]:
+        none = np.full(len(near), -sign * np.inf)
         given = problem.angles.ravel(), problem.flexion, problem.bounds
-        return [*refined(some.design(points), near, start, *given, upper=upper)]
+        return [*refined(some.design(shares), near, none, *given, upper=upper, start=start)]
 
-    best = ends_at(held, shares, state)
+    near, here = ends_at(held, shares, state), ends_at(held, shares, state, points[:, 0])
+    best = [np.where(sign * here[0] > sign * near[0], new, old) for new, old in zip(here, near, strict=True)]
     if not problem.box:
         return held.row, best
     first = np.argsort(-sign * best[0])[:_MOST_CLIMBED]

@@ -69,12 +69,21 @@ def end_curves(
 
 
 def refined(
-    design: Design, state: Positions, value: Array, angles: Array, flexion: Flags, bounds: Bounds, *, upper: bool
+    design: Design,
+    state: Positions,
+    value: Array,
+    angles: Array,
+    flexion: Flags,
+    bounds: Bounds,
+    *,
+    upper: bool,
+    start: Array | None = None,
 ) -> tuple[Array, Positions, Array]:
     """Ends of windows over all angles, from ends over `grid` angles (N, state): N, state and the angle that binds.
 
     Ends have one axis, the first of the designs' three; directions are (D, 1), angles (K,). The state becomes the one
-    nearest to the angle that binds; that is NaN where the grid's end stays the tightest.
+    nearest to the angle that binds; that is NaN where the grid's end stays the tightest. From angles to `start` at
+    they are sought in the state's direction, within a part of a step: where another peak lies that near.
     """
     sign, step, place = -1.0 if upper else 1.0, (angles[-1] - angles[0]) / (len(angles) - 1), state % len(angles)
     way = state // len(angles)
@@ -86,8 +95,8 @@ def refined(
             np.where(np.isnan(values), -np.inf, values), (len(state), ways.shape[-2], where.shape[1])
         )
 
-    centre, each = angles[place], np.arange(len(state))
-    for apart in step * _NARROWER ** -np.arange(float(_ROUNDS)):
+    centre, each = angles[place] if start is None else start, np.arange(len(state))
+    for apart in step * _NARROWER ** -(np.arange(float(_ROUNDS)) + (start is not None)):
         middle = np.clip(centre, angles[0] + apart, angles[-1] - apart)
         where = middle[:, np.newaxis] + apart * np.array([-1.0, 0.0, 1.0])
         values = asked(where, flexion if apart == step else flexion.ravel()[way, np.newaxis, np.newaxis])

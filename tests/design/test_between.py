@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 
 import tendon_cli as tendon
 from tendon_cli.answers import question as questions
@@ -134,6 +135,53 @@ def evaluate_all(study, pretension):
     design = asked.paired({"tendon.pretension": np.array([pretension])}, np.zeros_like(rows), rows)
     angles = np.linspace(asked.angles.min(), asked.angles.max(), 20001)[np.newaxis]
     return State.of(design, angles, asked.flexion)
+
+
+# --- Two nearly equal peaks ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("apart", [-0.004, 0.002, 0.004, 0.007])
+def test_of_two_nearly_equal_peaks_the_higher_one_ends_the_window(apart):
+    """The tension's lies 0.013 N above the grid's, the torque's 0.005 N: the grid is wrong about which is higher."""
+    content, load, last, limits, _, high, _ = FIVE["tension"]
+    motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}
+    common = {**content, "load": {"mass": load}, "motion": motion}
+
+    def beyond(torque):
+        return searched(question(tendon.study({**common, "limits": {"peak_motor_torque": torque}})))[1] - high - apart
+
+    torque = brentq(beyond, 9.2, 10.0, xtol=1e-11)
+    found = answered(common, limits={**limits, "peak_motor_torque": torque})
+    assert found.between_samples == "proven"
+    assert found.pretension_to == pytest.approx(high + min(apart, 0.0), abs=1e-7)
+    assert found.to_by == ("max_tension" if apart > 0.0 else "peak_motor_torque")
+
+
+@pytest.mark.parametrize("apart", [-0.001, -1e-4, 1e-4, 0.001])
+def test_of_two_nearly_equal_peaks_the_higher_one_is_the_worst(apart):
+    """Of two cases, whose tensions are largest at other angles; that of the first lies 0.0016 N above the grid's."""
+    content, load, last, *_ = FIVE["tension"]
+    motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}
+
+    def asked(mass):
+        case = {"name": "b", "load": {"mass": mass}, "arm": {"upper_arm_angle": "15 deg"}}
+        both = [{"name": "a", "load": {"mass": load}}, case]
+        return tendon.study({**content, "motion": motion, "cases": both, "design": {"pretension": "130 N"}})
+
+    def peaks(mass):
+        problem, rows = question(asked(mass)), np.arange(2)
+        design = problem.paired({"tendon.pretension": np.array([130.0])}, np.zeros_like(rows), rows)
+        angles = np.linspace(problem.angles.min(), problem.angles.max(), 20001)[np.newaxis]
+        state = State.of(design, angles, problem.flexion)
+        x, y = state.balance.flexor, state.balance.extensor
+        pull = np.maximum(np.maximum(x, x / state.flexor.capstan), np.maximum(y, y / state.extensor.capstan))
+        return pull.max(axis=(1, 2)), np.degrees(angles.ravel()[pull.max(axis=1).argmax(axis=1)])
+
+    mass = brentq(lambda mass: np.subtract(*peaks(mass)[0]) + apart, 4.0, 8.0, xtol=1e-9)
+    (one, other), where = peaks(mass)
+    assert abs(np.subtract(*where)) > 3.0
+    best = tendon.design(asked(mass)).choices.iloc[0]
+    assert best.max_tension == pytest.approx(max(one, other), rel=1e-9)
 
 
 # --- Intervals -------------------------------------------------------------------------------------------------------
