@@ -218,3 +218,6 @@ PLAUSIBLE: dict[str, tuple[float, float]] = {
     "peak_motor_power": (0.01, 10000.0), "max_motor_work_in": (0.001, 10000.0), "max_friction_loss": (0.001, 10000.0),
 }  # fmt: skip
 """Range, in SI, of each quantity on any arm: wide, so that what lies outside of it is most likely a slip."""
+
+AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
+"""What is a pretension, or a tension if the study reads one in its place (`setting.read`)."""

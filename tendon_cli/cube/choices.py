@@ -13,6 +13,7 @@ from tendon_cli import say
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
+from tendon_cli.cube.labels import reading
 from tendon_cli.model.kinematics import Array
 from tendon_cli.space.axis import Axis
 
@@ -48,8 +49,8 @@ def conflicts_of(read: Mapping[str, Values], bounds: Mapping[str, float]) -> Val
 
 def pretension_name(document: Mapping[str, Any]) -> str:
     """What an axis of pretensions says, by the resolved study: "tension in the flexor at the joint"."""
-    noun, where = say.reading(document.get("setting", {}).get("read", "pretension"))
-    return f"{noun}{where or ' F₀'}"
+    words = reading(document)
+    return "pretension F₀" if words == "pretension" else words
 
 
 # --- The window over the angle ---------------------------------------------------------------------------------------

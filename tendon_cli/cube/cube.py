@@ -14,7 +14,7 @@ import pyarrow as pa
 
 from tendon_cli.cube.axes import ANGLE, LOAD, Ints, axes_of
 from tendon_cli.cube.columns import Columns, Values
-from tendon_cli.cube.labels import Shown
+from tendon_cli.cube.labels import Shown, as_read
 from tendon_cli.engine.states import WorkedOut
 from tendon_cli.errors import InputError, TendonError, UsageError
 from tendon_cli.quantities import Quantity
@@ -109,9 +109,9 @@ class Cube:
 
     def shown(self, column: str, units: Mapping[str, str] | None = None) -> Shown:
         """How a column is shown; `units` overrules the usual unit of a dimension."""
-        quantity = self.columns[column]
         words = column.replace("_", " ")
-        return Shown.of(column, quantity or Quantity(column, words, "number", "1", "1", words), units)
+        quantity = self.columns[column] or Quantity(column, words, "number", "1", "1", words)
+        return Shown.of(column, as_read(quantity, self.study), units)
 
     # --- Rows --------------------------------------------------------------------------------------------------------
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.quantities import Quantity
+from tendon_cli.quantities import AS_READ, Quantity
 from tendon_cli.units import factor_of
 
 _SYMBOL = re.compile(r"([^_^]+)(?:_([^_^]+))?(?:\^([^_^]+))?")
@@ -94,6 +95,20 @@ class Shown:
     @property
     def _in_brackets(self) -> str:
         return "" if self.unit == "1" else f" ({plain(self.unit)})"
+
+
+def reading(document: Mapping[str, Any]) -> str:
+    """What is set, by the resolved study: "pretension", or "tension in the flexor at the joint"."""
+    return "".join(say.reading(document.get("setting", {}).get("read", "pretension")))
+
+
+def as_read(quantity: Quantity, document: Mapping[str, Any]) -> Quantity:
+    """A quantity of pretension by what the resolved study reads in its place; any other as it is."""
+    words = reading(document)
+    if quantity.name not in AS_READ or words == "pretension":
+        return quantity
+    name = say.column(quantity.name).replace("pretension", words)
+    return replace(quantity, name=name, symbol=quantity.symbol.replace("F₀*", "F_set^*").replace("F₀", "F_set"))
 
 
 def number(value: float) -> str:

@@ -15,7 +15,7 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.design import F0
 from tendon_cli.model.kinematics import Spline
 from tendon_cli.model.statics import STATUS_NAMES
-from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
+from tendon_cli.quantities import AS_READ, OF_DESIGNS, OF_STATES, QUANTITIES, Quantity
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, SIDES, SLACK, Varying, split_side
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies.study import keys
@@ -37,8 +37,6 @@ JUDGEMENTS = {
     "feasible": "taut, stable and within every limit",
 }
 """Truths of `designs`, with what they mean; the record counts each."""
-
-_AS_READ = ("pretension", "pretension_from", "pretension_to", "required_pretension", "margin")
 
 _MOST_LOOKED_INTO = 2**18
 """Arms at angles."""
@@ -122,7 +120,7 @@ class Tables:
     def _as_read(self, column: Column) -> Column:
         """A column that says how a pretension is read, if it is one."""
         read = self.plan.study.setting.read
-        if read == F0 or column.name not in _AS_READ:
+        if read == F0 or column.name not in AS_READ:
             return column
         return replace(column, long_name=f"{column.long_name}, read as {read}")
 

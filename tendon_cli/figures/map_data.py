@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown
+from tendon_cli.cube.labels import Shown, as_read, reading, symbol
 from tendon_cli.errors import UsageError
 from tendon_cli.figures.plan import MapPlan
 from tendon_cli.figures.scales import Scale, axis_scale, caption, value_texts
+from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.figures import FigureSpec
 
 Floats = npt.NDArray[np.float64]
@@ -114,8 +115,10 @@ def meaning_of_margin(cube: Cube) -> str:
         return (
             "Margin: by how much both pretensions can be lowered together, or if negative must be raised, for no slack."
         )
+    least = symbol(as_read(QUANTITIES["required_pretension"], cube.study).symbol)
     return (
-        "Margin: pretension in hand above F₀*, the smallest that leaves no slack at any elbow angle of the study. "
+        f"Margin: {reading(cube.study)} in hand above {least}, the smallest that leaves no slack at any elbow angle of "
+        "the study. "
         "It is exact for each design; lines are drawn from design to design."
     )
 

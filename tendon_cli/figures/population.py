@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import evenly
+from tendon_cli.cube.choices import pretension_name
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.engine import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
@@ -77,7 +78,11 @@ def for_whom(record: Mapping[str, Any], rows: Table) -> Page:
     has_bodies = "weight" in rows and len(low) > 2
     shape: dict[str, Any] = {"ncols": 2, "width_ratios": [1.5, 1.0]} if has_bodies else {}
     panels = page.figure.subplots(1, squeeze=False, **shape)[0]
-    _windows(panels[0], low, high, served, (band[0], band[1]), pretension, kind)
+    _windows(panels[0], low, high, served, (band[0], band[1]), pretension)
+    is_set = pretension_name(record["study"])
+    panels[0].set_ylabel(f"{is_set} (N)")
+    if len(low) > 1:
+        panels[0].set_xlabel(f"{kind}, in the order of the least {is_set.partition(' ')[0]} they need (%)")
     if has_bodies:
         groups = [members(rows, reason, pretension) for reason in reasons]
         _bodies(panels[1], population, rows, groups, signs)
@@ -114,7 +119,7 @@ def members(rows: Table, reason: Mapping[str, Any], pretension: float) -> npt.ND
 
 
 def _windows(
-    axes: Axes, low: Values, high: Values, served: Flags, band: tuple[float, float], pretension: float, kind: str
+    axes: Axes, low: Values, high: Values, served: Flags, band: tuple[float, float], pretension: float
 ) -> None:
     able = np.flatnonzero(~np.isnan(low))
     order = able[np.lexsort((high[able], low[able]))]
@@ -137,12 +142,10 @@ def _windows(
             textcoords="offset points", ha="left", va="bottom", zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
         )  # fmt: skip
-    axes.set(ylabel="window of pretension (N)", xlim=(0.0, 100.0))
+    axes.set(xlim=(0.0, 100.0))
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(begin.max(initial=0.0))))
     if len(low) == 1:
         axes.set_xticks([])
-    else:
-        axes.set_xlabel(f"{kind}, in the order of the least pretension they need (%)")
 
 
 def how_sure(record: Mapping[str, Any]) -> Page:
@@ -156,6 +159,7 @@ def how_sure(record: Mapping[str, Any]) -> Page:
     _probability(
         panels[0], pretension, 100 * np.array(shares), _number(population["pretension"]), 100 * record["serve"]
     )
+    panels[0].set_xlabel(f"{pretension_name(record['study'])} (N)")
     for at, (axes, end) in enumerate(zip(panels[1:], ends, strict=True)):
         _bars(axes, end, with_names=at == 0)
     return page
@@ -189,4 +193,4 @@ def _probability(axes: Axes, pretension: Values, percent: Values, chosen: float,
         axes.annotate(f"{chosen:.4g} N", (chosen, 0.02), xycoords=("data", "axes fraction"), xytext=(3, 0), **beside)
     if len(pretension) and pretension[0] < pretension[-1]:
         axes.set_xlim(pretension[0], pretension[-1])
-    axes.set(ylim=(0.0, 104.0), xlabel="pretension (N)", ylabel="in the window (%), band of 95 %")
+    axes.set(ylim=(0.0, 104.0), ylabel="in the window (%), band of 95 %")

@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.labels import Shown, number, plain
+from tendon_cli.cube.labels import Shown, as_read, number, plain
 from tendon_cli.figures.engine import Axes, ticker
 from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
@@ -144,7 +144,7 @@ def off_default(study: Mapping[str, Any], named: Collection[str], units: Mapping
         if number_of is None:
             texts.append(plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study"))
             continue
-        shown = Shown.of(number_of.column, number_of.number.quantity, units)
+        shown = Shown.of(number_of.column, as_read(number_of.number.quantity, study), units)
         try:
             read: Any = number_of.number.read(value)
         except PydanticCustomError:  # a table whose study somebody changed

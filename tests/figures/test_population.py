@@ -20,9 +20,9 @@ def has(found, colour):
     return bool((np.abs(found.astype(int) - wanted).max(axis=1) < 12).any())
 
 
-def record(**population):
+def record(read="pretension", **population):
     nothing = {"title": "t", "kind": "persons", "pretension": None, "window": [None, None], "not_served": []}
-    return {"serve": 0.95, "population": {**nothing, "sobol": [], **population}}
+    return {"serve": 0.95, "study": {"setting": {"read": read}}, "population": {**nothing, "sobol": [], **population}}
 
 
 def reason(text, needs, low, high):
@@ -66,3 +66,17 @@ def test_a_curve_of_any_length_is_drawn(tmp_path, count):
     ]
     page = how_sure(record(curve={**curve, "high": share}, pretension=120.0, sobol=ends))
     assert has(colours(page, tmp_path / "c.png"), "#56b4e9")
+
+
+@pytest.mark.parametrize(
+    ("read", "label"),
+    [("pretension", "pretension F₀ (N)"), ("extensor at motor", "tension in the extensor at the motor (N)")],
+)
+def test_axes_name_what_is_read(read, label):
+    rows = {"pretension_from": np.array([90.0, 95.0]), "pretension_to": np.full(2, 130.0), "served": np.ones(2)}
+    ends = {name: np.array([90.0, 130.0]) for name in ("pretension", "share", "low", "high")}
+    asked = record(read, curve=ends, pretension=120.0)
+    with house_style():
+        of_whom, of_sure = for_whom(asked, rows).figure.axes[0], how_sure(asked).figure.axes[0]
+    assert (of_whom.get_ylabel(), of_sure.get_xlabel()) == (label, label)
+    assert f"the least {label.split()[0]} they need" in of_whom.get_xlabel()

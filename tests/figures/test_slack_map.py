@@ -33,6 +33,16 @@ def test_panels_axes_and_units(tmp_path: Path) -> None:
     assert "no equilibrium" not in text
 
 
+def test_axes_and_captions_name_the_tension_that_the_study_reads(tmp_path: Path) -> None:
+    reading = {"setting": {"read": "flexor at joint"}, "tendon": {"pretension": grid("9 N", "90 N", 4)}}
+    figure = figure_of(designs(tmp_path / "run", {**reading, "spring": STIFFNESS, "load": {"mass": ["3 kg"]}}))
+    (panel,), text = panels(figure), " ".join(words(figure).split())
+    assert panel.get_xlabel() == "tension in the flexor at the joint $F_{set}$ (N)"
+    assert "margin $F_{set}$ − $F_{set}^{*}$ (N)" in text
+    assert "Margin: tension in the flexor at the joint in hand above $F_{set}^{*}$" in text
+    assert "F₀" not in text
+
+
 def test_colours_are_the_margins_and_zero_is_in_the_middle(tmp_path: Path) -> None:
     table = designs(tmp_path / "run", {"tendon": PRETENSION, "spring": STIFFNESS, "load": {"mass": LOADS}})
     margins = np.array(table.read(["margin"])["margin"]).reshape(31, 12, 4)
