@@ -32,9 +32,9 @@ _TWO_LIMITS = 2.0
 """Mean distance from the middle over its standard deviation: 1.3 in noise alone, over 4 about two limits."""
 _SHOWN = 3.0
 """Half distance of the limits over the noise of a row, under which rows do not show the strokes."""
-_FINE, _NOISY = 0.002, 1e-4
+_FINE, _NOISY, _NOISELESS = 0.002, 1e-4, 200
 """Step and noise of the motor's cell over its force: if it is finer and noisier, so is that of a hanging weight, unless
-it is dead."""
+it is dead. Fewer than 200 rows may be noiseless by chance."""
 _FOLLOWS, _FAR_GAIN, _AGAINST = 0.1, 0.2, 0.5
 """A load's cell that moves by less than a tenth of what the motor's does over all rows, while their levels differ by
 over 20 %, weighs nothing of what the motor pulls; a hanging weight moves as little, but both cells read it. One that
@@ -181,7 +181,7 @@ def _check_follows(log: Log, names: tuple[str, str], source: str) -> None:
         return
     motor, load = (f'cell ("{shorten(name, 30)}")' for name in names)
     usual = float(np.median(log.motor))
-    fine = log.steps[0] < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
+    fine = len(log.way) >= _NOISELESS and log.steps[0] < _FINE * usual and noise_of(log.motor, log.way) > _NOISY * usual
     hint = "is the right column read, is the cell connected, are both of the same tendon?"
     if not np.ptp(log.motor):
         raise InputError(f"the motor's {motor} reads the same in every row", where=source, hint=hint)
