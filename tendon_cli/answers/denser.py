@@ -16,8 +16,8 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.model.window import Window, as_read, window
-from tendon_cli.space.axis import PRETENSION, Numbers, Rows
+from tendon_cli.model.window import Ends, Window, as_read, named, window
+from tendon_cli.space.axis import PRETENSION, Numbers
 from tendon_cli.studies.trajectory import at_times
 
 _DENSER, _MOST_NEAR = 16, 16
@@ -80,21 +80,21 @@ def _tops(values: Array) -> Array:
     return np.concatenate([values, np.where(peak, top, here)], axis=-1)
 
 
-def estimated(problem: Problem, numbers: Numbers, one: Solutions) -> float | None:
+def estimated(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) -> float | None:
     """By how much ends that are sampled may be off, N, as they are read; None if none is, or no window may be left.
 
-    Sampled are those that limits on the whole motion set, and all along a trajectory. It is what samples
-    sixteen times as dense take from the window of the conditions that it serves. These miss, too: of a peak between two
-    samples a share of what samples as wide as the window's, displaced by shares of a step, miss at worst; of one near
-    the first or the last, which all have, a share of what the window's miss.
+    `ends` are those over all angles, as F0. Sampled are those that limits on the whole motion set, and all along a
+    trajectory. It is what samples sixteen times as dense take from the window of the conditions that it serves. These
+    miss, too: of a peak between two samples a share of what samples as wide as the window's, displaced by shares of a
+    step, miss at worst; of one near the first or the last, which all have, a share of what the window's miss.
     """
     trajectory = problem.study.trajectory
     if not problem.bounds.of_motion and trajectory is None:
         return None
-    ends, common = problem.ends(numbers, 1), (one["pretension_from"][0], one["pretension_to"][0])
+    within, common = problem.finished(ends, numbers), (one["pretension_from"][0], one["pretension_to"][0])
     low, high = (
         np.where(each[0] * sign <= end * sign, each[0] * sign, -np.inf)
-        for each, end, sign in zip((ends.low, ends.high), common, (1.0, -1.0), strict=True)
+        for each, end, sign in zip((within.low, within.high), common, (1.0, -1.0), strict=True)
     )
     most = _MOST_NEAR if trajectory is None else max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
     rows = np.unique([*np.argsort(-low)[:most], *np.argsort(-high)[:most]])
@@ -104,9 +104,12 @@ def estimated(problem: Problem, numbers: Numbers, one: Solutions) -> float | Non
     displaced = [np.unique(np.minimum(each, places[-1])) for each in displaced]
     near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _DENSER))
     finest = np.unique(np.concatenate([*displaced, places[0] + near_ends, places[-1] - near_ends]))
-    ends_over = _ends_over_angles(problem, numbers, rows)
-    if trajectory is not None:
-        ends_over = _ends_along(problem, numbers, rows, trajectory)
+    design = problem.paired(numbers, np.zeros_like(rows), rows)
+    if trajectory is None:
+        some = Ends(**{name: values[0, rows] for name, values in vars(ends).items()})
+        ends_over = _ends_over_angles(problem, design, some)
+    else:
+        ends_over = _ends_along(problem, design, trajectory)
     tightest = ends_over(finest)
     with np.errstate(invalid="ignore"):
         off = [np.nan_to_num(tightest - ends_over(each), nan=0.0, posinf=np.inf) for each in displaced]
@@ -114,11 +117,9 @@ def estimated(problem: Problem, numbers: Numbers, one: Solutions) -> float | Non
     return estimate if np.isfinite(estimate) else None
 
 
-def _ends_over_angles(problem: Problem, numbers: Numbers, rows: Rows) -> Callable[[Array], Array]:
+def _ends_over_angles(problem: Problem, design: Design, of_states: Ends) -> Callable[[Array], Array]:
     """Ends of the windows of one choice under some conditions, by the angles at which the whole motion is taken."""
-    of_states = replace(problem, bounds=problem.bounds.of_states).windows(numbers, 1)
-    some = Window(**{name: values[0, rows] for name, values in vars(of_states).items()})
-    design = problem.paired(numbers, np.zeros_like(rows), rows)
+    some = named(of_states, design, problem.angles, problem.flexion, problem.bounds)
 
     def ends(angles: Array) -> Array:
         each = narrowed(some, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads)
@@ -127,9 +128,8 @@ def _ends_over_angles(problem: Problem, numbers: Numbers, rows: Rows) -> Callabl
     return ends
 
 
-def _ends_along(problem: Problem, numbers: Numbers, rows: Rows, trajectory: Trajectory) -> Callable[[Array], Array]:
+def _ends_along(problem: Problem, design: Design, trajectory: Trajectory) -> Callable[[Array], Array]:
     """The same, by the times at which a trajectory is taken; dense ones wherever near those friction may turn."""
-    design = problem.paired(numbers, np.zeros_like(rows), rows)
 
     def ends(times: Array) -> Array:
         motion, either = at_times(trajectory, times), list[Array]()

@@ -149,7 +149,7 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         failing = np.unique(np.concatenate([broken.row, proof.left.row]))
         if not len(failing):
             status = say.SAMPLED if problem.is_sampled else say.PROVEN
-            return _with_status(one, Certificate(status, cells, margin, estimated(problem, numbers, one)))
+            return _with_status(one, Certificate(status, cells, margin, estimated(problem, numbers, one, ends)))
         if cells > MOST_CELLS:
             break
         points, arcs = asked, asked.high[failing] > asked.low[failing]
@@ -166,7 +166,7 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         which = np.zeros(len(asked), dtype=np.bool_)
         which[failing[arcs]] = True
         held = asked.halved(which)
-    estimate = estimated(problem, numbers, one) if one.has_window.item() and not cells else None
+    estimate = estimated(problem, numbers, one, ends) if one.has_window.item() and not cells else None
     return _with_status(one, Certificate(say.OPEN if cells else say.SAMPLED, cells, 0.0, estimate))
 
 

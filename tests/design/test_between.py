@@ -250,7 +250,7 @@ def check_estimates(seed, count):
         lines = None if LIMITS[name].lines is None else np.abs(LIMITS[name].lines(motor).at(at)).max()
         asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max() if lines is None else lines))
         windows = asked.windows({}, 1)
-        estimate = estimated(asked, {}, solve(asked, {}, 1))
+        estimate = estimated(asked, {}, solve(asked, {}, 1), asked.ends_over_angles({}, 1))
         if estimate is None or not np.all(windows.is_open):
             continue
         some = Window(**{name: values[0] for name, values in vars(of_states).items()})
@@ -265,6 +265,19 @@ def check_estimates(seed, count):
 
 def test_what_sampling_may_miss_is_not_estimated_too_small():
     assert check_estimates(4, 24) > 3
+
+
+def test_an_estimate_is_as_the_pretension_is_read():
+    limits = {"motion": {"speed": "60 deg/s"}, "limits": {"peak_motor_power": "20 W"}, "load": {"mass": [0.0, 5.0]}}
+    content = {"spring": {"stiffness": 5e3}, "spool": {"ratio": 0.6}, **limits}
+    plain, read = (
+        tendon.design(tendon.study({**content, "setting": {"read": way}})).record
+        for way in ("pretension", "extensor at motor")
+    )
+    ends = [[each["best"][end] for end in ("pretension_from", "pretension_to")] for each in (plain, read)]
+    slope = np.diff(ends[1]) / np.diff(ends[0])
+    estimates = [each["between_samples"]["estimate"] for each in (plain, read)]
+    assert estimates[1] == pytest.approx(float(slope[0]) * estimates[0], rel=1e-2)
 
 
 @pytest.mark.torture
@@ -320,7 +333,7 @@ def check_estimates_along(seed, count):
             at = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
             asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max()))
             low, high = ends_along(asked, design, trajectory)
-        estimate = estimated(asked, {}, solve(asked, {}, 1)) if low <= high else None
+        estimate = estimated(asked, {}, solve(asked, {}, 1), asked.ends_over_angles({}, 1)) if low <= high else None
         if estimate is None:
             continue
         finest = ends_along(asked, design, refined_motion(trajectory, 50))
