@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from tendon_cli.friction.bench import BendAngle
+from tendon_cli.friction.fit import fit_readings
 from tendon_cli.friction.reading.readings import Readings
+from tendon_cli.friction.result import Fit
 
 from .rig import Floats, Logs, Rig, simulate
 
@@ -48,6 +51,12 @@ def readings(motor: Floats, load: Floats, **columns: Any) -> Readings:
 def log_of(rig: Rig, logs: Logs, seed: int, **columns: Any) -> Readings:
     """The log of one seed, with time."""
     return readings(logs.motor_cell[:, seed], logs.load_cell[:, seed], **columns)
+
+
+def fits_of(rig: Rig, seeds: int, first_seed: int = 0) -> list[Fit]:
+    """Fits of the logs of so many seeds, with the bend angle taken as exact."""
+    logs, bend = simulate(rig, seeds, first_seed), BendAngle(rig.bend_angle, 0.0, "144 deg")
+    return [fit_readings(log_of(rig, logs, seed), bend=bend) for seed in range(seeds)]
 
 
 def with_directions(rig: Rig, logs: Logs, seed: int) -> Readings:

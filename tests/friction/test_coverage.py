@@ -11,7 +11,8 @@ import pytest
 from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.fit import fit_readings
 
-from .cases import CASES, log_of, readings
+from .ablation import WITHOUT
+from .cases import CASES, fits_of, readings
 from .rig import simulate
 from .torture import covers, run, silent_share
 
@@ -60,10 +61,7 @@ def test_levels_far_apart_are_warned_of(name: str, counts) -> None:
 )
 def test_readings_without_noise_are_exact_and_show_nothing(changed: dict[str, Any]) -> None:
     rig = replace(CASES["clean"].rig, noise=0.0, resolution=0.0, friction_scatter=0.0, gain_scatter=0.0, **changed)
-    logs = simulate(rig, 4)
-    bend = BendAngle(rig.bend_angle, 0.0, "144 deg")
-    for seed in range(4):
-        fit = fit_readings(log_of(rig, logs, seed), bend=bend)
+    for fit in fits_of(rig, 4):
         assert fit.friction == pytest.approx(rig.friction, rel=1e-4)
         assert covers(fit)
         assert not fit.warnings
@@ -95,11 +93,13 @@ def test_weak_spots_hold(name: str) -> None:
 def test_a_pause_just_below_the_limit_is_no_slip() -> None:
     """The motor stands where the ratio is at 0.92 to 0.98 of the limit, and goes on to it."""
     rig = replace(CASES["clean"].rig, dwell=60, sticking=(0.51, 0.56))
-    logs = simulate(rig, 12, first_seed=2)
-    bend = BendAngle(rig.bend_angle, 0.0, "144 deg")
-    fits = [fit_readings(log_of(rig, logs, seed), bend=bend) for seed in range(12)]
+    fits = fits_of(rig, 12, first_seed=2)
     assert np.mean([covers(fit) for fit in fits]) >= 0.75
     assert np.mean([fit.friction for fit in fits]) == pytest.approx(rig.friction, rel=5e-3)
+
+
+def test_every_part_that_an_ablation_takes_out_is_there() -> None:
+    assert all(hasattr(module, name) for changes in WITHOUT.values() for module, name, _ in changes)
 
 
 @pytest.mark.torture

@@ -14,7 +14,7 @@ from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.budget import BEND, SCATTER
 from tendon_cli.friction.fit import fit_readings
 
-from .cases import log_of, readings
+from .cases import fits_of, readings
 from .rig import Rig, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "configs" / "friction"
@@ -183,9 +183,7 @@ def test_friction_outside_of_the_bend_shows_at_several_bends(csv_file, outside: 
 
 def test_offsets_in_a_log_with_a_spring_at_the_load() -> None:
     rig = Rig(0.1, load_spring=10.0, offsets=(0.06, -0.04))
-    logs = simulate(rig, 3)
-    for seed in range(3):
-        fit = fit_readings(log_of(rig, logs, seed), bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
+    for fit in fits_of(rig, 3):
         low, high = fit.interval_95
         assert low < 0.1 < high
         assert fit.friction == pytest.approx(0.1, rel=0.03)
