@@ -123,7 +123,7 @@ def _ends_over_angles(problem: Problem, design: Design, of_states: Ends) -> Call
 
     def ends(angles: Array) -> Array:
         each = narrowed(some, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads)
-        return _common(as_read(each.window, design))
+        return _common(as_read(each, design))
 
     return ends
 
@@ -136,7 +136,7 @@ def _ends_along(problem: Problem, design: Design, trajectory: Trajectory) -> Cal
         for moved in motion.turning if len(times) > len(trajectory.time) + 1 else [motion]:
             given = replace(design, trajectory=moved), moved.angle[np.newaxis], moved.flexion[np.newaxis]
             each = narrowed(window(*given, problem.bounds), *given, problem.bounds, problem.loads)
-            either.append(_common(as_read(each.window, design)))
+            either.append(_common(as_read(each, design)))
         return np.asarray(np.max(either, axis=0))
 
     return ends

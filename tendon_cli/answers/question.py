@@ -55,7 +55,7 @@ class Problem(Asked):
                 each = window.named(each, design, self.angles, self.flexion, self.bounds)
             if of_motion:
                 window_of = cast("Window", each)
-                each = narrowed(window_of, design, self.angles, self.flexion, self.bounds, self.loads).window
+                each = narrowed(window_of, design, self.angles, self.flexion, self.bounds, self.loads)
             for name, values in vars(window.as_read(each, design)).items():
                 whole.setdefault(name, np.empty(shape, dtype=values.dtype))[rows, conditions] = values
         return Window(**whole) if named else Ends(**whole)

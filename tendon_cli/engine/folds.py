@@ -104,7 +104,7 @@ class Folds:
             from tendon_cli.model.motor_window import narrowed  # only these pay for its import
 
             motion = plan.motion(block)
-            ends: window.Ends = narrowed(window.window(design, *motion, bounds), design, *motion, bounds).window
+            ends: window.Ends = narrowed(window.window(design, *motion, bounds), design, *motion, bounds)
         else:
             folded = window.begin(block.shape[:-2])
             for stretch in self._stretches(block):

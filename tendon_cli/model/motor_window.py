@@ -10,7 +10,7 @@ broadcast as in `window`; SI units, angles in radians.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
 from tendon_cli.model.motor import MotorRates, gauss, motor_rates, taken
 from tendon_cli.model.response import SLACK_TOLERANCE
-from tendon_cli.model.window import Window
+from tendon_cli.model.window import Positions, Window
 
 _STEP = 100.0
 """N; how far the search for an end begins where a window has none."""
@@ -36,14 +36,6 @@ Measure = Callable[[Array], Array]
 _UNIT = 100.0
 """N; between multiples of it lines and parabolas are drawn."""
 _LONG_STEP = float(np.radians(7.5))
-
-
-@dataclass(frozen=True, eq=False)
-class Narrowed:
-    """The windows that are left, and in how many intervals; the widest is the window."""
-
-    window: Window
-    intervals: npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +57,17 @@ def narrowed(
     flexion: Flags,
     bounds: Bounds,
     loads: tuple[float, float] | None = None,
-) -> Narrowed:
+) -> Window:
     """Windows within the limits of the motor, too; directions (D, 1) and elbow angles (1, K) as for `window`.
 
-    Power is that of all loads (kg) between two, if they are given. Empty windows stay as they are.
+    The widest interval is what is left. Power is that of all loads (kg) between two, if they are given. Empty windows
+    stay as they are.
     """
     shape = windows.low.shape or (1,)
-    whole = {each.name: np.array(getattr(windows, each.name)).reshape(shape) for each in fields(windows)}
-    intervals, open_ = np.zeros(shape, dtype=np.int64), np.nonzero(windows.is_open.reshape(shape))
+    whole = {name: np.array(values).reshape(shape) for name, values in vars(windows).items()}
+    open_ = np.nonzero(windows.is_open.reshape(shape))
     if not open_[0].size or not bounds.of_motion:
-        return Narrowed(windows, windows.is_open.astype(np.int64))
+        return windows
     some = Window(**{name: values[open_] for name, values in whole.items()})
     of_some = taken(design, (*shape, 1, 1), open_)
     motor = Motor(of_some, np.asarray(elbow_angle), flexion, some.low.shape, bounds.speed, loads)
@@ -86,11 +79,11 @@ def narrowed(
         elif limit.lines is not None and (lines := limit.lines(motor)) is not None:
             _cut(some, code, lines, bound)
             _cut(some, code, Lines(-lines.base, -lines.gain), bound)
-    intervals[open_] = _cut_to_widest(some, measures) if measures else some.is_open
+    if measures:
+        _cut_to_widest(some, measures)
     for name, values in whole.items():
         values[open_] = getattr(some, name)
-    shaped = {name: values.reshape(windows.low.shape) for name, values in whole.items()}
-    return Narrowed(Window(**shaped), intervals.reshape(windows.low.shape))
+    return Window(**{name: values.reshape(windows.low.shape) for name, values in whole.items()})
 
 
 def excess(
@@ -191,10 +184,8 @@ class Motor:
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss(np.unique(self.angles))
         rates = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT)]
-        torque, turning = (
-            self.lines_of([each for _, each in rates]),
-            self.lines_of([each.spool_speed for each, _ in rates]),
-        )
+        torque = self.lines_of([each for _, each in rates])
+        turning = self.lines_of([each.spool_speed for each, _ in rates])
         forward, weight = np.repeat(self.ways[:, 0], len(nodes)), np.tile(weights, np.size(self.flexion))
         return lambda at: np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
 
@@ -218,52 +209,43 @@ def _cut(windows: Window, code: int, lines: Lines, most: Real) -> None:
     """Cut windows by half-lines of states, in place."""
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = (most - lines.base) / lines.gain
-    below, above = np.where(lines.gain < 0.0, ends, -np.inf), np.where(lines.gain > 0.0, ends, np.inf)
-    low, high = below.max(axis=1), above.min(axis=1)
-    higher, lower = low > windows.low, high < windows.high
-    windows.low[higher], windows.low_by[higher], windows.low_state[higher] = (
-        low[higher],
-        code,
-        below.argmax(axis=1)[higher],
-    )
-    windows.high[lower], windows.high_by[lower], windows.high_state[lower] = (
-        high[lower],
-        code,
-        above.argmin(axis=1)[lower],
-    )
-    windows.low_angle[higher], windows.high_angle[lower] = np.nan, np.nan
+    for name, sign in (("low", 1.0), ("high", -1.0)):
+        asked = np.where(sign * lines.gain < 0.0, sign * ends, -np.inf)
+        tightest = asked.max(axis=1)
+        tighter = tightest > sign * getattr(windows, name)
+        _set(windows, name, tighter, sign * tightest, code, asked.argmax(axis=1))
     hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
     _close(windows, code, hopeless)
 
 
-def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> npt.NDArray[np.int64]:
-    """Cut open windows to the widest interval within other limits, in place; returns how many there are."""
+def _set(windows: Window, name: str, which: Flags, end: Array, code: int | Positions, state: int | Positions) -> None:
+    """Give some of the windows another lower or upper end, in place."""
+    for of_end, new in ((name, end), (f"{name}_by", code), (f"{name}_state", state), (f"{name}_angle", np.nan)):
+        values = getattr(windows, of_end)
+        values[which] = np.broadcast_to(new, values.shape)[which]
+
+
+def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
+    """Cut open windows to the widest interval within other limits, in place."""
     start = np.where(windows.is_open, windows.low, 0.0)
     stop = _far_end(windows, start, measures)
     places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
     broken = {code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()}
     kept = ~np.any(list(broken.values()), axis=0)
     rows = np.arange(len(start))
-    edges = np.diff(kept.astype(np.int8), axis=0, prepend=0, append=0)
-    intervals = np.where(windows.is_open, (edges == 1).sum(axis=0), 0)
     # The widest: as many samples as the count since the last broken one says, at its largest.
     counts = np.zeros(kept.shape, dtype=np.int64)
     for at in range(_SAMPLES):
         counts[at] = np.where(kept[at], (counts[at - 1] if at else 0) + 1, 0)
     last = counts.argmax(axis=0)
     first = last - counts[last, rows] + 1
-    some = intervals > 0
-    cut_below, cut_above = some & (first > 0), some & (last < _SAMPLES - 1)
-    low, low_by = _edge(places[first, rows], places[np.maximum(first - 1, 0), rows], measures)
-    high, high_by = _edge(places[last, rows], places[np.minimum(last + 1, _SAMPLES - 1), rows], measures)
-    for cut, ends, end, by, code, state, angle in (
-        (cut_below, windows.low, low, windows.low_by, low_by, windows.low_state, windows.low_angle),
-        (cut_above, windows.high, high, windows.high_by, high_by, windows.high_state, windows.high_angle),
-    ):
-        ends[cut], by[cut], state[cut], angle[cut] = end[cut], code[cut], -1, np.nan
+    some = windows.is_open & kept.any(axis=0)
+    sides = (("low", first > 0, first, first - 1), ("high", last < _SAMPLES - 1, last, last + 1))
+    for name, cut, inner, outer in sides:
+        beyond = places[np.clip(outer, 0, _SAMPLES - 1), rows]
+        _set(windows, name, some & cut, *_edge(places[inner, rows], beyond, measures), -1)
     worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
     _close(windows, np.array(list(broken))[worst], windows.is_open & ~some)
-    return intervals
 
 
 def _far_end(windows: Window, start: Array, measures: dict[int, Measure]) -> Array:

@@ -256,7 +256,7 @@ def check_estimates(seed, count):
         some = Window(**{name: values[0] for name, values in vars(of_states).items()})
         angles = np.linspace(asked.angles.min(), asked.angles.max(), 8001)[np.newaxis]
         design = asked.paired({}, np.zeros_like(rows), rows)
-        finest = narrowed(some, design, angles, asked.flexion, asked.bounds, asked.loads).window
+        finest = narrowed(some, design, angles, asked.flexion, asked.bounds, asked.loads)
         missed = finest.low.max() - windows.low.max(), windows.high.min() - finest.high.min()
         assert np.max([0.0, *missed]) <= estimate
         compared += max(missed) > 0.0
@@ -311,7 +311,7 @@ def refined_motion(trajectory, times):
 def ends_along(asked, design, trajectory):
     """The window along a trajectory."""
     at = replace(design, trajectory=trajectory), trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
-    each = narrowed(window(*at, asked.bounds), *at, asked.bounds, asked.loads).window
+    each = narrowed(window(*at, asked.bounds), *at, asked.bounds, asked.loads)
     return each.low.max(), min(each.high.min(), 1e3)
 
 

@@ -49,46 +49,46 @@ def test_what_is_left_of_a_window_is_what_the_cycle_allows(name, most):
         for column, load in enumerate(LOADS):
             at = row, column
             if not found.is_open[at]:
-                assert left.intervals[at] == 0
+                assert not left.is_open[at]
                 continue
             pretension = np.linspace(found.low[at], found.high[at], 42)[1:-1]
-            within = (left.window.low[at] <= pretension) & (pretension <= left.window.high[at])
+            within = (left.low[at] <= pretension) & (pretension <= left.high[at])
             np.testing.assert_array_equal(within, kept(name, most, ratio, load, pretension))
             for end, by, was in (("low", "low_by", found.low[at]), ("high", "high_by", found.high[at])):
-                now = getattr(left.window, end)[at]
-                assert (getattr(left.window, by)[at] == code) == (now != was)
+                now = getattr(left, end)[at]
+                assert (getattr(left, by)[at] == code) == (now != was)
 
 
 def test_ends_are_exact():
     found, left = both(Bounds(speed=SPEED, max_friction_loss=11.0, max_backlash=0.02))
-    cut = found.is_open & (left.window.high < found.high)
+    cut = found.is_open & (left.high < found.high)
     assert cut.any()
     for row, column in np.argwhere(cut):
-        at = design(baseline(ratio=RATIOS[row], load_mass=LOADS[column], pretension=left.window.high[row, column]))
+        at = design(baseline(ratio=RATIOS[row], load_mass=LOADS[column], pretension=left.high[row, column]))
         assert float(cycle(at, ANGLES, WAYS, SPEED)["friction_loss"]) == pytest.approx(11.0, rel=1e-9)
 
 
 def test_limits_together_leave_what_each_leaves():
     limits = {"max_backlash": 0.009, "max_friction_loss": 11.0, "peak_motor_speed": 4.2, "max_spool_travel": 3.9}
     found, left = both(Bounds(speed=SPEED, **limits))
-    each = [both(Bounds(speed=SPEED, **{name: most}))[1].window for name, most in limits.items()]
+    each = [both(Bounds(speed=SPEED, **{name: most}))[1] for name, most in limits.items()]
     low, high = np.max([one.low for one in each], axis=0), np.min([one.high for one in each], axis=0)
-    open_ = left.window.is_open
+    open_ = left.is_open
     np.testing.assert_array_equal(open_, low <= high)
-    np.testing.assert_allclose(left.window.low[open_], low[open_])
-    np.testing.assert_allclose(left.window.high[open_], high[open_])
-    assert (left.window.low >= found.low)[open_].all()
+    np.testing.assert_allclose(left.low[open_], low[open_])
+    np.testing.assert_allclose(left.high[open_], high[open_])
+    assert (left.low >= found.low)[open_].all()
 
 
 def test_a_limit_that_no_pretension_keeps_is_the_reason():
     found, left = both(Bounds(speed=SPEED, max_friction_loss=0.01))
     was_open = found.is_open
-    assert np.isnan(left.window.low[was_open]).all()
-    assert {LIMIT_NAMES[code] for code in left.window.low_by[was_open]} == {"max_friction_loss"}
-    assert (left.intervals == 0).all()
+    assert np.isnan(left.low[was_open]).all()
+    assert {LIMIT_NAMES[code] for code in left.low_by[was_open]} == {"max_friction_loss"}
+    assert not left.is_open.any()
 
 
-def test_an_interval_in_two_is_counted_and_the_widest_used():
+def test_the_widest_interval_that_keeps_a_limit_is_used():
     """A heavy spring pulls the limit through: the motor's power first falls, then rises with pretension."""
     one = design(baseline(load_mass=3.0, ratio=0.7))
     found = window(one, ANGLES, WAYS, Bounds())
@@ -98,10 +98,11 @@ def test_an_interval_in_two_is_counted_and_the_widest_used():
     most = float(np.quantile(power, 0.5))
     left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, peak_motor_power=most))
     allowed = power <= most
-    runs = int((np.diff(allowed.astype(int), prepend=0) == 1).sum())
-    assert int(left.intervals) == runs
-    within = (pretension >= float(left.window.low)) & (pretension <= float(left.window.high))
+    edges = np.diff(allowed.astype(int), prepend=0, append=0)
+    runs = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
+    within = (pretension >= float(left.low)) & (pretension <= float(left.high))
     assert (allowed[within]).all()
+    assert within.sum() == runs.max()
 
 
 def test_without_an_upper_end_the_window_ends_where_a_limit_does():
@@ -109,14 +110,14 @@ def test_without_an_upper_end_the_window_ends_where_a_limit_does():
     found = window(one, ANGLES, WAYS, Bounds(min_elbow_stiffness=-np.inf))
     left = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=7.0))
     assert np.isinf(found.high)
-    at = design(baseline(load_mass=3.0, pretension=float(left.window.high)))
+    at = design(baseline(load_mass=3.0, pretension=float(left.high)))
     assert float(cycle(at, ANGLES, WAYS, SPEED)["spool_travel"]) == pytest.approx(7.0, rel=1e-9)
     free = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=1e9))
-    assert np.isinf(free.window.high)
+    assert np.isinf(free.high)
 
 
 def test_one_direction_has_no_differences_to_limit():
     one = design(baseline(load_mass=3.0))
     found = window(one, ANGLES, WAYS[:1], Bounds())
     left = narrowed(found, one, ANGLES, WAYS[:1], Bounds(speed=SPEED, max_backlash=1e-9, max_torque_band=1e-9))
-    assert (float(left.window.low), float(left.window.high)) == (float(found.low), float(found.high))
+    assert (float(left.low), float(left.high)) == (float(found.low), float(found.high))

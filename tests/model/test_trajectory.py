@@ -123,7 +123,7 @@ def test_windows_along_a_trajectory_are_where_its_columns_keep_the_limit(name):
         return float(along(held, trajectory)[name.removeprefix("max_")])
 
     bounds = Bounds(**{name: value(0.6 * float(wide.low) + 0.4 * float(wide.high))})
-    found = narrowed(window(made, at, flexion, bounds), made, at, flexion, bounds).window
+    found = narrowed(window(made, at, flexion, bounds), made, at, flexion, bounds)
     ends = [(float(found.low), float(wide.low), -1.0), (float(found.high), float(wide.high), 1.0)]
     assert any(end != wider for end, wider, _ in ends)
     for end, wider, outward in ends:
