@@ -193,7 +193,9 @@ def cube_of(table: AnyTable, kinds: Sequence[str] = ("designs", "states")) -> Cu
         axes, rows = axes_of(asked, kind), table.rows
         if kind == "choices":
             rows -= int(as_numpy(table.read(["refined"])["refined"]).sum())
-        if kind not in kinds or not _is_ours(table.schema) or rows != math.prod(map(len, axes)):
+        needed = {axis.column for axis in axes} | (set() if kind == "choices" else {*_ALWAYS})
+        is_whole = needed <= {*table.schema.names} and rows == math.prod(map(len, axes))
+        if kind not in kinds or not _is_ours(table.schema) or not is_whole:
             raise foreign(table)
         return Cube(kind, axes, Columns.of(table.schema), record["study"], asked, str(table.facts["study_hash"]), table)
     except (LookupError, TypeError, ValueError, OverflowError, AttributeError, pa.ArrowException, TendonError):

@@ -21,10 +21,10 @@ FIGURE = '\n[[figure]]\nname = "curves"\nquantity = "motor_torque"\n'
 
 
 def test_tables_are_opened_in_few_places_only():
-    """Whoever opens one elsewhere goes round what verifies it: the reader, its counts, the writer's check, memory."""
+    """Whoever opens one elsewhere goes round what verifies it: the reader and the writer's check."""
     sources = {file: re.sub(r"import .*", "", file.read_text(encoding="utf-8")) for file in PACKAGE.rglob("*.py")}
     openers = {str(file.relative_to(PACKAGE)) for file, source in sources.items() if OPENS.search(source)}
-    assert openers == {"tables/read.py", "tables/write.py", "face/pictures.py"}
+    assert openers == {"tables/read.py", "tables/write.py"}
 
 
 def fold(file, _chance):
