@@ -94,7 +94,7 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
         forces[order[0]][at], forces[order[1]][at], sign * side[at], bend[rows],
         np.unique(stroke[at], return_inverse=True)[1], np.linspace(-0.5, 0.5, len(good))[rows], sign * middle[at],
         half[at], noise[at], (steps[order[0]], steps[order[1]]), None if settled else readings.times[rows], settled,
-        float(np.mean(np.log(forces[order[1]][at]))),
+        float(np.mean(np.log(forces[order[1]][at]))) if len(at) else 0.0,
     )  # fmt: skip
     _check_follows(log, (readings.names[order[0]], readings.names[order[1]]), readings.source)
     return Prepared(log, rows, codes, (cells[order[0]], cells[order[1]]), cell, notes, warnings)

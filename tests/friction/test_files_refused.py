@@ -87,6 +87,7 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         "cells.csv",
         "which no load cell reads",
     ),
+    "one row that is short": ("cell 1\tcell 2\t1.2\n2\t2\n", "cells.csv", "fewer than the 2"),
     "one reading": ("cell 1,cell 2\n1.236,1.028\n", "cells.csv", "fewer than the 2"),
     "one reading per direction": ("cell 1,cell 2\n1.236,1.028\n0.858,1.036\n", "cells.csv", "fewer than the 3"),
     "one unit missing": (TABLE.replace("cell_2_kg", "cell_2"), "line 1, column 3", "unit"),
