@@ -1,9 +1,6 @@
 """The turn of the motion, against a chain of springs in a sheath that sticks, which knows no exponential."""
 
-import importlib.util
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,24 +8,14 @@ import pytest
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.reversal import reversal
 from tendon_cli.model.statics import BOTH_SLACK
+from tests.friction import rig
 
 from .designs import baseline, design
 
-RIG = Path(__file__).parents[1] / "friction" / "rig.py"
 PIECES = 500
 
 
-@pytest.fixture(scope="module")
-def rig():
-    """The rig of the friction tests."""
-    spec = importlib.util.spec_from_file_location("sticking_rig", RIG)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["sticking_rig"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-def turned(rig, friction, bend, tension, compliance, way, steps=400):
+def turned(friction, bend, tension, compliance, way, steps=400):
     """Where the motor is, from the turn on, and the tension there, until the whole tendon slips the other way."""
     angles = np.full((1, PIECES), bend / PIECES)
     stiffness = np.array([(PIECES + 1) / compliance])
@@ -49,7 +36,7 @@ def turned(rig, friction, bend, tension, compliance, way, steps=400):
 @pytest.mark.parametrize("flexion", [True, False])
 @pytest.mark.parametrize(("friction", "bend"), [(0.07, np.pi), (0.2, 3.0), (0.02, 9.0)])
 @pytest.mark.parametrize("side", ["flexor", "extensor"])
-def test_the_turn_is_that_of_a_sticking_chain(rig, side, friction, bend, flexion):
+def test_the_turn_is_that_of_a_sticking_chain(side, friction, bend, flexion):
     p = baseline(friction=friction, bend_angle=bend, load_mass=3.0, pretension=250.0, ratio=0.8)
     state = evaluate(design(p), np.radians(60.0), flexion)
     found = getattr(reversal(state, np.radians(60.0), flexion), side)
@@ -57,7 +44,7 @@ def test_the_turn_is_that_of_a_sticking_chain(rig, side, friction, bend, flexion
     tension = float(getattr(state.balance, side))
     radius = 0.03 if side == "flexor" else 0.8 * 0.03
     way = 1.0 if (side == "flexor") == flexion else -1.0
-    moved, at_motor = turned(rig, friction, bend, tension, 2.0 / (section * 145e9), way)
+    moved, at_motor = turned(friction, bend, tension, 2.0 / (section * 145e9), way)
     assert float(found.turn) == pytest.approx(moved[-1] / radius, rel=0.01)
     assert float(found.tension_after) == pytest.approx(at_motor[-1], rel=0.01)
     np.testing.assert_allclose(found.tension(moved / radius), at_motor, rtol=0.01)
