@@ -207,11 +207,11 @@ WORDS = re.compile(
 )
 """Used otherwise than in the field."""
 BOUNDS = {
-    "modules": 180,
-    "modules with one importer": 48,
-    "private words": 112,
-    "files over 250 lines": 8,
-    "functions over 40 lines": 1,
+    "modules": 179,
+    "modules with one importer": 46,
+    "private words": 109,
+    "files over 250 lines": 5,
+    "functions over 40 lines": 0,
 }
 """None of them grows; lower what has fallen."""
 

@@ -142,11 +142,8 @@ def _assembled(
         zero_given, given,
     )  # fmt: skip
     files = by_file(strokes, readings.files) if len(readings.files) > 1 else ()
-    mean, effects = float(np.mean(points.bend)), average.best.shape(points)
-    columns = {"way": points.way, "force": points.load, "misfit": average.best.residual + effects, "effects": effects}
-    columns |= {} if points.rate is None else {"rate": points.rate}
+    mean = float(np.mean(points.bend))
     bend = bend or BendAngle(None, 0.0, _angles_text(points.bend) if given else "not given")
-    apart = [each for each in (disagreement(files),) if each]
     return Fit(
         friction_bend=average.friction * mean,
         bend_angle=mean if given else None,
@@ -164,14 +161,22 @@ def _assembled(
         speed=speed,
         presliding=None if log.settled else presliding_of(rows),
         files=files,
-        points=pd.DataFrame(columns),
+        points=_table(result),
         checks=tuple(remarks.checks),
         notes=(*bend.notes, *prepared.notes, *remarks.notes),
-        warnings=(*bend.warnings, *prepared.warnings, *remarks.warnings, *apart),
+        warnings=(*bend.warnings, *prepared.warnings, *remarks.warnings, *disagreement(files)),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,
     )
+
+
+def _table(result: Estimated) -> pd.DataFrame:
+    """The means that the line goes through, with what it misses them by and what effects do to them."""
+    points, best = result.points, result.average.best
+    effects = best.shape(points)
+    columns = {"way": points.way, "force": points.load, "misfit": best.residual + effects, "effects": effects}
+    return pd.DataFrame(columns | ({} if points.rate is None else {"rate": points.rate}))
 
 
 def _angles_text(angles: Floats) -> str:

@@ -131,18 +131,18 @@ def by_file(strokes: pd.DataFrame, files: tuple[str, ...]) -> tuple[dict[str, An
     return tuple(each)
 
 
-def disagreement(files: tuple[dict[str, Any], ...]) -> str | None:
+def disagreement(files: tuple[dict[str, Any], ...]) -> list[str]:
     """What to say if the files do not agree: their scatter about the mean against their errors (chi-square)."""
     from scipy.special import chdtrc
 
     known = [(each["friction"], each["standard_error"]) for each in files if each["standard_error"] is not None]
     if len(known) < 2:
-        return None
+        return []
     value, error = np.array(known).T
     weight = 1.0 / np.maximum(error, _EXACT * np.abs(value)) ** 2
     mean = float(weight @ value / weight.sum())
     chance = float(chdtrc(len(value) - 1, weight @ (value - mean) ** 2))
     if chance >= _BY_CHANCE or np.ptp(value) <= _MATTERS * abs(mean):
-        return None
+        return []
     shown = ", ".join(f"{each:.4g}" for each in value[:6])
-    return f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"
+    return [f"the files do not agree, they give {shown}: one number does not hold for all; fit them one by one"]
