@@ -46,7 +46,7 @@ NUMBERS = (
     value("a truth value", "load.mass", "true", "the truth value true is not a number"),
     value("a date", "load.mass", "2024-01-01", "2024-01-01 is not a number"),
     value("a hexadecimal of 100000 digits", "load.mass", HEX, "120,412 digits", "out of range"),
-    toml("an integer of 5000 zeros", f"[load]\nmass = 1{'0' * 5000}\n", "more than 4300 digits", line=2),
+    toml("an integer of 5000 zeros", f"[load]\nmass = 1{'0' * 5000}\n", "more than 4300 digits"),
     value_yaml(".nan", "load.mass", ".nan", "not a finite number"),
     value_yaml("true", "load.mass", "true", "the truth value true is not a number"),
     value_yaml("a date", "load.mass", "2024-01-01", "is not a number"),
