@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tendon_cli.paper.runs import PLACES, SIDES, Paper, apart, falls, served
-from tendon_cli.paper.statements import Check, Evidence, statements
+from tendon_cli.paper.statements import Check, Evidence, content
 
 _LAST_OF_THE_FIRST_ANGLES = 30.0  # deg, below which "a few initial values" of Fig. 6 lie
 _COINCIDE, _DIFFER = 1.0, 30.0  # % of the peak tension
@@ -23,7 +23,7 @@ def failing_by_place(paper: Paper) -> dict[float, list[str]]:
     for place in paper["fig06-places"].values("arm_load_distance").tolist():
         moved = {study: paper[name].at(arm_load_distance=place) for name, (study, _) in PLACES.items()}
         there = replace(paper, runs={**paper.runs, **moved})
-        asked = [each["id"] for each in statements("finding") if each["figure"].removesuffix(".png") in moved]
+        asked = [each["id"] for each in content()["finding"] if each["figure"].removesuffix(".png") in moved]
         failing[place] = [id_ for id_ in asked if not all(FINDINGS[id_](there)[0])]
     return failing
 
@@ -33,7 +33,7 @@ def failing_by_place(paper: Paper) -> dict[float, list[str]]:
 
 def _ratio(paper: Paper) -> Evidence:
     run = paper["fig04"]
-    ratio = run.line("flexor_travel") / run.line("extensor_travel")
+    ratio = run.travel_ratio()
     return [ratio[-1] > 1.0, falls(ratio[::-1])], ratio[-1], np.interp(1.0, ratio, run.degrees), ratio[0]
 
 

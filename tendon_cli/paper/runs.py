@@ -110,6 +110,10 @@ class PaperTables:
 
     # --- Measures of curves ------------------------------------------------------------------------------------------
 
+    def travel_ratio(self) -> Array:
+        """R_e / R_f for no slack as Eq. 3 prints it, H_f / H_e."""
+        return self.line("flexor_travel") / self.line("extensor_travel")
+
     def gain(self, **fixed: float) -> Array:
         """τ_a − τ_m, N m: designs, directions, elbow angles."""
         return self.curves("elbow_torque", **fixed) - self.curves("motor_torque", **fixed)

@@ -51,7 +51,7 @@ def _labels(paper: Paper) -> Evidence:
 
 def _reference(paper: Paper) -> Evidence:
     at_zero = 1e3 * float(paper["fig07"].line("flexor_travel", load_mass=0.0)[0])
-    ratio, better = (travel_ratio(paper[name]) for name in ("fig04", "fig04-initial"))
+    ratio, better = (paper[name].travel_ratio() for name in ("fig04", "fig04-initial"))
     zero = np.interp(0.0, paper["fig04"].line("flexor_travel"), paper["fig04"].degrees)
     return [at_zero < -0.1 and ratio[0] < 0.0 < better[0]], at_zero, ratio[0], zero, better[0]
 
@@ -81,11 +81,6 @@ def _wrap_angle(paper: Paper) -> Evidence:
 
 
 # --- Equations as they are printed ------------------------------------------------------------------------------------
-
-
-def travel_ratio(run: PaperTables) -> Array:
-    """R_e / R_f for no slack as Eq. 3 prints it, H_f / H_e."""
-    return run.line("flexor_travel") / run.line("extensor_travel")
 
 
 def eq_12_as_printed(design: Design, elbow_angle: Array, flexion: Flags) -> Tensions:

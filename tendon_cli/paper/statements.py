@@ -42,6 +42,11 @@ class Entry:
     """Name of the file that shows it."""
 
     @property
+    def kind(self) -> str:
+        """What it is: a finding, claim or slip."""
+        return {"C": "claim", "S": "slip"}.get(self.id[0], "finding")
+
+    @property
     def holds(self) -> bool:
         """Whether it is true as a whole."""
         return self.verdict == TRUE
@@ -58,20 +63,15 @@ def content() -> dict[str, Any]:
     return tomllib.loads((Path(__file__).parent / "statements.toml").read_text(encoding="utf-8"))
 
 
-def statements(kind: str) -> list[dict[str, str]]:
-    """The findings, claims or slips in the order of the paper: id, figure, text, value and perhaps recorded."""
-    return list(content()[kind])
-
-
-def judged(kind: str, checks: Mapping[str, Check], paper: Paper) -> list[Entry]:
-    """All statements of a kind, judged by the paper's tables and fits."""
+def judged(checks: Mapping[str, Check], paper: Paper) -> tuple[Entry, ...]:
+    """All statements, judged by the paper's tables and fits."""
     entries = []
-    for each in statements(kind):
+    for each in (*content()["finding"], *content()["claim"], *content()["slip"]):
         parts, *values = checks[each["id"]](paper)
         verdict, value, numbers = judge(parts, each["value"], *values, wrap=paper.fit.bend_angle_text)
         recorded = each.get("recorded", TRUE)
         entries.append(Entry(each["id"], each["text"], verdict, recorded, value, numbers, each.get("figure")))
-    return entries
+    return tuple(entries)
 
 
 def judge(
@@ -89,12 +89,5 @@ def judge(
 
 class _Listed(list[float]):
     def __format__(self, digits: str) -> str:
-        return ", ".join(decimals(value, int(digits)) for value in self)
-
-
-def decimals(value: float, digits: int = 1) -> str:
-    """A number to so many decimals with a proper minus sign; a dash where there is none."""
-    if math.isnan(value):
-        return "–"
-    text = f"{value:.{digits}f}"
-    return (text.lstrip("-") if float(text) == 0.0 else text).replace("-", "−")
+        texts = ("–" if math.isnan(value) else f"{value:z.{int(digits)}f}" for value in self)
+        return ", ".join(texts).replace("-", "−")

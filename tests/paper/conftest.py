@@ -1,28 +1,30 @@
-"""The tables of the paper's studies, each swept once."""
+"""The paper reproduced, once for all tests of it."""
 
 from __future__ import annotations
 
-import shutil
-
 import pytest
 
-from tendon_cli import cli
-from tendon_cli.tables.read import open_table
+from tendon_cli.paper.reproduce import evaluate, reproduce
 
 
 @pytest.fixture(scope="session")
-def figure(configs, tmp_path_factory):
-    """The states and the designs of a study of the paper, as `tendon sweep` writes them."""
-    folder, swept = tmp_path_factory.mktemp("paper"), {}
+def steps():
+    """What the progress bar was called with."""
+    return []
 
-    def tables(name):
-        if name not in swept:
-            study, out = folder / f"{name}.toml", folder / name
-            shutil.copy(configs / "paper" / f"{name}.toml", study)
-            with pytest.raises(SystemExit) as end:
-                cli.main(["sweep", str(study), "--no-figures", "--quiet", "--out", str(out)])
-            assert end.value.code == 0
-            swept[name] = [open_table(out / f"{table}.parquet").read().to_pandas() for table in ("states", "designs")]
-        return swept[name]
 
-    return tables
+@pytest.fixture(scope="session")
+def reproduced(tmp_path_factory, steps):
+    folder = tmp_path_factory.mktemp("reproduced")
+    return reproduce(folder / "out", jobs=1, runs=folder / "runs", progress=lambda *counts: steps.append(counts))
+
+
+@pytest.fixture(scope="session")
+def again(reproduced):
+    """The paper's tables, and what is judged of them once more: the finished runs are taken, and nothing is drawn."""
+    return evaluate(reproduced.out.parent / "runs")
+
+
+@pytest.fixture(scope="session")
+def paper(again):
+    return again[0]

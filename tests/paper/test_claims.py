@@ -4,14 +4,14 @@ The numbers are the check values of docs/physics.md and of two computations that
 integration along the sheath with the spool angle found by root search (tests/model/rig.py).
 """
 
-import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tendon_cli.model import actuator, sheath
 from tendon_cli.model.kinematics import Anchors, Travels
-from tendon_cli.paper.reproduce import Places, Reproduction, evaluate
+from tendon_cli.paper.reproduce import evaluate
 from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, judge
 
 NUMBERS = {
@@ -50,44 +50,31 @@ NUMBERS = {
 VERDICTS = dict.fromkeys(("C1", "C2", "C3", "C8"), TRUE) | dict.fromkeys(("C4", "C5", "C6"), IN_PART) | {"C7": FALSE}
 
 
-@pytest.fixture(scope="module")
-def verdicts(tmp_path_factory):
-    return evaluate(tmp_path_factory.mktemp("claims"))[1]
-
-
-def off(verdicts):
+def off(reproduced):
     """The entries of which a number is off by more than 0.1 %, or which are not as recorded."""
     return {
         entry.id
-        for entry in verdicts.entries
+        for entry in reproduced.entries
         if not entry.as_recorded or entry.numbers != pytest.approx(NUMBERS[entry.id], rel=1e-3, abs=1e-9)
     }
 
 
-def test_every_number_beside_a_verdict_is_right_to_a_thousandth(verdicts):
-    assert {entry.id for entry in verdicts.entries} == set(NUMBERS)
-    assert off(verdicts) == set()
-
-
-def test_every_claim_has_its_verdict(verdicts):
-    assert {claim.id: claim.verdict for claim in verdicts.claims} == VERDICTS
+def test_every_number_next_to_a_verdict_is_right_to_a_thousandth_and_every_claim_has_its_verdict(reproduced):
+    assert {entry.id for entry in reproduced.entries} == set(NUMBERS)
+    assert off(reproduced) == set()
+    assert {claim.id: claim.verdict for claim in reproduced.of("claim")} == VERDICTS
 
 
 # --- Where the load is held ------------------------------------------------------------------------------------------
 
 
-def test_all_findings_hold_together_from_270_to_355_mm(verdicts):
-    assert verdicts.places.span == pytest.approx((0.27, 0.355))
-    assert len(verdicts.places.failing) == 27
-
-
-def test_the_range_is_one_without_gaps_and_names_what_fails_beyond():
-    assert Places({0.1: ["F9"], 0.2: [], 0.3: [], 0.4: ["F11", "F8b"]}).text() == (
-        "All findings hold together for loads held 200 to 300 mm from the elbow; nearer, not F9; farther, not F11, F8b."
-    )
-    assert Places({0.1: [], 0.2: []}).span == (0.1, 0.2)
-    assert Places({0.1: [], 0.2: ["F9"], 0.3: []}).span is None
-    assert Places({0.1: ["F9"]}).span is None
+def test_all_findings_hold_together_from_270_to_355_mm_and_the_range_has_no_gaps(reproduced):
+    assert reproduced.span == pytest.approx((0.27, 0.355))
+    assert len(reproduced.failing) == 27
+    beyond = replace(reproduced, failing={0.1: ["F9"], 0.2: [], 0.3: [], 0.4: ["F11", "F8b"]})
+    assert "for loads held 200 to 300 mm from the elbow; nearer, not F9; farther, not F11, F8b." in beyond.text()
+    for failing in ({0.1: [], 0.2: ["F9"], 0.3: []}, {0.1: ["F9"]}):
+        assert replace(reproduced, failing=failing).span is None
 
 
 # --- Verdicts --------------------------------------------------------------------------------------------------------
@@ -134,7 +121,7 @@ def scaled(by, *names):
     def mutate(monkeypatch):
         def moved(arm, angle):
             motion = RIGHT(arm, angle)
-            return dataclasses.replace(motion, **{name: by * getattr(motion, name) for name in names})
+            return replace(motion, **{name: by * getattr(motion, name) for name in names})
 
         monkeypatch.setattr(Anchors, "motion", moved)
 
@@ -147,7 +134,7 @@ def weaker_gravity(monkeypatch):
 
 def travel_from_the_straight_arm(monkeypatch):
     def moved(arm, angle):
-        return RIGHT(dataclasses.replace(arm, from_initial=True), angle)
+        return RIGHT(replace(arm, from_initial=True), angle)
 
     monkeypatch.setattr(Anchors, "motion", moved)
 
@@ -171,9 +158,9 @@ MUTATIONS = {
 def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, mutate, fails):
     mutate(monkeypatch)
     monkeypatch.setattr("tendon_cli.kernel.kind", lambda: None)  # compiled code would still be whole
-    verdicts = evaluate(tmp_path)[1]
-    wrong = off(verdicts)
+    mutated = evaluate(tmp_path)[1]
+    wrong = off(mutated)
     assert {id_ for id_ in wrong if id_.startswith("F")}
     assert {id_ for id_ in wrong if id_.startswith("C")}
-    assert fails <= {entry.id for entry in verdicts.findings if not entry.holds}
-    assert not Reproduction(tmp_path, verdicts, ()).holds or not fails
+    assert fails <= {entry.id for entry in mutated.entries if not entry.holds}
+    assert not mutated.holds or not fails

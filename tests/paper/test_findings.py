@@ -8,6 +8,12 @@ import pandas as pd
 import pytest
 
 
+@pytest.fixture
+def figure(paper):
+    """The states and the designs of a study of the paper."""
+    return lambda name: (paper[name].states, paper[name].designs)
+
+
 def at(states, **values):
     """The states with these values, by elbow angle in degrees, rising."""
     for column, value in values.items():

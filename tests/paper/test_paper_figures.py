@@ -1,31 +1,22 @@
 """Figures that a study declares, told by their data: what is drawn and how it is named."""
 
-import threading
-
 import numpy as np
 import pytest
 
-from tendon_cli.figures.draw import draw_declared, pages_of
-from tendon_cli.paper.figures import finisher
-from tendon_cli.paper.runs import STUDIES, swept
+from tendon_cli.figures.draw import pages_of
+from tendon_cli.paper.reproduce import finisher
+from tendon_cli.paper.runs import STUDIES
 from tendon_cli.tables.read import open_table
 
-STOP = threading.Event()
-
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory):
-    return dict(swept(STUDIES, tmp_path_factory.mktemp("figures"), jobs=1, stop=STOP))
-
-
-@pytest.fixture(scope="module")
-def pages(runs):
+def pages(paper):
     """The one page of each figure of the paper, finished as the ledger has it."""
 
     def page(name):
-        (figure,) = runs[name].study.figure
-        table = open_table(runs[name].folder / f"{figure.table}.parquet")
-        (drawn,) = pages_of(table, figure, finisher(runs[name]))
+        (figure,) = paper[name].study.figure
+        table = open_table(paper[name].folder / f"{figure.table}.parquet")
+        (drawn,) = pages_of(table, figure, finisher(paper[name]))
         return drawn.figure
 
     return {name: page(name) for name in STUDIES}
@@ -50,12 +41,12 @@ def test_fig_4_shows_the_ratio_and_where_it_passes_one(pages):
     assert texts == ["1 at 25.7°", "1.835 at 90°"]
 
 
-def test_fig_6_has_a_panel_per_load_with_both_torques_in_both_directions(pages, runs):
+def test_fig_6_has_a_panel_per_load_with_both_torques_in_both_directions(pages, paper):
     axes = pages["fig06"].axes
     assert [one.get_title() for one in axes] == ["(a) 0 kg load", "(b) 3 kg load", "(c) 5 kg load", "(d) 10 kg load"]
     assert all(len(curves(one)) == 4 for one in axes)
     elbow, _, motor, back = curves(axes[2])
-    run = runs["fig06"]
+    run = paper["fig06"]
     np.testing.assert_allclose(elbow.get_ydata(), run.line("elbow_torque", load_mass=5.0))
     np.testing.assert_allclose(motor.get_ydata(), run.line("motor_torque", load_mass=5.0))
     np.testing.assert_allclose(back.get_ydata(), run.line("motor_torque", "extension", load_mass=5.0))
@@ -66,8 +57,8 @@ def test_fig_6_has_a_panel_per_load_with_both_torques_in_both_directions(pages, 
 
 
 @pytest.mark.parametrize(("name", "end"), [("fig07", "distal"), ("fig08", "proximal")])
-def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, runs, name, end):
-    run, page = runs[name], pages[name]
+def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, paper, name, end):
+    run, page = paper[name], pages[name]
     for axes, muscle, side in zip(page.axes, ("flexor", "extensor"), ("front", "back"), strict=True):
         assert axes.get_title().startswith(f"{side} of the arm")
         lines = iter(curves(axes))
@@ -91,8 +82,8 @@ def test_what_lies_below_zero_is_shaded_and_called_slack(pages, name):
 
 
 @pytest.mark.parametrize("name", ["fig09", "fig10", "fig11"])
-def test_lengths_are_below_zero_just_where_the_tendon_is_slack(pages, runs, name):
-    run = runs[name]
+def test_lengths_are_below_zero_just_where_the_tendon_is_slack(pages, paper, name):
+    run = paper[name]
     axis = {"fig09": "load_mass", "fig10": "spring_stiffness", "fig11": "spool_ratio"}[name]
     for axes, side in zip(pages[name].axes, ("flexor", "extensor"), strict=True):
         lines = iter(curves(axes))
@@ -117,12 +108,3 @@ def test_nothing_is_clipped_and_no_title_runs_into_another(pages, name):
         assert box.y0 >= whole.y0 - 0.5
         assert box.y1 <= whole.y1 + 0.5
     assert not any(one.overlaps(other) for at, one in enumerate(boxes) for other in boxes[:at])
-
-
-def test_the_same_run_gives_the_same_bytes(runs, tmp_path):
-    run, again = runs["fig07"], tmp_path / "again"
-    again.mkdir()
-    (figure,) = run.study.figure
-    (first,) = draw_declared(figure, run.folder, tmp_path, finisher(run))
-    (second,) = draw_declared(figure, run.folder, again, finisher(run))
-    assert first.read_bytes() == second.read_bytes()
