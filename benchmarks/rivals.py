@@ -137,7 +137,7 @@ def joblib_per_design(study: str, target: str, most: str) -> None:
 
     def one(design: int) -> pd.DataFrame:
         block = next(plan.blocks(range(design, design + 1)))
-        columns = plan.inputs(block).columns()
+        columns = plan.state(block).columns()
         frame = pd.DataFrame({name: np.broadcast_to(values, block.shape).ravel() for name, values in columns.items()})
         frame.insert(0, "design", design)
         return frame if "states" in plan.study.output.tables else frame.agg(["min", "max"])

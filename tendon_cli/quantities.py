@@ -7,7 +7,10 @@ name, a unit or a symbol is written down in exactly one place. Symbols and equat
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any
 
 from tendon_cli.units import SI_UNIT
 
@@ -24,6 +27,10 @@ class Quantity:
     long_name: str
     null: str = "no equilibrium"
     """When a result of a state or a design may be null: "never", with "no equilibrium", if "slack", or "often"."""
+    value: Callable[[Any], Any] | None = None
+    """Of a column that follows from states alone: its values in a `model.actuator.State`."""
+    over: Callable[[Any], Any] | None = None
+    """If it is a column of designs: what it makes of such values, with all states of a design along their last axis."""
 
 
 _SHOWN_IN = {"length": "mm", "stiffness": "kN/m", "pressure": "GPa", "angle": "deg", "angular speed": "deg/s"}
@@ -35,6 +42,13 @@ def _quantity(
 ) -> Quantity:
     unit = SI_UNIT[dimension]
     return Quantity(name, symbol, dimension, unit, shown_in or _SHOWN_IN.get(dimension, unit), long_name, null)
+
+
+def _result(
+    *meaning: str, value: Callable[[Any], Any] | None = None, over: Callable[[Any], Any] | None = None
+) -> Quantity:
+    """A column of states, or of designs if `over` their states; its value is by default what `State` has so named."""
+    return replace(_quantity(*meaning), value=value or attrgetter(meaning[0]), over=over)
 
 
 _OF_STUDIES = (
@@ -97,25 +111,34 @@ _OF_STUDIES = (
     _quantity("serve", "share", "number", "share of people, draws or conditions that is enough"),
 )
 
-_OF_STATES = (
-    _quantity("flexor_tension_proximal", "F_I^f", "force", "flexor tension at the motor"),
-    _quantity("flexor_tension_distal", "F_o^f", "force", "flexor tension at the elbow"),
-    _quantity("extensor_tension_proximal", "F_I^e", "force", "extensor tension at the motor"),
-    _quantity("extensor_tension_distal", "F_o^e", "force", "extensor tension at the elbow"),
-    _quantity("flexor_tendon_stretch", "ΔL_Ten^f", "length", "flexor tendon stretch from the pretensioned state"),
-    _quantity("extensor_tendon_stretch", "ΔL_Ten^e", "length", "extensor tendon stretch from the pretensioned state"),
-    _quantity("flexor_spring_stretch", "ΔL_SE^f", "length", "flexor spring stretch from the pretensioned state"),
-    _quantity("extensor_spring_stretch", "ΔL_SE^e", "length", "extensor spring stretch from the pretensioned state"),
-    _quantity("flexor_slack", "s_f", "length", "slack length of the flexor tendon", "often"),
-    _quantity("extensor_slack", "s_e", "length", "slack length of the extensor tendon", "often"),
-    _quantity("elbow_torque", "τ_a", "torque", "torque asked for at the elbow"),
-    _quantity("motor_torque", "τ_m", "torque", "torque of the motor"),
-    _quantity("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state", "slack"),
-    _quantity("elbow_stiffness", "k", "rotational stiffness", "stiffness of the elbow with the motor held"),
-    _quantity("flexor_moment_arm", "J", "length", "moment arm of the flexor tendon about the elbow"),
-    _quantity("flexor_travel", "H_f", "length", "shortening of the flexor tendon's path", "never"),
-    _quantity("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path", "never"),
-)
+_OF_STATES = (  # columns in their order
+    _result("flexor_tension_proximal", "F_I^f", "force", "flexor tension at the motor"),
+    _result("flexor_tension_distal", "F_o^f", "force", "flexor tension at the elbow",
+            value=lambda at: at.balance.flexor),
+    _result("extensor_tension_proximal", "F_I^e", "force", "extensor tension at the motor"),
+    _result("extensor_tension_distal", "F_o^e", "force", "extensor tension at the elbow",
+            value=lambda at: at.balance.extensor),
+    _result("flexor_tendon_stretch", "ΔL_Ten^f", "length", "flexor tendon stretch from the pretensioned state",
+            value=lambda at: at.stretch("flexor", "tendon")),
+    _result("extensor_tendon_stretch", "ΔL_Ten^e", "length", "extensor tendon stretch from the pretensioned state",
+            value=lambda at: at.stretch("extensor", "tendon")),
+    _result("flexor_spring_stretch", "ΔL_SE^f", "length", "flexor spring stretch from the pretensioned state",
+            value=lambda at: at.stretch("flexor", "spring")),
+    _result("extensor_spring_stretch", "ΔL_SE^e", "length", "extensor spring stretch from the pretensioned state",
+            value=lambda at: at.stretch("extensor", "spring")),
+    _result("flexor_slack", "s_f", "length", "slack length of the flexor tendon", "often"),
+    _result("extensor_slack", "s_e", "length", "slack length of the extensor tendon", "often"),
+    _result("elbow_torque", "τ_a", "torque", "torque asked for at the elbow"),
+    _result("motor_torque", "τ_m", "torque", "torque of the motor"),
+    _result("spool_angle", "α", "angle", "rotation of the spool from the pretensioned state", "slack"),
+    _result("elbow_stiffness", "k", "rotational stiffness", "stiffness of the elbow with the motor held"),
+    _result("flexor_moment_arm", "J", "length", "moment arm of the flexor tendon about the elbow",
+            value=lambda at: at.motion.flexor_moment_arm),
+    _result("flexor_travel", "H_f", "length", "shortening of the flexor tendon's path", "never",
+            value=lambda at: at.motion.flexor_travel),
+    _result("extensor_travel", "H_e", "length", "lengthening of the extensor tendon's path", "never",
+            value=lambda at: at.motion.extensor_travel),
+)  # fmt: skip
 
 _OF_DESIGNS = (  # over all states of one
     _quantity("min_flexor_tension", "min F^f", "force", "smallest flexor tension, of both ends, over all states"),

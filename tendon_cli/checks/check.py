@@ -116,7 +116,7 @@ def _with_state(breach: Breach, plan: Plan) -> Breach:
     worst = -np.inf
     for block in plan.blocks(range(breach["design"], breach["design"] + 1)):
         directions, angles = plan.directions[block.directions], plan.elbow_angles[block.angles]
-        state = plan.inputs(block)
+        state = plan.state(block)
         if limit is not None:
             badness: Array = limit.beyond(limit.value(state, np.nan if speed is None else speed.single), 0.0)
         elif breach["limit"] == SLACK:

@@ -47,7 +47,7 @@ def _to_cut(plan: Plan, block: Block) -> int | None:
         most_of += [(whole - free, 2, VALUES_AT_ONCE)]
     else:
         most_of += [(whole, states, plan.block_states)]
-    if plan.of_forms or plan.of_motion:  # NumPy has arrays of all states
+    if plan.of_forms or plan.of_motion or extremes.OVER_STATES:  # NumPy has arrays of all states
         most_of += [(whole, states, VALUES_AT_ONCE)]
     for axes, each, most in most_of:
         long = [axis for axis in axes if lengths[axis] > 1]
@@ -67,7 +67,7 @@ class Folds:
         plan, design = self.plan, self.plan.design(block)
         folded = extremes.begin(block.shape[:-2])
         for stretch in self._stretches(block):
-            kernel.fold_extremes(folded, plan.inputs(stretch, design), plan.elbow_angles[stretch.angles], stretch.shape)
+            kernel.fold_extremes(folded, plan.state(stretch, design), plan.elbow_angles[stretch.angles], stretch.shape)
         results = extremes.as_read(extremes.finished(folded, plan.states_per_design), design)
         results |= self._by_numpy(block, design) | extremes.of_design(design, folded) | self.windows(block, design)
         return results | extremes.judged(results, plan.study.limits) | {name: folded[name] for name in extremes.COUNTS}
@@ -108,7 +108,7 @@ class Folds:
         else:
             folded = window.begin(block.shape[:-2])
             for stretch in self._stretches(block):
-                at, count = plan.inputs(stretch, design), len(plan.elbow_angles)
+                at, count = plan.state(stretch, design), len(plan.elbow_angles)
                 kernel.fold_window(folded, at, bounds, stretch.shape, stretch.angles.start, count)
             ends = window.finished(folded, design, bounds)
         ends = window.as_read(ends, design)
@@ -120,9 +120,11 @@ class Folds:
         return block.cut(lambda piece: len(piece.shape) - 1 if piece.shape[-1] > most else None)
 
     def _by_numpy(self, block: Block, design: Design) -> Found:
-        """What compiled code does not know: columns that a speed of the elbow adds, and those of forms of states."""
-        plan, speed = self.plan, self.plan.study.motion.speed
-        columns = extremes.of_forms(plan.of_forms, plan.inputs(block, design)) if plan.of_forms else {}
+        """What compiled code does not know: columns of entries and forms of states, and those that a speed adds."""
+        plan, speed, columns = self.plan, self.plan.study.motion.speed, {}
+        if plan.of_forms or extremes.OVER_STATES:
+            state = plan.state(block, design)
+            columns = extremes.of_forms(plan.of_forms, state) | extremes.over_states(state, block.shape)
         if plan.study.trajectory is not None:
             from tendon_cli.model.motor import along  # only a study of motion pays for its import
 

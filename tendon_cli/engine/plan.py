@@ -226,7 +226,7 @@ class Plan:
         """The designs of a block, as the model takes them."""
         return self.space.design(block.designs)
 
-    def inputs(self, block: Block, design: Design | None = None) -> State:
+    def state(self, block: Block, design: Design | None = None) -> State:
         """What the states of a block depend on; `design` if it is known."""
         return State.of(design or self.design(block), *self.motion(block))
 

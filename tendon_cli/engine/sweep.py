@@ -183,4 +183,4 @@ class Sweep(Task):
 
 def state_rows(plan: Plan, block: Block, keys: Keys) -> Filler:
     """What writes the rows of a block's states; `keys` are the columns that say which design and state a row is."""
-    return kernel.row_writer(plan.inputs(block), block.shape, keys)
+    return kernel.row_writer(plan.state(block), block.shape, keys)

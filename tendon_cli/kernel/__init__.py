@@ -35,7 +35,7 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 14
+VERSION = 15
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 MOST_FORMS = 8
@@ -75,18 +75,23 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     """What writes the rows of a block of states of a shape (designs' axes, directions, angles), the last axis fastest.
 
     Columns are those of `State.columns`, `status` as int8, and those of `keys`, which broadcast to the shape and have
-    the columns' types; of the results only those asked for are written. Safe from several threads.
+    the columns' types; of the results only those asked for are written. Safe from several threads. NumPy works out the
+    columns that compiled code does not know.
     """
     chosen = kind()
     if chosen is None:
         return writer_of({**keys, "status": at.status, **at.columns()}, shape)
+    known = {*keys, "status", *native().results()}
     given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
     null = [name for name, values in spread.items() if np.isnan(values).any()]
 
     def write(columns: Columns, rows: range) -> Collection[str]:
         wanted = {name: values for name, values in spread.items() if name in columns}
         results: list[str] = native().rows(chosen, shape, given, wanted, dict(columns), rows.start, len(rows))
-        return [*null, *results]
+        others = {name: values for name, values in columns.items() if name not in known}
+        if others:
+            writer_of(at.columns(others), shape)(others, rows)
+        return [*null, *results, *(name for name, values in others.items() if np.isnan(values).any())]
 
     return write
 

@@ -15,7 +15,7 @@
     X(flexor_anchor) X(extensor_anchor) X(flexor_tendon_resting) X(extensor_tendon_resting)                            \
     X(flexor_spring_resting) X(extensor_spring_resting) X(flexor_pretension) X(extensor_pretension) X(unilateral)
 
-/* Results of a state: the columns of `states` but its status. */
+/* Results of a state: columns of `states`, by name; what Python has besides these and the status is left to NumPy. */
 #define RESULTS(X)                                                                                                     \
     X(flexor_tension_proximal) X(flexor_tension_distal) X(extensor_tension_proximal) X(extensor_tension_distal)        \
     X(flexor_tendon_stretch) X(extensor_tendon_stretch) X(flexor_spring_stretch) X(extensor_spring_stretch)            \

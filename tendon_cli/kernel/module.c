@@ -159,6 +159,13 @@ static PyObject *call_window(PyObject *self, PyObject *args) {
     return finish(&held, ready ? kind->window : NULL, &what);
 }
 
+/* results(): the names of the columns of states that are written here. */
+static PyObject *call_results(PyObject *self, PyObject *none) {
+    PyObject *names = PyTuple_New(COLUMNS);
+    for (int i = 0; names && i < COLUMNS; i++) PyTuple_SetItem(names, i, PyUnicode_FromString(result_names[i]));
+    return names;
+}
+
 /* kinds(): the kinds of code that this processor can run, the fastest last. */
 static PyObject *call_kinds(PyObject *self, PyObject *none) {
     Kind found[3];
@@ -173,6 +180,7 @@ static PyMethodDef methods[] = {
     {"extremes", call_extremes, METH_VARARGS, "extremes(kind, shape, given, angle, found)"},
     {"window", call_window, METH_VARARGS, "window(kind, shape, given, bounds, forms, found, first, total)"},
     {"kinds", call_kinds, METH_NOARGS, "kinds()"},
+    {"results", call_results, METH_NOARGS, "results()"},
     {NULL, NULL, 0, NULL},
 };
 

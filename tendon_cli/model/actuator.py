@@ -7,6 +7,7 @@ depends on. SI units, angles in radians.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from tendon_cli.model.kinematics import Array, Flag, Flags, Real, Travels
 from tendon_cli.model.response import Coupling, Response, respond
 from tendon_cli.model.sheath import Sheathed, sheaths_of
 from tendon_cli.model.statics import Balance, Status
+from tendon_cli.quantities import OF_STATES, QUANTITIES
 
 SIDES = ("flexor", "extensor")
 STANDARD_GRAVITY = 9.81
@@ -197,45 +199,31 @@ class State:
     def spool_angle(self) -> Array:
         """α from the pretensioned state, read from a side under tension; any angle does where neither is, rad."""
         design, motion, status = self.design, self.motion, self.status
-        flexor, extensor = (self._stretches(side)["compliance"] for side in SIDES)
+        flexor, extensor = (self.stretch(side, "compliance") for side in SIDES)
         by_flexor = np.asarray((motion.flexor_travel + flexor) / design.flexor_radius)
         by_extensor = (motion.extensor_travel - extensor) / (design.ratio * np.asarray(design.flexor_radius))
         alpha = np.where((status == statics.FLEXOR_SLACK) & design.unilateral, by_extensor, by_flexor)
         return np.where((status == statics.BOTH_SLACK) & design.unilateral, np.nan, alpha)
 
-    def _stretches(self, side: str) -> dict[str, Array]:
-        """By how much all, the tendon and the spring of a side are longer than in the pretensioned state, m."""
+    def stretch(self, side: str, part: str) -> Array:
+        """By how much the "tendon" or "spring" of a side, or all ("compliance"), grew since pretension was set, m."""
         now, start = getattr(self, side), getattr(self.design, side).pretension
         before = self.resting[SIDES.index(side)] if self.resting else now
         change = getattr(self.balance, side) - start
-        return {
-            name: getattr(now, name) * change + (getattr(now, name) - getattr(before, name)) * start
-            for name in ("compliance", "tendon", "spring")
-        }
+        stretched: Array = getattr(now, part) * change + (getattr(now, part) - getattr(before, part)) * start
+        return stretched
 
     @property
     def status(self) -> Status:
         """Index into `statics.STATUS_NAMES`."""
         return self.balance.status
 
-    def columns(self) -> dict[str, Array]:
-        """The result columns of a table of states, by name, but for the status."""
-        stretches = [self._stretches(side) for side in SIDES]
-        distal = {f"{side}_tension_distal": getattr(self.balance, side) for side in SIDES}
-        stretched = {
-            f"{side}_{part}_stretch": by_part[part]
-            for part in ("tendon", "spring")
-            for side, by_part in zip(SIDES, stretches, strict=True)
-        }
-        motion = {name: getattr(self.motion, name) for name in _OF_MOTION}
-        return distal | stretched | {name: getattr(self, name) for name in _OF_STATES} | motion
+    def columns(self, names: Iterable[str] = OF_STATES) -> dict[str, Array]:
+        """Columns of a table of states, by name, but for the status: each as its entry in `quantities` says."""
+        return {name: np.asarray(_VALUES[name](self)) for name in names}
 
 
-_OF_STATES = (
-    "flexor_tension_proximal", "extensor_tension_proximal", "flexor_slack", "extensor_slack", "elbow_torque",
-    "motor_torque", "spool_angle", "elbow_stiffness",
-)  # fmt: skip
-_OF_MOTION = ("flexor_moment_arm", "flexor_travel", "extensor_travel")
+_VALUES = {name: value for name in OF_STATES if (value := QUANTITIES[name].value) is not None}
 
 
 def evaluate(design: Design, elbow_angle: Real, flexion: Flag) -> State:

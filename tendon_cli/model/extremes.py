@@ -18,6 +18,7 @@ from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS, contact_pressure
 from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.model.setting import Reading
+from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Found = dict[str, Array]
 """Over designs, by name."""
@@ -31,6 +32,12 @@ _LARGEST = (
     "highest_elbow_torque", "highest_motor_torque",
 )  # fmt: skip
 COUNTS = ("slack", "no_equilibrium", "unstable")
+OVER_STATES = {
+    each.name: (each.value, each.over)
+    for each in (QUANTITIES[name] for name in OF_DESIGNS)
+    if each.value is not None and each.over is not None
+}
+"""Columns of which `quantities` says all: their values in states, and what is made of these."""
 
 
 def begin(shape: tuple[int, ...]) -> Found:
@@ -128,6 +135,14 @@ def of_forms(names: Iterable[str], at: State) -> Found:
         values = np.atleast_2d(LIMITS[name].value(at))
         columns[name] = (np.fmin if LIMITS[name].from_below else np.fmax).reduce(values, axis=(-2, -1))
     return columns
+
+
+def over_states(at: State, shape: tuple[int, ...]) -> Found:
+    """The columns of OVER_STATES, from all states of designs: a block of a shape."""
+    return {
+        name: over(np.broadcast_to(value(at), shape).reshape(*shape[:-2], -1))
+        for name, (value, over) in OVER_STATES.items()
+    }
 
 
 def _with_sign(lowest: Array, highest: Array) -> Array:

@@ -77,7 +77,7 @@ def state_page(
     worn = worn_by(nominal, person or names[0]) if person is not None or names else None
     plan = Plan(worn.study if worn is not None else nominal)
     block = _only_state(plan, case)
-    state, angle = plan.inputs(block), float(plan.elbow_angles[0])
+    state, angle = plan.state(block), float(plan.elbow_angles[0])
     table = study.sources.get("joint.excursion", {}).get("file", "table in the study")
     lines = [*(_from_body(worn) if worn is not None else ()), *state_lines(state, angle, table)]
     status = STATUS_NAMES[int(state.status.flat[0])]

@@ -113,7 +113,7 @@ def drawn(tmp_path, load):
     (tmp_path / "study.toml").write_text(TEXT.format(load=load, direction='flexion", "extension', angles=ALL))
     plan = Plan(tendon_library.load_study(tmp_path / "study.toml"))
     first = (slice(0, 1),) * len(plan.axes)
-    state = plan.inputs(Block(0, first, slice(0, 1), slice(0, 1)))
+    state = plan.state(Block(0, first, slice(0, 1), slice(0, 1)))
     return plan, state, {way: stroke_of(state.design, plan, way, SPEED) for way in plan.directions}
 
 

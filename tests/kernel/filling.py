@@ -73,7 +73,7 @@ def each_kind():
 
 def _same_block(plan, block, cuts):
     columns = {column.name: column.dtype for column in Tables(plan).states}
-    keys, at = Sweep(plan).keys("states", block), plan.inputs(block)
+    keys, at = Sweep(plan).keys("states", block), plan.state(block)
     count = block.design_count * block.shape[-2] * block.shape[-1]
     places = sorted({0, count, *(int(share * count) for share in cuts)})
     stretches = [range(count), *(range(*ends) for ends in itertools.pairwise(places))]

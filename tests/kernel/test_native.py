@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tendon_cli import kernel
+from tendon_cli.quantities import OF_STATES
 from tests.sweep.studies import NEVER_PAST_THE_CENTRE, PRETENSION_PER_SIDE, STUDY
 
 from .filling import needs_code
@@ -135,3 +136,9 @@ def test_make_compiles_it_where_there_is_a_compiler():
     if not Path(sys.prefix, ".ready").exists():
         pytest.skip("tendon was not installed by make")
     assert kernel.native.__wrapped__() is not None
+
+
+@needs_code
+def test_every_column_that_it_writes_is_one_of_states():
+    """NumPy works out those that it does not know, so that a slip in a name would only show as lost time."""
+    assert {*kernel.native().results()} <= {*OF_STATES}

@@ -143,7 +143,7 @@ def _response(state, slack="unilateral"):
     """How the tensions of a study in one block follow their pretension."""
     plan = plan_of(state)
     (block,) = plan.blocks(range(plan.designs))
-    return respond(plan.inputs(block).coupling, unilateral=slack == "unilateral")
+    return respond(plan.state(block).coupling, unilateral=slack == "unilateral")
 
 
 @pytest.mark.parametrize(

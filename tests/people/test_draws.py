@@ -70,7 +70,7 @@ def test_a_sweep_over_draws_is_the_model_of_each():
     study = study_from(STIFF | arm | {"uncertainty": {"draws": 4, "cross": True}, "people": {"count": 3}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = plan.inputs(block)
+    found = plan.state(block)
     people, draws = plan.axes
     for person in range(3):
         for draw in range(4):

@@ -70,7 +70,7 @@ def test_uncertain_numbers_are_nominal_or_those_of_a_draw_that_is_asked_for():
     assert shown[0].columns == nominal.columns
     plan = Plan(study)
     (block,) = plan.blocks(range(study.people.population.names.index("man 2") * 4 + 2, plan.designs)[:1])
-    state = plan.inputs(block)
+    state = plan.state(block)
     assert shown[1].columns["motor_torque"] == pytest.approx(float(state.motor_torque.item()), rel=1e-12)
     with pytest.raises(UsageError, match="there is no draw 5"):
         state_page(study, draw=5)

@@ -37,7 +37,7 @@ def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
     study = study_from({"people": {"count": 6, "seed": 4}, "arm": {"b1": [0.15, 0.16]}, "load": {"mass": 5.0}})
     plan = Plan(study)
     (block,) = plan.blocks(range(plan.designs))
-    found = plan.inputs(block)
+    found = plan.state(block)
     people = draw(ansur2(), "both", 6, seed=4)
     for person in range(6):
         one = body.Body(*people.values[person])
