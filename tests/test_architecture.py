@@ -207,7 +207,7 @@ WORDS = re.compile(
 )
 """Used otherwise than in the field."""
 BOUNDS = {
-    "modules": 179,
+    "modules": 178,
     "modules with one importer": 46,
     "private words": 109,
     "files over 250 lines": 5,

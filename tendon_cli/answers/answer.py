@@ -15,7 +15,7 @@ import numpy as np
 
 from tendon_cli.answers.asked import Goal, goals_of
 from tendon_cli.answers.bench import bench_record
-from tendon_cli.answers.between import Proofs, between_record, rows_to_prove
+from tendon_cli.answers.between import METHOD, curves_of, scope
 from tendon_cli.answers.candidates import (
     Pair,
     best_of,
@@ -27,13 +27,15 @@ from tendon_cli.answers.candidates import (
     nearest,
     refined,
 )
-from tendon_cli.answers.fixes import fixes, relaxation, sampled
-from tendon_cli.answers.question import Problem
+from tendon_cli.answers.fixes import fixes, sampled
+from tendon_cli.answers.proofs import Proofs
+from tendon_cli.answers.question import Problem, rows_to_prove
 from tendon_cli.answers.relax import relaxations
 from tendon_cli.answers.sensitivity import sensitivities
 from tendon_cli.answers.solve import Solutions, of_rows
 from tendon_cli.answers.tables import as_records, choice_columns, choice_rows
 from tendon_cli.engine.task import Note
+from tendon_cli.model.window import Ends
 
 _REFINED_ON_FRONT = 24
 
@@ -130,21 +132,23 @@ def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], S
         named.prove(proofs)
         proved = proofs.of(kept.taken(np.isin(kept.row, asked))) if len(asked) else None
         seemed = kept.row[kept["feasible"]]
-        lost = [one for one, _ in proofs.done if not one["feasible"].item() and one.row.item() in seemed]
+        lost = [one for one, *_ in proofs.done.values() if not one["feasible"].item() and one.row.item() in seemed]
         if not lost:
             break
         others = ~np.isin(kept.row, [one.row.item() for one in lost])
         kept, feasible = Solutions.joined([kept.taken(others), *lost]), feasible - len(lost)
-    chosen, between = next(iter(named.best.values()), None), None
+    chosen, between, ends = next(iter(named.best.values()), None), None, None
     if chosen is not None:
-        each = [{"choice": one.row.item(), **asdict(certificate)} for one, certificate in proofs.done]
-        between = {**asdict(proofs.done[0][1]), "choices": each, **between_record(problem, chosen)}
+        _, certificate, ends = next(iter(proofs.done.values()))
+        each = [{"choice": one.row.item(), **asdict(known)} for one, known, _ in proofs.done.values()]
+        of_all = {"method": METHOD, "scope": scope(problem), "curves": curves_of(problem, chosen, ends)}
+        between = {**asdict(certificate), "choices": each, **of_all}
     record = {
         "choices": sum(note["choices"] for note in notes),
         "conditions": len(problem.conditions),
         "feasible": feasible,
         "serve": problem.enough,
-        **_of_named(problem, named, chosen),
+        **_of_named(problem, named, chosen, ends),
         "between_samples": between,
         "proved": [] if proved is None else named.records(proved),
         **_of_none(problem, named, kept, counts, chosen),
@@ -157,7 +161,7 @@ def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], S
 # --- The record ------------------------------------------------------------------------------------------------------
 
 
-def _of_named(problem: Problem, named: Named, chosen: Solutions | None) -> dict[str, Any]:
+def _of_named(problem: Problem, named: Named, chosen: Solutions | None, ends: Ends | None) -> dict[str, Any]:
     """What is best, and what that is on the bench. SI values, null for what is not a number."""
     best = {column: named.records(one)[0] for column, one in named.best.items()}
     return {
@@ -165,7 +169,7 @@ def _of_named(problem: Problem, named: Named, chosen: Solutions | None) -> dict[
         "best": next(iter(best.values()), None),
         "best_by": {} if named.goals else best,
         "given_up": None if chosen is None else named.given_up(chosen),
-        "window_for_all": None if chosen is None else _window_for_all(problem, chosen),
+        "window_for_all": None if ends is None else _window_for_all(problem, ends),
         "gains": named.gains,
         "front": [] if named.front is None else named.records(named.front),
         **({} if chosen is None else bench_record(problem, chosen)),
@@ -173,11 +177,10 @@ def _of_named(problem: Problem, named: Named, chosen: Solutions | None) -> dict[
     }
 
 
-def _window_for_all(problem: Problem, choice: Solutions) -> list[float | None] | None:
+def _window_for_all(problem: Problem, ends: Ends) -> list[float | None] | None:
     """The interval in which a choice serves all, N; None if there is none, or if all is what is asked for."""
     if problem.enough >= 1.0:
         return None
-    ends = problem.ends(problem.numbers_of(choice.columns), 1)
     low, high = float(ends.low.max()), float(ends.high.min())
     return [low, high if math.isfinite(high) else None] if low <= high else None
 
@@ -193,34 +196,29 @@ def _of_none(
             " out for those that may matter, and are null in the others"
         )
     record: dict[str, Any] = {"fixes": [], "would_take": [], "notes": notes}
-    record["conflicts"] = [*_conflicts(problem, named, kept, counts)]
+    record["conflicts"] = [*_conflicts(named, kept, counts)]
     if chosen is None:
         some = sampled(problem, closest := nearest(kept))
         if len(some.weighting) < len(problem.weighting):
             of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
             notes.append(f"what would help is worked out for {of_all}: those that bind, and others at random")
         record["fixes"] = fixes(some, closest)
-        if problem.given is None:  # of a single choice, conflicts say it of limits
-            limits = {limit for pair in counts for limit in pair}
-            record["would_take"] = relaxations(problem, limits, of_limits=len(problem.choices) > 1)
+        record["would_take"] = relaxations(problem, {limit for pair in counts for limit in pair})
     return record
 
 
-def _conflicts(problem: Problem, named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator[dict[str, Any]]:
+def _conflicts(named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator[dict[str, Any]]:
     """Pairs of limits that leave choices without a window, the most frequent first, and what relaxing one would take.
 
-    `gap` is by how much the pretensions asked for miss each other, N, in the choice that is nearest to a window;
-    `relaxed` to what each limit must be relaxed for that one to have a window, null where that does not help.
+    `gap` is by how much the pretensions asked for miss each other, N, in the choice that is nearest to a window.
     """
     of_pairs = conflicts_of(kept)
     for pair, count in counts.most_common():
         closest = nearest(kept.taken(of_pairs[pair]))
         gap = closest.one("pretension_from") - closest.one("pretension_to")
-        limits = [limit for limit in pair if limit in problem.bounds]
         yield {
             "limits": list(pair), "choices": count, "gap": gap if math.isfinite(gap) else None,
             "nearest": named.records(closest)[0],
-            "relaxed": {limit: relaxation(problem, closest, limit) for limit in limits},
         }  # fmt: skip
 
 

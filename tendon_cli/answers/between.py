@@ -1,79 +1,159 @@
-"""What an answer says of its windows between the samples: what was proved, for what, and the lines over the angle."""
+"""What an answer says of a choice between the samples: the worst there, by how much an end may be off, its curves."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tendon_cli import say
-from tendon_cli.answers.asked import LOADS
-from tendon_cli.answers.proofs import Certificate, certified
+from tendon_cli.answers.asked import LOADS, Flags
 from tendon_cli.answers.question import Problem
-from tendon_cli.answers.solve import Solutions
-from tendon_cli.errors import UsageError
+from tendon_cli.answers.solve import Solutions, under_each, worst_columns
+from tendon_cli.model.actuator import State
 from tendon_cli.model.between import end_curves
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.space.axis import Rows
-from tendon_cli.studies.filters import read_filter
+from tendon_cli.model.limits import contact_pressure
+from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.trajectory import Trajectory
+from tendon_cli.model.window import Ends, Window, as_read, named, window
+from tendon_cli.space.axis import PRETENSION, Numbers
 from tendon_cli.studies.study import keys
-from tendon_cli.units import shorten
+from tendon_cli.studies.trajectory import at_times
 
-_MOST_PROVED, _MOST_NAMED = 256, 2**24
-"""Choices that one name may stand for, and among which."""
+_DENSER, _MOST_NEAR = 16, 16
+"""How much, and for how many of the conditions that are tightest at either end."""
+_MOST_SAMPLES = 2**16
+"""Of a trajectory, times the conditions."""
+_SAFE, _MISSED, _LEAST = 1.1, 0.05, 1e-6
+"""The dense grid misses at most 3 % of what is missed near an end, and elsewhere 1.2 % of the worst; the rest is
+room. N for what is rounded."""
+_BESIDE, _AT_ONCE = 0.01, 2**8
+"""Conditions that come so near to the worst, as a share of that and of all between, may be it at other angles."""
+_STEPS = 16
+"""Between two angles."""
 METHOD = (
     "interval arithmetic with outward rounding on Taylor forms of second order over cells of the angle and of numbers"
     " in a box, in both directions, at both ends of the window and of the loads"
 )
 
 
-def rows_to_prove(problem: Problem) -> Rows:
-    """The choices that the study names in `[design] prove`; raises UsageError for what names none."""
-    count, rows = len(problem.choices), list[int]()
-    for text in problem.study.design.prove:
-        if text.strip().isdecimal() and int(text) < count:
-            rows.append(int(text))
-            continue
-        if text.strip().isdecimal() or count > _MOST_NAMED:
-            raise UsageError(f'"{text}" is no row of choices.parquet', where="--prove", hint=f"0 to {count - 1}")
-        kept, columns = np.ones(count, dtype=np.bool_), problem.choices.columns(np.arange(count))
-        for part in text.split(";"):
-            asked = read_filter(part)
-            axis = next((axis for axis in problem.choices.axes if asked.name in (axis.column, axis.key)), None)
-            if axis is None:
-                names = ", ".join(axis.column for axis in problem.choices.axes) or "this study has one choice"
-                raise UsageError(f'"{shorten(asked.name)}" is no axis of the choices', where="--prove", hint=names)
-            words = np.array(axis.names, dtype=object)[columns[axis.column]] if axis.names else columns[axis.column]
-            quantity = None if axis.names else keys()[axis.key].number.quantity
-            kept &= asked.on(axis.column, quantity).holds(words, of_axis=True)
-        if not 0 < kept.sum() <= _MOST_PROVED:
-            counted = say.counted(int(kept.sum()), "choice")
-            raise UsageError(f'"{shorten(text)}" names {counted}, expected 1 to {_MOST_PROVED}', where="--prove")
-        rows += np.flatnonzero(kept).tolist()
-    return np.unique(np.array(rows, dtype=np.int64))
+def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served: Flags) -> dict[str, Array]:
+    """The worst of one choice at all angles over the conditions that its pretension serves, (1,); NaN if none.
+
+    Between two angles a quantity may exceed both by an eighth of its second difference. Wherever twice that makes it
+    the worst, it is taken at denser angles and at the tops of the parabolas through these.
+    """
+    whole = under_each(problem, numbers, pretension, served)
+    most, known = whole.max(axis=1), np.isfinite(whole)
+    least = np.where(known, whole, np.inf).min(axis=1)
+    with np.errstate(invalid="ignore"):
+        near = most - _BESIDE * (np.abs(most) + most - least)
+    rows, angles = np.flatnonzero((known & (whole >= near[:, np.newaxis])).any(axis=0)), problem.angles.ravel()
+    given = {**numbers, PRETENSION: pretension}
+    dense = np.linspace(angles[0], angles[-1], _STEPS * (len(angles) - 1) + 1)[np.newaxis]
+    for part in problem.cut(len(rows) if len(angles) > 2 else 0, _AT_ONCE):
+        some = rows[part]
+        design = problem.paired(given, np.zeros_like(some), some)
+        values = _quantities_at(design, problem.angles, problem.flexion)
+        with np.errstate(invalid="ignore"):
+            rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
+        may = np.maximum(values[..., 1:], values[..., :-1]) + rise >= most[:, np.newaxis, np.newaxis, np.newaxis]
+        for place in np.flatnonzero(may.any(axis=(0, 1, 2))):
+            beside = dense[:, max(0, place * _STEPS - 1) : (place + 1) * _STEPS + 2]
+            most = np.fmax(most, _tops(_quantities_at(design, beside, problem.flexion)).max(axis=(1, 2, 3)))
+    return worst_columns(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
 
 
-class Proofs:
-    """Certificates of the choices that an answer names, each once."""
+def _quantities_at(design: Design, angles: Array, flexion: Flags) -> Array:
+    """Six quantities of states, the larger the worse, (6, designs, directions, angles)."""
+    state = State.of(design, angles, flexion)
+    x, y = state.balance.flexor, state.balance.extensor
+    tension = np.maximum(np.maximum(x, state.flexor_tension_proximal), np.maximum(y, state.extensor_tension_proximal))
+    extension, torque = np.maximum(x * state.flexor.spring, y * state.extensor.spring), state.motor_torque
+    six = (tension, extension, torque, -torque, -state.elbow_stiffness, contact_pressure(design, y))
+    values: Array = np.stack(np.broadcast_arrays(*six))
+    return np.where(np.isnan(values), -np.inf, values)
 
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-        self._done: dict[tuple[float, ...], tuple[Solutions, Certificate]] = {}
 
-    @property
-    def done(self) -> list[tuple[Solutions, Certificate]]:
-        """In the order in which they were asked for."""
-        return [*self._done.values()]
+def _tops(values: Array) -> Array:
+    """Values, those that are largest among neighbours at the top of the parabola through the three."""
+    before, here, after = values[..., :-2], values[..., 1:-1], values[..., 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        top = here - (after - before) ** 2 / (8.0 * (before - 2.0 * here + after))
+    peak = (here >= before) & (here >= after) & (top > here)
+    return np.concatenate([values, np.where(peak, top, here)], axis=-1)
 
-    def of(self, some: Solutions) -> Solutions:
-        """Choices with their windows proved, or tightened."""
-        return Solutions.joined([self._of(some.taken(np.array([at]))) for at in range(len(some))])
 
-    def _of(self, one: Solutions) -> Solutions:
-        place = tuple(float(values[0]) for values in one.columns.values())
-        if place not in self._done:
-            self._done[place] = certified(self.problem, one)
-        return self._done[place][0]
+def estimated(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) -> float | None:
+    """By how much ends that are sampled may be off, N, as they are read; None if none is, or no window may be left.
+
+    `ends` are those over all angles, as F0. Sampled are those that limits on the whole motion set, and all along a
+    trajectory. It is what samples sixteen times as dense take from the window of the conditions that it serves. These
+    miss, too: of a peak between two samples a share of what samples as wide as the window's, displaced by shares of a
+    step, miss at worst; of one near the first or the last, which all have, a share of what the window's miss.
+    """
+    trajectory = problem.study.trajectory
+    if not problem.bounds.of_motion and trajectory is None:
+        return None
+    within, common = problem.finished(ends, numbers), (one["pretension_from"][0], one["pretension_to"][0])
+    low, high = (
+        np.where(each[0] * sign <= end * sign, each[0] * sign, -np.inf)
+        for each, end, sign in zip((within.low, within.high), common, (1.0, -1.0), strict=True)
+    )
+    most = _MOST_NEAR if trajectory is None else max(1, min(_MOST_NEAR, _MOST_SAMPLES // len(trajectory.time)))
+    rows = np.unique([*np.argsort(-low)[:most], *np.argsort(-high)[:most]])
+    places = problem.angles[0] if trajectory is None else trajectory.time
+    step = (places[-1] - places[0]) / (len(places) - 1)
+    displaced = [np.append(places[:-1] + share * step, places[[0, -1]]) for share in np.arange(_DENSER) / _DENSER]
+    displaced = [np.unique(np.minimum(each, places[-1])) for each in displaced]
+    near_ends = step * 2.0 ** (-0.5 * np.arange(1, 2 * _DENSER))
+    finest = np.unique(np.concatenate([*displaced, places[0] + near_ends, places[-1] - near_ends]))
+    design = problem.paired(numbers, np.zeros_like(rows), rows)
+    if trajectory is None:
+        some = Ends(**{name: values[0, rows] for name, values in vars(ends).items()})
+        ends_over = _ends_over_angles(problem, design, some)
+    else:
+        ends_over = _ends_along(problem, design, trajectory)
+    tightest = ends_over(finest)
+    with np.errstate(invalid="ignore"):
+        off = [np.nan_to_num(tightest - ends_over(each), nan=0.0, posinf=np.inf) for each in displaced]
+    estimate = float(np.max(_SAFE * np.maximum(off[0], 0.0) + _MISSED * np.max(np.abs(off), axis=0)) + _LEAST)
+    return estimate if np.isfinite(estimate) else None
+
+
+def _ends_over_angles(problem: Problem, design: Design, of_states: Ends) -> Callable[[Array], Array]:
+    """Ends of the windows of one choice under some conditions, by the angles at which the whole motion is taken."""
+    some = named(of_states, design, problem.angles, problem.flexion, problem.bounds)
+
+    def ends(angles: Array) -> Array:
+        each = narrowed(some, design, angles[np.newaxis], problem.flexion, problem.bounds, problem.loads)
+        return _common(as_read(each, design))
+
+    return ends
+
+
+def _ends_along(problem: Problem, design: Design, trajectory: Trajectory) -> Callable[[Array], Array]:
+    """The same, by the times at which a trajectory is taken; dense ones wherever near those friction may turn."""
+
+    def ends(times: Array) -> Array:
+        motion, either = at_times(trajectory, times), list[Array]()
+        for moved in motion.turning if len(times) > len(trajectory.time) + 1 else [motion]:
+            given = replace(design, trajectory=moved), moved.angle[np.newaxis], moved.flexion[np.newaxis]
+            each = narrowed(window(*given, problem.bounds), *given, problem.bounds, problem.loads)
+            either.append(_common(as_read(each, design)))
+        return np.asarray(np.max(either, axis=0))
+
+    return ends
+
+
+def _common(windows: Window) -> Array:
+    """From where on all windows are kept, and to where with the sign changed; infinite if there is none."""
+    ends = np.array([windows.low.max(), -windows.high.min()])
+    return np.where(np.isnan(ends), np.inf, ends)
 
 
 def scope(problem: Problem) -> str:
@@ -81,12 +161,9 @@ def scope(problem: Problem) -> str:
     words = [_every("angle", "elbow_angle", problem.angles)]
     for axis in problem.conditions.axes:
         if (axis.key in LOADS or axis.is_interval) and len(axis) > 1:
-            quantity = keys()[axis.key].number.quantity
-            words.append(
-                _every(
-                    "load" if axis.key == "load.mass" else quantity.name.replace("_", " "), quantity.name, axis.values
-                )
-            )
+            name = keys()[axis.key].number.quantity.name
+            what = "load" if axis.key == "load.mass" else name.replace("_", " ")
+            words.append(_every(what, name, axis.values))
     return say.listed(words)
 
 
@@ -96,21 +173,15 @@ def _every(what: str, quantity: str, values: Array) -> str:
     return f"every {what} from {low.removesuffix(' ' + unit)} to {high}"
 
 
-def between_record(problem: Problem, chosen: Solutions) -> dict[str, Any]:
-    """How, and for what, windows are proved, and the curves of the choice named first."""
-    return {"method": METHOD, "scope": scope(problem), "curves": curves_of(problem, chosen)}
-
-
-def curves_of(problem: Problem, choice: Solutions) -> dict[str, Any]:
+def curves_of(problem: Problem, choice: Solutions, ends: Ends) -> dict[str, Any]:
     """One choice over the elbow angle (rad): what each limit asks for, N, over both directions and all conditions.
 
-    If some conditions are not served at its pretension, only those that are count (`all_conditions`). `lower` and
-    `upper` have by limit the least and the largest pretensions, null where it asks for nothing; `samples` are the
-    study's angles. Limits on the whole motion have no curve.
+    `ends` are those of its windows, as they are read. If some conditions are not served at its pretension, only those
+    that are count (`all_conditions`). `lower` and `upper` have by limit the least and the largest pretensions, null
+    where it asks for nothing; `samples` are the study's angles. Limits on the whole motion have no curve.
     """
     lower, upper = dict[str, Array](), dict[str, Array]()
     numbers, pretension = problem.numbers_of(choice.columns), choice["pretension"][:1]
-    ends = problem.ends(numbers, 1)
     serves = (ends.low <= pretension) & (pretension <= ends.high)
     counts = serves if serves.any() else ~serves
     for _, conditions, design in problem.chunks(numbers, 1):

@@ -14,10 +14,9 @@ import pyarrow as pa
 from tendon_cli import say
 from tendon_cli.answers.answer import findings, named_rows
 from tendon_cli.answers.asked import Columns, goals_of
-from tendon_cli.answers.between import rows_to_prove
 from tendon_cli.answers.candidates import solved_part, summarised
 from tendon_cli.answers.population import GroupWindows, people_of, population
-from tendon_cli.answers.question import Problem, question
+from tendon_cli.answers.question import Problem, question, rows_to_prove
 from tendon_cli.answers.tables import (
     as_value,
     choice_columns,

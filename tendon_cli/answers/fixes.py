@@ -1,4 +1,4 @@
-"""What would give a choice without a window one: the least change of each parameter, or of each limit in conflict."""
+"""What would give a choice without a window one: the least change of each parameter."""
 
 from __future__ import annotations
 
@@ -57,23 +57,6 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf}
     found = [_fix(problem, numbers, key, value) for key, value in before.items()]
     return sorted(found, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
-
-
-def relaxation(problem: Problem, choice: Solutions, limit: str) -> float | None:
-    """The value of a limit nearest to the one asked for at which a choice has a window, all else equal, or None."""
-    numbers, start = problem.numbers_of(choice.columns), float(problem.bounds[limit])
-    outward = -1.0 if limit.startswith("min_") else 1.0
-
-    def first(values: Array) -> tuple[int | None, int]:
-        solved = (solve(problem.bounded(limit, value), numbers, 1, with_worst=False) for value in values)
-        return next((at for at, each in enumerate(solved) if each["feasible"][0]), None), 0
-
-    if first(np.array([outward * np.inf]))[0] is None:
-        return None
-    empty, step = start, outward * max(abs(start), 1e-3)
-    while first(np.array([start + step]))[0] is None:
-        empty, step = start + step, 2.0 * step
-    return _edge(first, empty, start + step, 3, 200)
 
 
 def work(problem: Problem) -> int:
@@ -155,13 +138,15 @@ def _nearest(first: First, before: float, end: float) -> float | None:
         at, nearest = first(values)
     if not at:
         return None if at is None else float(values[0])
-    return _edge(first, float(values[at - 1]), float(values[at]), _SECTIONS, _ROUNDS)
+    return edge(first, float(values[at - 1]), float(values[at]), _SECTIONS, _ROUNDS)
 
 
-def _edge(first: First, empty: float, open_: float, sections: int, rounds: int) -> float:
+def edge(
+    first: First, empty: float, open_: float, sections: int, rounds: int, spaced: Callable[..., Array] = np.linspace
+) -> float:
     """Where a window opens between two values; the last that has one."""
     for _ in range(rounds):
-        values = np.linspace(empty, open_, sections)
+        values = spaced(empty, open_, sections)
         values[-1] = open_
         inner, _ = first(values[1:-1])
         at = sections - 1 if inner is None else inner + 1

@@ -10,8 +10,8 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers.asked import LEAN, LOADS, Flags
+from tendon_cli.answers.between import estimated, worst_between
 from tendon_cli.answers.coverage import grouped
-from tendon_cli.answers.denser import estimated, worst_between
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, without_worst
 from tendon_cli.model.between import refined
@@ -22,18 +22,12 @@ from tendon_cli.model.setting import pretension_of
 from tendon_cli.model.window import Ends, Positions
 from tendon_cli.space.axis import Numbers, Rows, scale_of
 
-_MARGIN = 1e-6
-"""N; by which a window is proved at either end less than it is given: there a limit is just kept."""
-_ENDLESS = 1e6
-"""N; how far a window is proved that nothing bounds."""
-_ARCS = 8
-"""Of an interval of postures; so many at first."""
-_ROUNDS = 24
-"""In which a proof may find what an end is tightened by."""
-_CLIMBS, _MOST_CLIMBED = 60, 16
-"""Steps in a box to where a limit asks for most, from so many points."""
-_FIRST_STEP, _LAST_STEP = 0.25, 1e-4
-"""Of these, as shares of half the box: an end is off by the square of the last."""
+_MARGIN = 1e-6  # N; by which a window is proved at either end less than it is given: there a limit is just kept
+_ENDLESS = 1e6  # N; how far a window is proved that nothing bounds
+_ARCS = 8  # of an interval of postures, at first
+_ROUNDS = 24  # in which a proof may find what an end is tightened by
+_CLIMBS, _MOST_CLIMBED = 60, 16  # steps in a box to where a limit asks for most, from so many points
+_FIRST_STEP, _LAST_STEP = 0.25, 1e-4  # as shares of half the box: an end is off by the square of the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +47,10 @@ class _Held:
     """What a window is held to: conditions, each in one posture of the upper arm or in all between two, over a box."""
 
     problem: Problem
-    numbers: Numbers
-    """Of the choice."""
-    row: Rows
-    """Of the conditions; of those that differ in the box alone the first."""
+    numbers: Numbers  # of the choice
+    row: Rows  # of the conditions; of those that differ in the box alone the first
     low: Array
-    high: Array
-    """Inclinations of the upper arm, rad; NaN where that of the condition holds."""
+    high: Array  # inclinations of the upper arm, rad; NaN where that of the condition holds
 
     @classmethod
     def of(cls, problem: Problem, numbers: Numbers) -> _Held:
@@ -132,10 +123,28 @@ class _Held:
         return prove(design, cells, at_low, at_high, problem.bounds, [self.design(side) for side in sides])
 
 
-def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]:
+class Proofs:
+    """The choices that an answer names, each proved once, with the ends of its windows as they are read."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.done: dict[tuple[float, ...], tuple[Solutions, Certificate, Ends]] = {}
+
+    def of(self, some: Solutions) -> Solutions:
+        """Choices with their windows proved, or tightened."""
+        ones = []
+        for one in (some.taken([at]) for at in range(len(some))):
+            place = tuple(float(values[0]) for values in one.columns.values())
+            if place not in self.done:
+                self.done[place] = certified(self.problem, one)
+            ones.append(self.done[place][0])
+        return Solutions.joined(ones)
+
+
+def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate, Ends]:
     """One choice with its window proved; tightened where the proof meets a state that does not keep a limit."""
     exactly = replace(problem, near=np.inf) if problem.enough < 1.0 else problem
-    numbers, cells = problem.numbers_of(one.columns), 0
+    numbers, status, cells, margin = problem.numbers_of(one.columns), say.SAMPLED, 0, 0.0
     held, ends = _Held.of(problem, numbers), exactly.ends_over_angles(numbers, 1)
     provable = one.has_window.item() and problem.study.trajectory is None
     if provable:
@@ -145,11 +154,11 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         margin = min(_MARGIN, 0.25 * float(np.max(high - low)))
         asked = held.taken((high - low)[held.row] >= 2.0 * margin)
         proof = asked.proved(low + margin, high - margin)
-        cells, broken = cells + proof.cells, proof.broken
+        status, cells, broken = say.OPEN, cells + proof.cells, proof.broken
         failing = np.unique(np.concatenate([broken.row, proof.left.row]))
         if not len(failing):
             status = say.SAMPLED if problem.is_sampled else say.PROVEN
-            return _with_status(one, Certificate(status, cells, margin, estimated(problem, numbers, one, ends)))
+            break
         if cells > MOST_CELLS:
             break
         points, arcs = asked, asked.high[failing] > asked.low[failing]
@@ -166,13 +175,11 @@ def certified(problem: Problem, one: Solutions) -> tuple[Solutions, Certificate]
         which = np.zeros(len(asked), dtype=np.bool_)
         which[failing[arcs]] = True
         held = asked.halved(which)
-    estimate = estimated(problem, numbers, one, ends) if one.has_window.item() and not cells else None
-    return _with_status(one, Certificate(say.OPEN if cells else say.SAMPLED, cells, 0.0, estimate))
-
-
-def _with_status(one: Solutions, certificate: Certificate) -> tuple[Solutions, Certificate]:
-    known = {"between_samples": np.array([say.STATUSES.index(certificate.status)])}
-    return replace(one, results=one.results | known), certificate
+    is_open = status == say.OPEN
+    estimate = None if is_open or not one.has_window.item() else estimated(problem, numbers, one, ends)
+    known = {"between_samples": np.array([say.STATUSES.index(status)])}
+    certificate = Certificate(status, cells, 0.0 if is_open else margin, estimate)
+    return replace(one, results=one.results | known), certificate, exactly.finished(ends, numbers)
 
 
 def _served(problem: Problem, ends: Ends, one: Solutions) -> tuple[Array, Array]:
@@ -206,10 +213,7 @@ def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends
 
 
 def _tightest(held: _Held, points: Array, state: Positions, *, upper: bool) -> tuple[Rows, Sequence[Array | Positions]]:
-    """Conditions and their ends (N, state, angle), sought from points on, an angle and a place in the box, and in it.
-
-    That is from each angle itself, and from the state nearest to it.
-    """
+    """Conditions and their ends (N, state, angle), sought from points (angle, place in the box) and nearby states."""
     problem, sign, shares = held.problem, -1.0 if upper else 1.0, points[:, 1:]
 
     def ends_at(some: _Held, shares: Array, near: Positions, start: Array | None = None) -> list[Any]:

@@ -9,25 +9,30 @@ from typing import Any, cast
 
 import numpy as np
 
-from tendon_cli import kernel
+from tendon_cli import kernel, say
 from tendon_cli.answers.asked import Asked, Flags, of_some
 from tendon_cli.answers.coverage import grouped, share_served
 from tendon_cli.engine.plan import bounds_of
+from tendon_cli.errors import UsageError
 from tendon_cli.model import between, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.motor_window import narrowed
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.space.axis import PRETENSION, Numbers, split_side
+from tendon_cli.space.axis import PRETENSION, Numbers, Rows, split_side
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.contents import case_numbers
-from tendon_cli.studies.study import Study
+from tendon_cli.studies.filters import read_filter
+from tendon_cli.studies.study import Study, keys
 from tendon_cli.studies.values import Values
+from tendon_cli.units import shorten
 
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
 _MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
 _REFINED_AT_ONCE = 2**12
+_MOST_PROVED, _MOST_NAMED = 256, 2**24
+"""Choices that one name may stand for, and among which."""
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
 
@@ -155,7 +160,8 @@ def _left_out(problem: Problem) -> Iterator[str]:
     if any(split_side(key)[0] == PRETENSION for case in study.cases for key in case_numbers(case)):
         yield "the pretensions of the study's cases are left out: one of all is solved for"
     if ends := problem.sampled_intervals:
-        yield f"{', '.join(ends)}: solved at both ends of the interval; what lies between is not proved"
+        sampled, not_proved = say.proved(say.SAMPLED), say.proved(say.OPEN)
+        yield f"{', '.join(ends)}: {sampled} at both ends of the interval; what lies between is {not_proved}"
     if within := problem.whole_intervals:
         yield f"{', '.join(within)}: the window holds for the whole interval; the worst values are those at its ends"
     if several := [name for name in study.limits if name in _SEVERAL]:
@@ -166,3 +172,29 @@ def _left_out(problem: Problem) -> Iterator[str]:
         yield "uncertain numbers stand at their middle; [uncertainty] draws them"
     if study.uncertainty is not None and not study.uncertain:
         yield "nothing in this study is uncertain, so that [uncertainty] draws nothing"
+
+
+def rows_to_prove(problem: Problem) -> Rows:
+    """The choices that the study names in `[design] prove`; raises UsageError for what names none."""
+    count, rows = len(problem.choices), list[int]()
+    for text in problem.study.design.prove:
+        if text.strip().isdecimal() and int(text) < count:
+            rows.append(int(text))
+            continue
+        if text.strip().isdecimal() or count > _MOST_NAMED:
+            raise UsageError(f'"{text}" is no row of choices.parquet', where="--prove", hint=f"0 to {count - 1}")
+        kept, columns = np.ones(count, dtype=np.bool_), problem.choices.columns(np.arange(count))
+        for part in text.split(";"):
+            asked = read_filter(part)
+            axis = next((axis for axis in problem.choices.axes if asked.name in (axis.column, axis.key)), None)
+            if axis is None:
+                names = ", ".join(axis.column for axis in problem.choices.axes) or "this study has one choice"
+                raise UsageError(f'"{shorten(asked.name)}" is no axis of the choices', where="--prove", hint=names)
+            words = np.array(axis.names, dtype=object)[columns[axis.column]] if axis.names else columns[axis.column]
+            quantity = None if axis.names else keys()[axis.key].number.quantity
+            kept &= asked.on(axis.column, quantity).holds(words, of_axis=True)
+        if not 0 < kept.sum() <= _MOST_PROVED:
+            counted = say.counted(int(kept.sum()), "choice")
+            raise UsageError(f'"{shorten(text)}" names {counted}, expected 1 to {_MOST_PROVED}', where="--prove")
+        rows += np.flatnonzero(kept).tolist()
+    return np.unique(np.array(rows, dtype=np.int64))

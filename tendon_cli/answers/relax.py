@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from tendon_cli import say
+from tendon_cli.answers.fixes import edge
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.answers.words import Row, row_words
+from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.space.axis import Numbers, Rows
 from tendon_cli.space.space import Space
@@ -29,6 +31,8 @@ _MOST = 2**28
 _ROUNDS = 12
 _FARTHEST = 10.0
 """Times a limit."""
+_SOFTER = 40.0
+"""By how much less stiffness than asked for is tried, N m/rad."""
 _WIDEST, _FIRMEST = 0.2, 1e5
 """Of a strap, m; of tissue and cuff behind an anchor, N/m."""
 _WIDTH, _ANCHOR = "arm.contact_width", "anchor.stiffness"
@@ -51,24 +55,23 @@ class Ask:
     """The choices for which it counts."""
 
 
-def relaxations(problem: Problem, limits: set[str], *, of_limits: bool = True) -> list[dict[str, Any]]:
+def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
     """For each thing asked for the least change that gives some choice a window, as recorded; SI.
 
-    `limits` are those that leave choices without one, and are changed, too, if `of_limits`. `after` is null if even
-    `farthest` gives none; `served` is the largest share then, else that of the choice named at `pretension`, N.
+    `limits` are those that leave choices without one. `after` is null if even `farthest` gives none; `served` is the
+    largest share then, else that of the choice named at `pretension`, N.
     """
     count = len(problem.choices)
     most = max(1, _MOST // (len(problem.conditions) * problem.states_per_design))
     rows = np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
-    asks = (ask for ask in _asks(problem, limits, rows) if of_limits or not ask.key.startswith("limits."))
-    return [_least(problem, ask) for ask in asks]
+    return [_least(problem, ask) for ask in _asks(problem, limits, rows)]
 
 
 def _asks(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Ask]:
     for name in sorted(limits & set(problem.bounds)):
-        value = float(problem.bounds[name])
-        farthest = 0.0 if name.startswith("min_") else _FARTHEST * value
-        if value > 0.0 and np.isfinite(value):
+        value, is_stiffness = float(problem.bounds[name]), name == "min_elbow_stiffness"
+        farthest = value - _SOFTER if is_stiffness else 0.0 if name.startswith("min_") else _FARTHEST * value
+        if (value > 0.0 or is_stiffness) and np.isfinite(value):
             quantity = QUANTITIES.get(name, QUANTITIES["pretension"])
             yield Ask(f"limits.{name}", quantity, value, farthest, _bounded(problem, name), rows)
     widths = problem.choices.numbers(rows).get(_WIDTH)
@@ -114,14 +117,16 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
     solved = tried(ask.farthest, ask.of)
     if not solved["feasible"].any():
         return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
-    rows, empty, open_ = solved.row[solved["feasible"]], ask.before, ask.farthest
-    for _ in range(_ROUNDS):
-        middle = float(np.sqrt(empty * open_)) if ask.key == _ANCHOR else 0.5 * (empty + open_)
-        some = tried(middle, rows)["feasible"]
-        if some.any():
-            rows, open_ = rows[some], middle
-        else:
-            empty = middle
+    rows = solved.row[solved["feasible"]]
+
+    def first(values: Array) -> tuple[int | None, int]:
+        nonlocal rows
+        some = tried(values.item(), rows)["feasible"]
+        rows = rows[some] if some.any() else rows
+        return 0 if some.any() else None, 0
+
+    spaced = np.geomspace if ask.key == _ANCHOR else np.linspace
+    open_ = edge(first, ask.before, ask.farthest, 3, _ROUNDS, spaced)
     toward = np.inf if ask.farthest > ask.before else -np.inf
     printed = say.quantity(ask.quantity, open_, toward=toward)
     after = parse_measure(printed.replace(",", ""), ask.quantity.dimension).si

@@ -241,8 +241,3 @@ def _conflict(problem: Problem, record: Row, conflict: Row) -> Iterator[str]:
         if row["served"] > 0.0 and problem.enough >= 1.0 and len(problem.conditions) > 1:
             served = f"{say.percent(row['served'])} of the {problem.counted}"
             yield f"one pretension, {say.number(row['pretension'], 3)} N, suits {served}"
-    over_all = {f"limits.{limit}" for limit in conflict["relaxed"]} & {each["key"] for each in record["would_take"]}
-    for limit, value in conflict["relaxed"].items() if not over_all else ():
-        toward = -np.inf if limit.startswith("min_") else np.inf
-        opens = value is not None and f"{limit} = {say.quantity(limit, value, toward=toward)} would open a window"
-        yield opens or f"relaxing {limit} does not help"

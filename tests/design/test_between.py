@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import tendon_cli as tendon
 from tendon_cli.answers import question as questions
-from tendon_cli.answers.denser import estimated
+from tendon_cli.answers.between import estimated
 from tendon_cli.answers.question import question
 from tendon_cli.answers.solve import solve
 from tendon_cli.model import proof

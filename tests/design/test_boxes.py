@@ -163,7 +163,7 @@ def test_what_has_no_proof_over_a_box_is_named():
     study = study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0)
     answer = tendon.design(study.vary(**{"setting.read": "flexor at joint"}))
     assert answer.record["between_samples"]["status"] == "sampled"
-    assert any(note.startswith("arm.elbow_radius: solved at both ends") for note in answer.record["notes"])
+    assert any(note.startswith("arm.elbow_radius: sampled at both ends") for note in answer.record["notes"])
 
 
 def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
