@@ -11,10 +11,10 @@ from tendon_cli.terminal import print_result
 
 _BASH = """\
 _tendon() {
-    local word breaks=$COMP_WORDBREAKS
+    local rest
     COMPREPLY=()
-    while IFS= read -r word; do COMPREPLY+=("$word"); done < <(
-        "$1" completion bash --line "${COMP_LINE:0:COMP_POINT}" --breaks "$breaks" 2>/dev/null
+    while IFS= read -r rest; do COMPREPLY+=("$2$rest"); done < <(
+        "$1" completion bash --line "${COMP_LINE:0:COMP_POINT}" 2>/dev/null
     )
     if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then compopt -o nospace 2>/dev/null; fi
 }
@@ -53,12 +53,13 @@ complete -c tendon -f -a '(__tendon_complete)'"""
 
 _SCRIPTS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH}
 
-Shell = Annotated[str, typer.Argument(metavar="bash|zsh|fish", help="which shell")]
+Shell = Annotated[
+    str, typer.Argument(metavar="bash|zsh|fish", help="which shell", autocompletion=lambda: list(_SCRIPTS))
+]
 Line = Annotated[str | None, typer.Option(metavar="TEXT", help="complete this line instead; for the script")]
-Breaks = Annotated[str, typer.Option(metavar="TEXT", help="with --line: the signs at which bash splits words")]
 
 
-def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: Breaks = "=:") -> None:
+def completion(context: typer.Context, shell: Shell, line: Line = None) -> None:
     """Print a script that lets bash, zsh or fish complete commands, options, keys and columns.
 
     bash: eval "$(tendon completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc, after compinit;
@@ -74,13 +75,11 @@ def completion(context: typer.Context, shell: Shell, line: Line = None, breaks: 
         return
     words, begun, quote = split_line(line)
     items = [item for item in candidates(context.find_root().command, words, begun) if item[0] != begun]
-    if shell == "bash":
-        ends = [begun.rfind(mark) + 1 for mark in "=:" if mark in breaks and not quote]
-        text = [_for_bash(word[max(ends, default=0) :], quote) for word, _ in items]
+    if shell == "bash":  # which splits words at signs of its choice: it gets the rest of each
+        text = [_for_bash(word.removeprefix(begun), quote) for word, _ in items]
     else:
         text = [f"{word}  {' '.join(meaning.split())}" if meaning else word for word, meaning in items]
-    if text:
-        print_result("\n".join(text))
+    print_result("\n".join(text), unless=not text)
 
 
 def _for_bash(word: str, quote: str) -> str:
@@ -111,30 +110,11 @@ def candidates(app: Any, words: list[str], begun: str) -> list[tuple[str, str]]:
     if command is None:
         return []
     given = words[words.index(name) + 1 :] if name else []
-    options = {option: each for each in command.params for option in each.opts if option.startswith("-")}
-    last = options.get(given[-1]) if given else None
-    waits = last is not None and not last.is_flag
-    context = command.make_context(command.name, given[:-1] if waits else given[:], resilient_parsing=True)
-    option, equals, value = begun.partition("=")
-    if waits:
-        return _values(last, context, begun)
-    if begun.startswith("--") and equals:
-        items = _values(options[option], context, value) if option in options else []
-        return [(f"{option}={word}", meaning) for word, meaning in items]
-    arguments = [each for each in command.params if each.param_type_name == "argument"]
-    if arguments and not begun.startswith("-"):
-        return _values(arguments[0], context, begun)
-    is_option = begun.startswith("-") or command is not app
-    return _plain(command.shell_complete(context, (begun if begun[1:] else "--") if is_option else begun))
-
-
-def _values(parameter: Any, context: typer.Context, begun: str) -> list[tuple[str, str]]:
-    """What an option or an argument may be, if that is one of a few."""
-    choices = str(parameter.metavar or "").split("|")
-    if choices[1:]:
-        return [(choice, "") for choice in choices if choice.startswith(begun)]
-    return _plain(parameter.shell_complete(context, begun))
-
-
-def _plain(items: list[Any]) -> list[tuple[str, str]]:
+    parameter = next((each for each in command.params if given and given[-1] in each.opts and not each.is_flag), None)
+    if parameter is not None:
+        given.pop()
+    elif not begun.startswith("-"):
+        parameter = next((each for each in command.params if each.param_type_name == "argument"), None)
+    context = command.make_context(command.name, given, resilient_parsing=True)
+    items = (parameter or command).shell_complete(context, begun)
     return [(item.value, item.help or "") for item in items if item.type == "plain"]

@@ -13,8 +13,11 @@ from tendon_cli.errors import UsageError
 
 
 def option(metavar: str, text: str, *names: str, among: Callable[..., list[Any]] | None = None, **more: Any) -> Any:
-    """An option with a value, completed from what `among` gives."""
-    return typer.Option(*names, metavar=metavar, help=text, autocompletion=among, **more)
+    """An option with a value, completed from what `among` gives, or from the words of `metavar`."""
+    words = metavar.split("|")
+    return typer.Option(
+        *names, metavar=metavar, help=text, autocompletion=(lambda: words) if words[1:] else among, **more
+    )
 
 
 def source(text: str | Path) -> Path:
@@ -85,6 +88,6 @@ Table = Annotated[
 TableName = Annotated[str | None, option("NAME", "table of the folder", "--table", among=values.tables)]
 Where = Annotated[
     list[str] | None,
-    option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=values.filters),
+    option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=values.columns),
 ]
 Columns = Annotated[list[str] | None, option("NAMES", "columns to show, separated by commas", among=values.columns)]

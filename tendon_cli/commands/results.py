@@ -91,15 +91,12 @@ Quantities = Annotated[
 Against = Annotated[str | None, options.option("COLUMN", "the horizontal axis", "--x", "-x", among=values.columns)]
 Colour = Annotated[str | None, options.option("AXIS", "a colour for each value of this axis", among=values.columns)]
 Panels = Annotated[str | None, options.option("AXIS", "a panel for each value of this axis", among=values.columns)]
-Units = Annotated[
-    list[str] | None,
-    options.option("UNIT", "unit to show a dimension in, such as cm; repeatable", among=values.units),
-]
+Units = Annotated[list[str] | None, options.option("UNIT", "unit to show a dimension in, such as cm; repeatable")]
 Angles = Annotated[
     list[str] | None, options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable")
 ]
 Format = Annotated[str, options.option("png|svg|pdf", "format of the figure", "--format")]
-Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'", among=values.sizes)]
+Size = Annotated[str, options.option("SIZE", "column, page, '120 mm' or '120 x 80 mm'")]
 
 
 def plot(

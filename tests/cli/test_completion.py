@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import typer
 
+import tendon_cli
 from tendon_cli import cli
 from tendon_cli.commands.completion import candidates, split_line
 from tendon_cli.quantities import OF_DESIGNS, OF_STATES
@@ -21,25 +22,44 @@ from tendon_cli.studies.study import keys
 
 APP = typer.main.get_command(cli.app)
 PROGRAMS = Path(sys.executable).parent
+FILES = {
+    "study.toml": "",
+    "people.csv": "name,weight (kg),stature (cm)\nAda Lovelace,62.5,168\nBo,90,181.5\nEve\x1b[2J,70,170\n",
+    "own.toml": '[people]\nfile = "people.csv"\n[[cases]]\nname = "Bo\'s arm"\n[[cases]]\nname = "$(touch executed)"\n',
+    "torn.parquet": "PAR1 and no more PAR1",
+    "bad.csv": "\0",
+}
+CASES = ["Bo's arm", "$(touch executed)"]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with a study of people and cases, a run, an answer, and what is no table."""
+    folder = tmp_path_factory.mktemp("made")
+    for name, content in FILES.items():
+        (folder / name).write_text(content, encoding="utf-8")
+    os.mkfifo(folder / "pipe")
+    (folder / "empty.parquet").mkdir()
+    tendon_cli.sweep({}, folder / "run")
+    tendon_cli.design({"spring": {"stiffness": ["3 kN/m", "5 kN/m"]}}, folder / "answer")
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def there(made, monkeypatch):
+    monkeypatch.chdir(made)
 
 
 def offered(line):
-    words, begun, _ = split_line(line)
+    words, begun, _ = split_line(f"tendon {line}")
     return [word for word, _ in candidates(APP, words, begun)]
 
 
-def test_every_command_is_offered():
-    assert set(offered("tendon ")) == set(APP.commands)
-
-
 @pytest.mark.parametrize("name", APP.commands)
-def test_every_option_is_offered(name):
+def test_every_command_and_every_option_is_offered(name):
     options = {opt for parameter in APP.commands[name].params for opt in parameter.opts if opt.startswith("--")}
-    assert set(offered(f"tendon {name} --")) >= options | {"--help"}
-
-
-def test_every_number_of_a_study_can_be_set():
-    assert {f"{key}=" for key in keys()} <= set(offered("tendon sweep --set "))
+    assert set(offered(f"{name} --")) >= options | {"--help"}
+    assert name in offered("")
 
 
 def test_a_value_that_is_offered_is_taken(tmp_path):
@@ -62,112 +82,52 @@ def test_a_value_that_is_offered_is_taken(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "line", ["show run --columns ", "show run --sort ", "show run --where '", "plot run -y ", "plot run --quantity "]
-)
-def test_columns_are_offered(line):
-    assert {*OF_DESIGNS, *OF_STATES, "load_mass"} <= set(offered(f"tendon {line}"))
-
-
-@pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("tendon sw", ["sweep"]),
-        ("tendon sweep --dry", ["--dry-run"]),
-        ("tendon sweep a.toml --set model.slack=", ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"]),
-        ("tendon sweep --set 'model.slack=u", ["model.slack=unilateral"]),
-        ("tendon sweep --set=arm.b1", ["--set=arm.b1="]),
-        ("tendon show r --columns margin,max_t", ["margin,max_tension", "margin,max_torque_band"]),
-        ("tendon show r --sort -margi", ["-margin"]),
-        ("tendon plot r --format s", ["svg"]),
-        ("tendon completion f", ["fish"]),
-        ("tendon --ver", ["--version"]),
-        ("tendon --debug sw", ["sweep"]),
-        ("tendon sweep ", []),
-        ("tendon sweep --out ", []),
-        ("tendon swep --", []),
-        ("tendon sweep \"a'b", []),
+        ("sw", ["sweep"]),
+        ("--ver", ["--version"]),
+        ("--debug sw", ["sweep"]),
+        ("sweep --dry", ["--dry-run"]),
+        ("sweep a.toml --set model.slack=", ["model.slack=", "model.slack=unilateral", "model.slack=bilateral"]),
+        ("sweep --set 'model.slack=u", ["model.slack=unilateral"]),
+        ("plot r --format s", ["svg"]),
+        ("completion f", ["fish"]),
+        ("show r --columns margin,max_t", ["margin,max_tension", "margin,max_torque_band"]),
+        ("show r --sort -margi", ["-margin"]),
+        ("show run --table states --columns elbow_s", ["elbow_stiffness"]),
+        ("show run --where 'elbow_s", []),
+        ("show answer --sort -toleran", ["-tolerance", "-tolerance_length"]),
+        ("export answer --columns from_by,serv", ["from_by,served", "from_by,served_at"]),
+        ("export answer --table ", ["choices", "conditions"]),
+        ("show people.csv --columns ", ["name", "weight", "stature"]),
+        *((f"show {source} --columns marg", ["margin"])
+          for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing")),
+        ("state own.toml --case ", CASES),
+        ("plot --arm own.toml --case B", CASES[:1]),
+        ("state pipe --case ", []),
+        ("state own.toml --person ", ["mean-man", "mean-woman", "Ada Lovelace", "Bo", "Eve?[2J"]),  # harmless
+        ("state missing.toml --person ", ["mean-man", "mean-woman"]),
+        *((line, []) for line in ("sweep ", "sweep --out ", "swep --", "sweep \"a'b")),
     ],
-)
+)  # fmt: skip
 def test_what_is_offered(line, expected):
     assert offered(line) == expected
 
 
-OWN = """
-[load]
-mass = ["0 kg", "5 kg"]
-[people]
-file = "people.csv"
-[[cases]]
-name = "Bo's arm"
-[[cases]]
-name = "$(touch run-by-bash)"
-"""
-PEOPLE = "name,weight (kg),stature (cm)\nAda Lovelace,62.5,168\nBo,90,181.5\n"
-
-
-@pytest.fixture
-def own(tendon, workplace):
-    """A study with cases and people, its run, and its answer."""
-    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
-    (workplace / "own.toml").write_text(OWN, encoding="utf-8")
-    assert tendon("sweep", "own.toml", "--no-figures", "--out", "run").exit == 0
-    (workplace / "choose.toml").write_text('[spring]\nstiffness = ["3 kN/m", "5 kN/m"]\n', encoding="utf-8")
-    assert tendon("design", "choose.toml", "--no-figures", "--out", "answer").exit == 0
-
-
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("tendon state own.toml --case ", ["Bo's arm", "$(touch run-by-bash)"]),
-        ("tendon plot --arm own.toml --case B", ["Bo's arm"]),
-        ("tendon state own.toml --person ", ["mean-man", "mean-woman", "Ada Lovelace", "Bo"]),
-        ("tendon state missing.toml --person ", ["mean-man", "mean-woman"]),
-        ("tendon show run --where 'person = A", ["person = Ada Lovelace"]),
-        ("tendon show run --where 'case!=", ["case!=Bo's arm", "case!=$(touch run-by-bash)"]),
-        ("tendon show run --where 'load_mass = ", ["load_mass = 0 kg", "load_mass = 5 kg"]),
-        ("tendon show run --where 'feasible = f", ["feasible = false"]),
-        ("tendon show run --table states --where 'direction in flexion, e", ["direction in flexion, extension"]),
-        ("tendon show run --table states --columns elbow_s", ["elbow_stiffness"]),
-        ("tendon show run --columns elbow_s", []),
-        ("tendon show answer --sort -toleran", ["-tolerance", "-tolerance_length"]),
-        ("tendon export answer --columns from_by,serv", ["from_by,served", "from_by,served_at"]),
-        ("tendon export answer --table ", ["choices", "conditions"]),
-        ("tendon show people.csv --columns ", ["name", "weight", "stature"]),
-        ("tendon show people.csv --where 'name = B", ["name = Bo"]),
-    ],
-)
-def test_own_names_and_columns_are_offered(own, line, expected):
-    assert offered(line) == expected
-
-
-def test_a_source_that_is_no_table_is_not_waited_for(workplace, tendon):
-    os.mkfifo("pipe")
-    Path("torn.parquet").write_bytes(b"PAR1 and no more PAR1")
-    Path("bad.csv").write_bytes(b"\xff\0")
-    Path("empty.parquet").mkdir()
-    for source in ("pipe", "torn.parquet", "bad.csv", "empty.parquet", ".", "missing"):
-        ran = tendon("completion", "fish", "--line", f"tendon show {source} --columns marg")
-        assert (ran.exit, ran.out.split()[:1], ran.err) == (0, ["margin"], "")
-        assert tendon("completion", "fish", "--line", f"tendon state {source} --case ").exit == 0
-
-
-def test_no_sign_that_a_terminal_obeys_is_offered(workplace, tendon):
-    Path("people.csv").write_text("name,weight (kg)\nAda\x1b[2J,60\nBo,70\n", encoding="utf-8")
-    offered_names = tendon("completion", "fish", "--line", "tendon show people.csv --where 'name = ").out
-    assert "name = Bo" in offered_names.splitlines()
-    assert "\x1b" not in offered_names + tendon("show", "people.csv").out
+@pytest.mark.parametrize("option", ["show r --columns", "show r --sort", "show r --where", "plot r -y", "plot r --x"])
+def test_without_a_table_every_column_is_offered(option):
+    assert {*OF_DESIGNS, *OF_STATES, "load_mass"} <= set(offered(f"{option} "))
+    assert {f"{key}=" for key in keys()} <= set(offered("sweep --set "))
 
 
 @pytest.mark.parametrize("quote", ["", "'", '"'])
-def test_bash_runs_nothing_of_a_name(own, tendon, quote):
-    line = f"tendon state own.toml --case {quote}"
-    names = tendon("completion", "bash", "--line", line).out.splitlines()
-    echoed = subprocess.run(
-        ["bash", "-c", "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names)],
-        check=True, capture_output=True, text=True,
-    )  # fmt: skip
-    assert echoed.stdout.splitlines() == ["Bo's arm", "$(touch run-by-bash)"]
-    assert not Path("run-by-bash").exists()
+def test_bash_runs_nothing_of_a_name(outside, made, quote):
+    names = outside("completion", "bash", "--line", f"tendon state own.toml --case {quote}", cwd=made).out
+    script = "\n".join(f"printf '%s\\n' {quote}{name}{quote}" for name in names.splitlines())
+    echoed = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
+    assert echoed.stdout.splitlines() == CASES
+    assert not (made / "executed").exists()
+    assert not Path("executed").exists()
 
 
 def typed(shell, setup, line, wanted):
@@ -208,29 +168,25 @@ SHELLS = {
         ("tendon sweep --set model.slack=b", "model.slack=bilateral"),
         ("tendon sweep stu", "study.toml"),
         ("tendon state own.toml --person Ad", "Ada\\ Lovelace"),
-        ("tendon show people.csv --where 'name = Ad", "name = Ada Lovelace'"),
+        ("tendon state own.toml --person 'Ad", "'Ada Lovelace'"),
+        ("tendon state own.toml --person Ada\\ Lo", "Ada\\ Lovelace"),
         ("tendon show people.csv --sort sta", "stature"),
     ],
 )
-def test_a_real_shell_completes(name, line, wanted, workplace):
+def test_a_real_shell_completes(name, line, wanted):
     if shutil.which(name) is None:
         pytest.skip(f"there is no {name} here")
-    (workplace / "study.toml").touch()
-    (workplace / "own.toml").write_text('[people]\nfile = "people.csv"\n', encoding="utf-8")
-    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
     command, setup = SHELLS[name]
-    assert wanted in typed(command, f"cd {workplace}; {setup}", line, wanted)
+    assert wanted in typed(command, setup, line, wanted)
 
 
-def test_fish_completes(workplace):
+def test_fish_completes():
     if shutil.which("fish") is None:
         pytest.skip("there is no fish here")
-    (workplace / "study.toml").touch()
-    (workplace / "people.csv").write_text(PEOPLE, encoding="utf-8")
-    lines = ("tendon swe", "tendon sweep --set model.slack=b", "tendon show run --sort required_p", "tendon sweep stu")
-    lines += ('tendon show people.csv --where "name = Ad',)
+    lines = ("tendon swe", "tendon sweep --set model.slack=b", "tendon show r --sort required_p", "tendon sweep stu")
+    lines += ('tendon state own.toml --person "Ad',)
     asked = "; ".join(["tendon completion fish | source", *(f"complete -C '{line}'" for line in lines)])
-    environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(workplace)}
+    environment = os.environ | {"PATH": f"{PROGRAMS}:{os.environ['PATH']}", "HOME": str(Path.cwd())}
     ran = subprocess.run(["fish", "-c", asked], check=True, capture_output=True, text=True, env=environment, timeout=60)
     completed = [entry.partition("\t")[0] for entry in ran.stdout.splitlines()]
-    assert completed == ["sweep", "model.slack=bilateral", "required_pretension", "study.toml", "name = Ada Lovelace"]
+    assert completed == ["sweep", "model.slack=bilateral", "required_pretension", "study.toml", "Ada Lovelace"]
