@@ -18,7 +18,6 @@ from pathlib import Path
 
 from benchmarks.fused import OPTIONS, Fused
 from benchmarks.measure import Took, in_threads, interleaved
-from tendon_cli.engine.folds import small_blocks
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.startup import keep_freed_memory
@@ -57,7 +56,7 @@ def _designs(task: Sweep, designs: range) -> None:
 
 def _windows(task: Sweep, designs: range) -> None:
     for whole in task.plan.blocks_of_designs(designs):
-        for block in small_blocks(task.plan, whole):
+        for block in task.folds.small_blocks(whole):
             task.folds.windows(block, task.plan.design(block))
 
 

@@ -33,8 +33,7 @@ from tendon_cli.errors import SizeError
 from tendon_cli.kernel import writer_of
 from tendon_cli.space.axis import Axis
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.arrays import arrays_of
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, arrays_of
 from tendon_cli.tables.write import Rows
 
 CHOICES_PER_PART = 2**17

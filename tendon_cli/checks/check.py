@@ -19,8 +19,8 @@ from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.arrays import as_numpy
 from tendon_cli.tables.read import TableFiles
+from tendon_cli.tables.schema import as_numpy
 
 Breach = dict[str, Any]
 """A limit that a design breaks, as in the record."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from tendon_cli.cube.derived import DERIVED
 from tendon_cli.errors import UsageError
-from tendon_cli.quantities import QUANTITIES, Quantity
+from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, Filter, read_filter
 from tendon_cli.studies.study import keys
@@ -107,3 +106,42 @@ def quantity_in(field: pa.Field) -> Quantity:
 
 def _is_number(kind: pa.DataType) -> bool:
     return bool(pa.types.is_floating(kind) or pa.types.is_integer(kind))
+
+
+# --- Quantities that no table has and a figure may show: each follows from columns of states, row by row --------------
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A quantity and how it follows from some columns."""
+
+    quantity: Quantity
+    needs: tuple[str, ...]
+    """Columns; where a table has one per side, that of `side` counts."""
+    side: str
+    of: Callable[..., Values]
+    """Takes the columns in the order of `needs`, SI values."""
+
+
+def _ratio(flexor_travel: Values, extensor_travel: Values) -> Values:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(extensor_travel == 0.0, np.nan, flexor_travel / extensor_travel)
+
+
+def _elongation(tension: Values, pretension: Values, tendon_stretch: Values, spring_stretch: Values) -> Values:
+    """Stretches are from the pretensioned state, and linear in tension, c (F - F0). From no load, c F."""
+    change = tension - pretension
+    with np.errstate(divide="ignore", invalid="ignore"):
+        compliance = np.where(change == 0.0, np.nan, (tendon_stretch + spring_stretch) / change)
+    return np.asarray(compliance * tension)
+
+
+DERIVED = {"radius_ratio": Derived(OF_FIGURES["radius_ratio"], ("flexor_travel", "extensor_travel"), "", _ratio)}
+for _side in ("flexor", "extensor"):
+    _stretches, _tension = (f"{_side}_tendon_stretch", f"{_side}_spring_stretch"), f"{_side}_tension_distal"
+    for _name, _needs, _of in (
+        ("length_change", _stretches, np.add),
+        ("elongation", (_tension, "pretension", *_stretches), _elongation),
+        ("spring_elongation", (_tension, "spring_stiffness"), np.divide),
+    ):
+        DERIVED[f"{_side}_{_name}"] = Derived(OF_FIGURES[f"{_side}_{_name}"], _needs, _side, _of)

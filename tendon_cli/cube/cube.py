@@ -23,8 +23,8 @@ from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.filters import Condition
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.arrays import as_numpy
 from tendon_cli.tables.read import AnyTable
+from tendon_cli.tables.schema import as_numpy
 from tendon_cli.units import shorten
 
 _ALWAYS = ("pretension", "spring_stiffness", "spool_ratio", LOAD, "friction", "bend_angle")

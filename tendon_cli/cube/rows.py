@@ -13,17 +13,15 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from tendon_cli.cube.columns import Columns, Values
-from tendon_cli.cube.derived import DERIVED
+from tendon_cli.cube.columns import DERIVED, Columns, Values
 from tendon_cli.cube.source import table_in
 from tendon_cli.errors import UsageError
 from tendon_cli.files import whole_file
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
-from tendon_cli.tables.arrays import array_of, as_numpy
 from tendon_cli.tables.read import AnyTable
-from tendon_cli.tables.schema import Column
+from tendon_cli.tables.schema import Column, array_of, as_numpy
 from tendon_cli.units import factor_of, shorten
 
 _FORMULA = r"^([=+\-@\t\r])"

@@ -8,17 +8,19 @@ import math
 import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import kernel
-from tendon_cli.engine.plan import Block, Flags, Plan
+from tendon_cli.engine.plan import Block, Plan, bounds_of
 from tendon_cli.model import extremes, window
 from tendon_cli.model.design import Design
 from tendon_cli.model.extremes import Found
+from tendon_cli.model.kinematics import Flags
+from tendon_cli.space.axis import PRETENSION
 
 VALUES_AT_ONCE = 2**18
 """In an array that compiled code is given, and states of which NumPy has several arrays."""
@@ -31,36 +33,40 @@ COUNTED = ("taut", "stable", "feasible", "slack", "no_equilibrium", "unstable")
 """What the record counts: designs with each judgement, states that are slack, without equilibrium or unstable."""
 
 
-def small_blocks(plan: Plan, block: Block) -> Iterator[Block]:
-    """The block in pieces, so that what is worked out for each takes little memory."""
-    return block.cut(partial(_to_cut, plan))
-
-
-def _to_cut(plan: Plan, block: Block) -> int | None:
-    """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
-    lengths, free, states = block.shape[:-2], plan.only_pretension, plan.states_per_design
-    whole = frozenset(range(len(lengths)))
-    most_of = [(whole, 1, _DESIGNS)]
-    if kernel.kind():
-        per_arm = len(plan.elbow_angles)
-        most_of += [(whole, states, _STATES), (plan.of_the_arm, per_arm, VALUES_AT_ONCE)]
-        most_of += [(whole - free, 2, VALUES_AT_ONCE)]
-    else:
-        most_of += [(whole, states, plan.block_states)]
-    if plan.of_forms or plan.of_motion or extremes.OVER_STATES:  # NumPy has arrays of all states
-        most_of += [(whole, states, VALUES_AT_ONCE)]
-    for axes, each, most in most_of:
-        long = [axis for axis in axes if lengths[axis] > 1]
-        if long and each * math.prod(lengths[axis] for axis in long) > most:
-            return max(long, key=lambda axis: (axis not in free, lengths[axis]))
-    return None
-
-
 @dataclass(frozen=True, eq=False)
 class Folds:
     """What the designs of a plan come to."""
 
     plan: Plan
+
+    @cached_property
+    def _only_pretension(self) -> frozenset[int]:
+        """The design axes that nothing but pretension depends on."""
+        return frozenset(range(len(self.plan.shape))) - self.plan.space.axes_of(lambda key: key != PRETENSION)
+
+    @cached_property
+    def _of_the_arm(self) -> frozenset[int]:
+        """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
+        return self.plan.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
+
+    def small_blocks(self, block: Block) -> Iterator[Block]:
+        """The block in pieces, so that what is worked out for each takes little memory."""
+        return block.cut(self._to_cut)
+
+    def _to_cut(self, block: Block) -> int | None:
+        """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
+        plan, free, lengths, states = self.plan, self._only_pretension, block.shape[:-2], self.plan.states_per_design
+        whole = frozenset(range(len(lengths)))
+        most_of = [(whole, 1, _DESIGNS), (whole, states, _STATES if kernel.kind() else plan.block_states)]
+        if kernel.kind():
+            most_of += [(self._of_the_arm, len(plan.elbow_angles), VALUES_AT_ONCE), (whole - free, 2, VALUES_AT_ONCE)]
+        if plan.of_forms or plan.of_motion or extremes.OVER_STATES:  # NumPy has arrays of all states
+            most_of += [(whole, states, VALUES_AT_ONCE)]
+        for axes, each, most in most_of:
+            long = [axis for axis in axes if lengths[axis] > 1]
+            if long and each * math.prod(lengths[axis] for axis in long) > most:
+                return max(long, key=lambda axis: (axis not in free, lengths[axis]))
+        return None
 
     def designs(self, block: Block) -> dict[str, npt.NDArray[Any]]:
         """Results and judgements of the designs of a small block, and how many of their states are what is counted."""
@@ -74,7 +80,7 @@ class Folds:
 
     def windows(self, block: Block, design: Design) -> Found:
         """The windows of a block, worked out once for all designs that differ in pretension alone."""
-        free = self.plan.only_pretension
+        free = self._only_pretension
         if self.known_windows is not None:
             place = tuple(slice(0, 1) if axis in free else part for axis, part in enumerate(block.designs))
             columns = {name: values[place] for name, values in self.known_windows.items()}
@@ -88,18 +94,18 @@ class Folds:
         """Those of the whole plan, if blocks share them and they are few."""
         plan = self.plan
         (whole,) = plan.blocks(range(plan.designs))
-        every = whole.first_along(plan.only_pretension)
+        every = whole.first_along(self._only_pretension)
         states, most = math.prod(every.shape), _MOST_BEFORE if kernel.kind() else _MOST_BEFORE // 16
         if every.design_count == plan.designs or every.design_count > _MOST_KEPT or states > most:
             return None
         columns = {name: np.empty(every.shape[:-2]) for name in ("pretension_from", "pretension_to")}
-        for block in small_blocks(plan, every):
+        for block in self.small_blocks(every):
             for name, values in self._windows(block, plan.design(block)).items():
                 columns[name][block.designs] = values
         return columns
 
     def _windows(self, block: Block, design: Design) -> Found:
-        plan, bounds = self.plan, self.plan.bounds
+        plan, bounds = self.plan, bounds_of(self.plan.study)
         if bounds.of_motion:  # limits over several states at once
             from tendon_cli.model.motor_window import narrowed  # only these pay for its import
 
@@ -169,16 +175,13 @@ def flags(note: Any, count: int) -> Flags | None:
 
 def feasible_choices(plan: Plan, notes: Iterable[str]) -> int:
     """How many choices are feasible in a run, from what all its parts say of their designs, in their order."""
-    chosen, still = _chosen(plan), np.ones(choices(plan), np.bool_)
+    shape, chosen = (*plan.shape, 1), [*_chosen(plan), len(plan.shape)]  # there may be no axis
+    still = np.ones([shape[axis] for axis in chosen], np.bool_)
     for index, note in enumerate(notes):
         designs = plan.part(index)
         feasible = flags(note, len(designs))
         if feasible is None:
             raise ValueError(f"part {index} does not say which designs are feasible")
-        failing = designs.start + np.flatnonzero(~feasible)
-        choice = np.zeros_like(failing)
-        for axis in chosen:
-            along = failing // math.prod(plan.shape[axis + 1 :]) % plan.shape[axis]
-            choice = choice * plan.shape[axis] + along
-        still[choice] = False
+        failing = np.unravel_index(designs.start + np.flatnonzero(~feasible), shape)
+        still[tuple(failing[axis] for axis in chosen)] = False
     return int(still.sum())

@@ -14,22 +14,19 @@ from decimal import Decimal
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.errors import SizeError
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
-from tendon_cli.model.kinematics import Array
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import ADDED
 from tendon_cli.quantities import OF_CYCLES, OF_TRAJECTORIES
-from tendon_cli.space.axis import PRETENSION, Axis
+from tendon_cli.space.axis import Axis
 from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import lengths_of, space_of
 from tendon_cli.studies.checks import is_stated
 from tendon_cli.studies.study import Study
-
-Flags = npt.NDArray[np.bool_]
 
 STATES_PER_FILE = 2**21
 """Most states of a study whose tables are single files."""
@@ -140,11 +137,6 @@ class Plan:
         return self.study.angles
 
     @cached_property
-    def bounds(self) -> Bounds:
-        """The limits of the study."""
-        return bounds_of(self.study)
-
-    @cached_property
     def of_forms(self) -> tuple[str, ...]:
         """Columns of `designs` that limits on forms add, each an extreme of its form, if the study states its needs."""
         return tuple(each.column for each in ADDED if all(is_stated(self.study, need) for need in each.needs))
@@ -229,16 +221,6 @@ class Plan:
     def state(self, block: Block, design: Design | None = None) -> State:
         """What the states of a block depend on; `design` if it is known."""
         return State.of(design or self.design(block), *self.motion(block))
-
-    @cached_property
-    def only_pretension(self) -> frozenset[int]:
-        """The design axes that nothing but pretension depends on."""
-        return frozenset(range(len(self.shape))) - self.space.axes_of(lambda key: key != PRETENSION)
-
-    @cached_property
-    def of_the_arm(self) -> frozenset[int]:
-        """The design axes that the arm's motion depends on, so that there is something to know for each elbow angle."""
-        return self.space.axes_of(lambda key: key.startswith(("arm.", "model.")))
 
     def _block_from(self, design: int, most: int) -> Block:
         """The largest block of at most `most` designs that starts at a design and covers consecutive ones."""

@@ -18,8 +18,8 @@ from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.engine.sweep import Sweep, state_rows
 from tendon_cli.errors import UsageError
 from tendon_cli.studies.load import AnyStudy, any_study, recorded_study, varied_study
-from tendon_cli.tables.arrays import as_numpy
 from tendon_cli.tables.read import AnyTable
+from tendon_cli.tables.schema import as_numpy
 from tendon_cli.tables.write import RowsInMemory
 
 _MOVES = ("flexion", "extension")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.engine.columns import Tables
-from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, flags, noted, small_blocks
+from tendon_cli.engine.folds import COUNTED, Folds, choices, feasible_choices, flags, noted
 from tendon_cli.engine.plan import DESIGNS_AT_ONCE, Block, Plan
 from tendon_cli.engine.task import Note, Task
 from tendon_cli.say import share
@@ -114,7 +114,7 @@ class Sweep(Task):
             shaped = {name: column.reshape(feasible.shape) for name, column in columns.items()}
             for name in keys.keys() & shaped.keys():
                 shaped[name][...] = np.broadcast_to(keys[name], block.shape)[..., 0, 0]
-            for small in small_blocks(self.plan, block):
+            for small in self.folds.small_blocks(block):
                 self.go_on()
                 results, within = self.folds.designs(small), small.within(block)
                 for name in COUNTED:

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
+from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
-from tendon_cli.cube.derived import DERIVED
 from tendon_cli.errors import UsageError
 from tendon_cli.space.axis import CASE_AXIS, Axis
 from tendon_cli.studies.figures import MOST_QUANTITIES, OF_STATES, FigureSpec

@@ -20,8 +20,8 @@ from tendon_cli.figures.engine import Axes, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
 from tendon_cli.figures.style import FAINT, INK, MARKERS, OKABE_ITO, house_style
 from tendon_cli.quantities import QUANTITIES
-from tendon_cli.tables.arrays import as_numpy
 from tendon_cli.tables.read import open_table
+from tendon_cli.tables.schema import as_numpy
 
 Values = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]

@@ -34,8 +34,8 @@ from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import keys
-from tendon_cli.tables.arrays import as_numpy
 from tendon_cli.tables.read import open_table
+from tendon_cli.tables.schema import as_numpy
 
 RESULTS = (
     "tolerance", "served", "served_at", "pretension", "pretension_from", "pretension_to", "max_tension",

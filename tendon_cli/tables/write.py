@@ -16,9 +16,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tendon_cli.files import open_file, output_errors, sync_folder, temporary_of
-from tendon_cli.tables.arrays import array_of
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
-from tendon_cli.tables.schema import Column, TableLayout
+from tendon_cli.tables.schema import Column, TableLayout, array_of
 
 _ROWS_AT_ONCE = 1 << 17
 """Most rows in a page and most that are encoded at once."""

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tendon_cli import quantities
+from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import cube_of
-from tendon_cli.cube.derived import DERIVED
 from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
 from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept

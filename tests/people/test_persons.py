@@ -5,7 +5,7 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.figures.population import members
-from tendon_cli.tables.arrays import as_numpy
+from tendon_cli.tables.schema import as_numpy
 
 COARSE = {"motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 7}}, "load": {"mass": [0.0, 10.0]}}
 SUIT = {**COARSE, "spring": {"stiffness": [5e3, 8e3]}, "spool": {"ratio": 0.6}}
