@@ -2,7 +2,6 @@
 
 import json
 import re
-import resource
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -65,17 +64,6 @@ def test_init_does_not_write_through_a_link(tendon, workplace):
     (workplace / "study.toml").symlink_to(workplace / "elsewhere.toml")
     assert tendon("init").exit == 2
     assert not (workplace / "elsewhere.toml").exists()
-
-
-def test_an_init_that_is_cut_off_leaves_nothing_and_can_be_done_again(outside, workplace):
-    """A limit on the length of a file stands in for a full disk."""
-    limit = (resource.RLIMIT_FSIZE, (1000, 1000))
-    ran = outside("init", "mine.toml", preexec_fn=lambda: resource.setrlimit(*limit))
-    assert (ran.exit, ran.out) == (5, "")
-    assert ran.err == "tendon: error: mine.toml: cannot be written: File too large\n"
-    assert list(workplace.iterdir()) == []
-    assert outside("init", "mine.toml").exit == 0
-    assert [file.name for file in workplace.iterdir()] == ["mine.toml"]
 
 
 def test_of_many_inits_at_once_one_writes_the_starter(outside, workplace):

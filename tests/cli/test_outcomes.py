@@ -4,15 +4,12 @@ import errno
 import gc
 import json
 import os
-import resource
 import subprocess
 from pathlib import Path
 
 import pytest
 
 from tendon_cli.engine import sweep as sweep_module
-from tendon_cli.engine.folder import RunFolder
-from tendon_cli.engine.sweep import Sweep
 from tendon_cli.studies import load
 
 STUDY = '[load]\nmass = ["0 kg", "3 kg"]\n[motion]\nelbow_angle = ["10 deg", "80 deg"]\n'
@@ -47,43 +44,17 @@ def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
     assert tendon(*words, "--out", "a", "--allow-no-equilibrium").exit == 0
 
 
-def test_a_folder_in_use_is_exit_7(tendon, study, new_sweep):
-    plan = new_sweep(STUDY, study.parent, out="other").plan
-    with RunFolder(Path("results/study"), Sweep(plan)).locked():
-        ran = tendon("sweep", study, "--no-figures", "--json")
-    assert (ran.exit, ran.json["error"]["kind"]) == (7, "folder")
-    assert "another run" in ran.json["error"]["message"]
-    assert not list(Path("results/study").glob("*.parquet"))
-    assert tendon("sweep", study, "--no-figures").exit == 0
-
-
-def test_a_part_that_fails_is_exit_6_and_named(tendon, study, small_parts, monkeypatch, muttered):
-    small_parts(4)
-    state_rows = sweep_module.state_rows
-
-    def fails(inputs, block, keys):
-        if block.first_design == 1:
-            raise FloatingPointError("something odd")
-        return state_rows(inputs, block, keys)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(sweep_module, "state_rows", fails)
-        ran = tendon("sweep", study, "--no-figures", "--json", "--jobs", "1")
-    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
-    assert "load.mass=3" in ran.json["error"]["message"]
-    assert tendon("sweep", study, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
-
-
-def test_a_part_that_fails_is_named_by_its_case(tendon, study, monkeypatch, muttered):
+def test_a_part_that_fails_is_exit_6_and_named_by_case_and_axes(tendon, study, monkeypatch, muttered):
     def fails(_inputs, _block, _keys):
         raise FloatingPointError("something odd")
 
-    study.write_text('[[cases]]\nname = "tall"\n', encoding="utf-8")
+    study.write_text(STUDY + '[[cases]]\nname = "tall"\n', encoding="utf-8")
     monkeypatch.setattr(sweep_module, "state_rows", fails)
     ran = tendon("sweep", study, "--no-figures", "--json")
     gc.collect()  # here, where what finalizers say is not heard
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert "tall" in ran.json["error"]["message"]
+    assert "load.mass=" in ran.json["error"]["message"]
 
 
 def test_a_bug_is_exit_1_and_says_so(tendon, study, monkeypatch):
@@ -156,33 +127,6 @@ def test_a_closed_stderr_changes_nothing(outside, study):
     ran = outside("sweep", study, "--no-figures", "--json", preexec_fn=lambda: os.close(2))
     assert ran.exit == 0
     assert ran.json["designs"] == 2
-
-
-MORE = STUDY.replace('["0 kg", "3 kg"]', "{ from = 0, to = 9, num = 60000 }")
-
-
-def on_a_small_disk(outside, study):
-    """A sweep that does not fit; a limit on the size of files stands in for the disk."""
-    study.write_text(MORE, encoding="utf-8")
-    limit = (resource.RLIMIT_FSIZE, (300_000, 300_000))
-    return outside("sweep", study, "--no-figures", "--out", "run", preexec_fn=lambda: resource.setrlimit(*limit))
-
-
-def test_a_disk_that_fills_up_is_exit_5_and_leaves_no_half_table(outside, study):
-    ran = on_a_small_disk(outside, study)
-    assert (ran.exit, one_line(ran.err)) == (5, True)
-    assert "states.parquet: cannot be written" in ran.err
-    assert not list(Path("run").rglob("*.tmp"))
-    assert not list(Path("run").rglob(".*.tmp"))
-    assert not list(Path("run").rglob("*.parquet"))
-
-
-def test_a_run_that_did_not_fit_can_be_resumed_to_the_same_bytes(outside, tendon, study, new_sweep, hashes_in):
-    on_a_small_disk(outside, study)
-    refused = tendon("sweep", study, "--no-figures", "--out", "run", "--json")
-    assert (refused.exit, "--resume" in refused.json["error"]["hint"]) == (7, True)
-    assert tendon("sweep", study, "--no-figures", "--out", "run", "--resume").exit == 0
-    assert hashes_in(Path("run")) == new_sweep(MORE, study.parent, out="whole").hashes
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to this user")

@@ -12,6 +12,7 @@ import pytest
 
 from tendon_cli.engine import journal as journal_module
 from tendon_cli.engine import records as record_module
+from tendon_cli.engine.folder import RunFolder
 
 STUDY = """
 [tendon]
@@ -21,22 +22,7 @@ mass = ["0 kg", "5 kg"]
 [motion]
 elbow_angle = ["10 deg", "50 deg", "80 deg"]
 """
-PARTS, SEVERAL, ONE = 10, 12, 2**19
-STOPPED = """
-import os, sys
-from tendon_cli.engine import plan
-plan.STATES_PER_FILE = plan.STATES_PER_PART = 12
-from tendon_cli.engine.journal import Journal
-add = Journal.add
-def add_and_signal(self, result):
-    add(self, result)
-    for number in map(int, sys.argv[1].split(",")):
-        if len(self.parts) == 2:
-            os.kill(os.getpid(), number)
-Journal.add = add_and_signal
-from tendon_cli import cli
-cli.main(["sweep", "study.toml", "--no-figures", "--jobs", "2", "--out", "run", *sys.argv[2:]])
-"""
+SEVERAL, ONE = 12, 2**19
 ANYHOW = pytest.mark.parametrize("words", [(), ("--resume",), ("--overwrite",)], ids=" ".join)
 
 
@@ -52,20 +38,6 @@ def sweep(tendon, workplace, small_parts):
 def run(sweep):
     """The same without figures."""
     return lambda *words: sweep("--no-figures", *words)
-
-
-@pytest.fixture
-def stopped(run, outside, muttered):
-    """A run that a signal stopped after two of its parts."""
-    assert outside("-c", STOPPED, int(signal.SIGTERM), python=True).exit == 143
-    return run
-
-
-@pytest.fixture
-def whole(new_sweep, tmp_path_factory, small_parts):
-    """The bytes of a run that was never stopped."""
-    small_parts(SEVERAL)
-    return new_sweep(STUDY, tmp_path_factory.mktemp("whole")).hashes
 
 
 def everything(folder="run"):
@@ -87,39 +59,17 @@ def refused(ran):
 # --- Finished runs ---------------------------------------------------------------------------------------------------
 
 
-def test_a_finished_run_is_up_to_date_and_not_touched(run):
-    record = run("--json").json
-    before = everything()
-    files = {str(file.relative_to("run")) for file, content in before.items() if content is not None}
-    assert files == {"run.json", *(entry["path"] for entry in record["files"])}
-    second = run()
-    assert (second.exit, "up to date" in second.out) == (0, True)
-    assert run("--json").json == record
-    assert run("--resume").exit == 0
-    assert everything() == before
-
-
-@pytest.mark.parametrize("damage", ["flip", "delete", "truncate"])
-def test_a_damaged_finished_run_is_not_up_to_date(run, damage):
-    run()
-    file = Path("run/states.parquet/part-00003.parquet")
-    content = bytearray(file.read_bytes())
-    content[len(content) // 3] ^= 2
-    file.write_bytes(content if damage == "flip" else content[:-1])
-    if damage == "delete":
-        file.unlink()
-    ran = run("--json")
-    assert ran.exit != 0
-    assert "part-00003" in ran.json["error"]["message"]
-    assert run("--overwrite").exit == 0
+def interrupted(*_):
+    raise KeyboardInterrupt
 
 
 @pytest.mark.parametrize("resume", [(), ("--resume",)])
-@pytest.mark.parametrize("begun", ["run", "stopped"])
-def test_another_study_is_refused_and_what_differs_is_named(request, begun, resume):
-    run = request.getfixturevalue(begun)
-    if begun == "run":
-        run()
+@pytest.mark.parametrize("unfinished", [False, True])
+def test_another_study_is_refused_and_what_differs_is_named(run, monkeypatch, unfinished, resume):
+    with monkeypatch.context() as patch:
+        if unfinished:
+            patch.setattr(RunFolder, "finish", interrupted)
+        assert run().exit == (130 if unfinished else 0)
     before = everything()
     for setting in ("tendon.length=3 m", "load.mass=5 kg", "model.slack=bilateral", 'output.tables=["designs"]'):
         ran = run("--set", setting, "--json", *resume)
@@ -303,45 +253,6 @@ def test_a_study_whose_name_is_not_utf_8_is_swept(outside, workplace):
 # --- Unfinished runs -------------------------------------------------------------------------------------------------
 
 
-def test_an_unfinished_run_is_exit_7_and_hints_at_resume(stopped):
-    before = everything()
-    ran = stopped("--json")
-    assert refused(ran)
-    assert "--resume" in ran.json["error"]["hint"]
-    assert everything() == before
-
-
-def test_resume_where_there_is_nothing_simply_starts(run):
-    Path("run").mkdir()
-    Path("run/.tendon-run-0123456789ab.tmp").write_bytes(b"")  # of a run that was killed as it began
-    ran = run("--resume", "--json")
-    assert (ran.exit, ran.json["resumed_parts"]) == (0, 0)
-
-
-def test_resume_gives_the_bytes_of_a_run_that_was_never_stopped(stopped, hashes_in, whole):
-    """What a killed run left half written goes, and nothing of a stranger."""
-    names = ("states.parquet/.tendon-run-0123456789ab.tmp", ".tendon-run-ba9876543210.tmp")
-    left = [Path("run", name) for name in names]
-    names = ("states.parquet/.part-00007.parquet.tmp", ".journal.jsonl.tmp", ".run.json.tmp")
-    his = [Path("run", name) for name in names]
-    for file in (*left, *his):
-        file.write_bytes(b"half")
-    ran = stopped("--resume", "--json")
-    assert (ran.exit, ran.json["resumed_parts"] >= 2) == (0, True)
-    assert hashes_in(Path("run")) == whole
-    assert not any(file.exists() for file in left)
-    assert all(file.read_bytes() == b"half" for file in his)
-    before = everything()
-    assert stopped("--resume").exit == 0
-    assert everything() == before
-
-
-def test_overwrite_starts_an_unfinished_run_anew(stopped, hashes_in, whole):
-    ran = stopped("--overwrite", "--json")
-    assert (ran.exit, ran.json["resumed_parts"]) == (0, 0)
-    assert hashes_in(Path("run")) == whole
-
-
 def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
     """A worker thought dead puts its part in place while another run is being written."""
     add = journal_module.Journal.add
@@ -360,32 +271,13 @@ def test_a_late_part_of_an_older_run_does_not_stay(run, monkeypatch):
 
 
 def test_no_figure_of_an_older_run_stays_after_a_kill_between_picture_and_record(sweep, monkeypatch):
-    from tendon_cli.engine.folder import RunFolder
-
-    class Killed(BaseException):
-        pass
-
-    def killed(_self, _record):
-        raise Killed
-
     with monkeypatch.context() as patch:
-        patch.setattr(RunFolder, "finish", killed)
-        with pytest.raises(Killed):
-            sweep()
+        patch.setattr(RunFolder, "finish", interrupted)
+        assert sweep().exit == 130
     assert Path("run/slack_map.png").exists()
     assert not Path("run/run.json").exists()
     assert sweep("--overwrite", "--no-figures", "--set", "tendon.length=3 m").exit == 0
     assert not Path("run/slack_map.png").exists()
-
-
-def test_a_run_interrupted_before_its_figures_are_in_place_draws_them_when_resumed(sweep, monkeypatch):
-    with monkeypatch.context() as patch:
-        patch.setattr(journal_module.Journal, "announce", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
-        assert sweep().exit == 130
-    assert not Path("run/slack_map.png").exists()
-    ran = sweep("--resume", "--json")
-    assert (ran.exit, ran.json["figures"]) == (0, ["slack_map.png"])
-    assert not list(Path("run").glob(".tendon-*"))
 
 
 def test_a_strangers_picture_is_not_drawn_over_and_a_deleted_figure_is_drawn_again(sweep, run):
@@ -420,46 +312,6 @@ def test_a_figure_never_costs_a_run(sweep, monkeypatch, error):
 
 
 # --- Signals ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
-def test_a_signal_stops_cleanly_and_what_is_done_is_kept(run, outside, hashes_in, whole, name, code):
-    ran = outside("-c", STOPPED, int(getattr(signal, name)), "--json", python=True)
-    assert (ran.exit, ran.json["error"]["exit"], ran.json["error"]["kind"]) == (code, code, "stopped")
-    assert "--resume" in ran.json["error"]["hint"]
-    kept = hashes_in(Path("run"))
-    assert 4 <= len(kept) < 2 * PARTS
-    assert not [file for file in everything() if file.name.endswith(".tmp")]
-    assert not Path("run/run.json").exists()
-    assert kept.items() <= whole.items()
-    assert run("--resume").exit == 0
-    assert hashes_in(Path("run")) == whole
-
-
-MIDWAY = """
-import os, sys
-from tendon_cli.engine import sweep
-state_rows = sweep.state_rows
-def signal_and_rows(inputs, block, keys):
-    os.kill(os.getpid(), int(sys.argv[1]))
-    return state_rows(inputs, block, keys)
-sweep.state_rows = signal_and_rows
-from tendon_cli import cli
-cli.main(["sweep", "study.toml", "--no-figures", "--jobs", "1", "--out", "run"])
-"""
-
-
-def test_a_run_stopped_within_a_part_says_one_thing(run, outside, workplace):
-    (workplace / "study.toml").write_text(STUDY.replace("num = 10", "num = 30000"), encoding="utf-8")
-    ran = outside("-c", MIDWAY, int(signal.SIGTERM), python=True)
-    assert (ran.exit, ran.out, "SIGTERM" in ran.err) == (143, "", True)
-    assert ran.err.startswith("tendon: error: ")
-    assert "Traceback" not in ran.err
-
-
-def test_a_run_that_was_told_to_ignore_hang_ups_goes_on(run, outside):
-    ignore = {"preexec_fn": lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN)}
-    assert outside("-c", STOPPED, int(signal.SIGHUP), python=True, **ignore).exit == 0
 
 
 def test_the_handlers_of_before_are_back_after_a_sweep(run):

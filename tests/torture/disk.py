@@ -5,7 +5,6 @@ import io
 import os
 import shutil
 import stat
-import sys
 from pathlib import Path
 
 ERRORS = (errno.ENOSPC, errno.EIO, errno.EDQUOT, errno.EROFS, errno.EACCES)
@@ -58,7 +57,6 @@ class Disk:
 
             return call
 
-        patch.setattr(sys, "unraisablehook", lambda _fault: None)  # what files say that a kill left open
         patch.setattr(Path, "open", open_)
         patch.setattr(os, "fsync", fsync_)
         patch.setattr(Path, "replace", by_here(Path.replace, lambda path: self.meet("rename", path)))

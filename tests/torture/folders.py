@@ -7,6 +7,7 @@ import functools
 import json
 import os
 import shutil
+import sys
 import tempfile
 import threading
 import zlib
@@ -194,6 +195,7 @@ class Folder:
         self.whole = {file: forms[-1] for file, forms in self.forms.items()}
         self.harmed, self.strangers, self.seen = set(), {}, []
         self.disk = Disk(self.patch, self.home)
+        self.patch.setattr(sys, "unraisablehook", lambda _fault: None)  # what files say that a kill left open
 
     def close(self):
         self.disk.begin()

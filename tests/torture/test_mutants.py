@@ -2,8 +2,6 @@
 
 import ast
 
-import pytest
-
 from .mutants.change import mutant, mutants
 
 SOURCE = '''
@@ -17,45 +15,21 @@ def f(x: "int | None" = 3) -> "bool | None":
         return not x
     return -x + 2 * x ** 2 >= max(x, 0.5) and x is not None
 '''
+FAULTS = ("not not x", "if not x:", "-x - 2", "2 / x", "x * 2", "< max", "min(x", "or x", "x is None", "0.45", "+x +")
+KEPT = ("Real = float | int", "-> 'bool | None'", "assert x > 0", '"""Text."""')
 
 
 def made(source=SOURCE):
     return [mutant(source, place, seed=0) for place in mutants(source)]
 
 
-def test_every_place_gives_a_fault_of_its_own():
+def test_every_place_gives_a_fault_of_its_own_and_types_and_assertions_stay():
     sources = [one.source for one in made()]
     plain = ast.unparse(ast.parse(SOURCE)) + "\n"
-    assert len(set(sources)) == len(sources)
-    assert plain not in sources
+    assert len({plain, *sources}) == 1 + len(sources)
     assert all(compile(source, "mutant", "exec") for source in sources)
-
-
-@pytest.mark.parametrize(
-    "fault",
-    [
-        "return not not x",
-        "if not x:",
-        "-x - 2",
-        "2 / x",
-        "x * 2",
-        "< max",
-        "min(x",
-        "or x",
-        "x is None",
-        "=4)",
-        "0.45",
-        "+x +",
-    ],
-)
-def test_operators_conditions_and_constants_are_changed(fault):
-    faulty = [one.source.replace("=2)", "=4)") for one in made()]
-    assert any(fault in source for source in faulty), faulty
-
-
-def test_types_and_assertions_stay():
-    kept = ("Real = float | int", "-> 'bool | None'", "assert x > 0", '"""Text."""')
-    assert all(part in one.source for one in made() for part in kept)
+    assert [fault for fault in FAULTS if not any(fault in source for source in sources)] == []
+    assert all(part in source for source in sources for part in KEPT)
 
 
 def test_a_mutant_follows_from_its_seed_and_names_its_place():

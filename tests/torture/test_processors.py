@@ -5,9 +5,7 @@ import os
 import subprocess
 import sys
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
+import pandas as pd
 import pytest
 
 from .tools import launched, some, study_in
@@ -61,28 +59,18 @@ def swept(place, environment):
     """A run under an environment: its counts, and its tables."""
     code, out, said = launched(study_in(place, STUDY), {}, *SWEEP, env=os.environ | environment)
     assert code == 0, out + said
-    record = json.loads(out)
-    counts = {name: value for name, value in record.items() if type(value) is int}
-    return counts, {name: pq.read_table(place / f"run/{name}.parquet") for name in ("designs", "states")}
+    counts = {name: value for name, value in json.loads(out).items() if type(value) is int}
+    return counts, {name: pd.read_parquet(place / f"run/{name}.parquet") for name in ("designs", "states")}
 
 
 @pytest.fixture(scope="module")
 def full(tmp_path_factory, hashes_in):
-    """The run of a processor of which nothing is withheld."""
+    """The run of a processor of which nothing is withheld; it meets every status."""
     place = tmp_path_factory.mktemp("full")
-    return *swept(place, {}), hashes_in(place / "run")
-
-
-def assert_close(found, expected):
-    assert found.schema.equals(expected.schema, check_metadata=True)
-    for name, column in zip(expected.column_names, expected.columns, strict=True):
-        if not pa.types.is_floating(column.type):
-            assert found.column(name).equals(column), f"{name} is not the same"
-            continue
-        assert found.column(name).is_null().equals(column.is_null()), f"{name} is null elsewhere"
-        one, other = (np.asarray(values.drop_null()) for values in (found.column(name), column))
-        most = np.abs(other).max(initial=0.0)
-        assert np.abs(one - other).max(initial=0.0) <= CLOSE * most, name
+    counts, tables = swept(place, {})
+    assert (counts["no_equilibrium"] > 0, tables["designs"]["feasible"].nunique()) == (True, 2)
+    assert tables["states"]["status"].nunique() >= 5
+    return counts, tables, hashes_in(place / "run")
 
 
 @pytest.mark.parametrize("kept", some([0], [1, 2, 3, 4]))
@@ -95,24 +83,16 @@ def test_the_tables_agree_whatever_numpy_and_the_c_library_may_use(full, tmp_pat
     assert features(os.environ | withheld)["numpy"] == there[:kept]
     counts, tables = swept(tmp_path, withheld)
     assert counts == full[0]
-    for name, table in tables.items():
-        assert_close(table, full[1][name])
+    for name, expected in full[1].items():
+        for column in expected:
+            most = expected[column].abs().max() if expected[column].dtype == float else 0.0
+            pd.testing.assert_series_equal(tables[name][column], expected[column], rtol=0.0, atol=CLOSE * most)
 
 
 @pytest.mark.parametrize("level", some(ARROW_LEVELS[:1], ARROW_LEVELS[1:]))
 def test_the_bytes_do_not_know_what_arrow_may_use_of_the_processor(full, tmp_path, hashes_in, level):
-    levels = ("none", "sse4_2", "avx", "avx2", "avx512")
-    highest = features(os.environ)["arrow"]
-    if highest not in levels or levels.index(level) > levels.index(highest):
-        pytest.skip(f"the highest that Arrow uses here is {highest}")
     withheld = {"ARROW_USER_SIMD_LEVEL": level.upper()}
-    assert features(os.environ | withheld)["arrow"] == level
+    if features(os.environ | withheld)["arrow"] != level:
+        pytest.skip(f"Arrow uses less than {level} here")
     swept(tmp_path, withheld)
     assert hashes_in(tmp_path / "run") == full[2]
-
-
-def test_the_study_of_these_tests_meets_every_status(full):
-    counts, tables = full[:2]
-    assert counts["no_equilibrium"] > 0
-    assert len(set(tables["states"].column("status").to_pylist())) >= 5
-    assert len(set(tables["designs"].column("feasible").to_pylist())) == 2

@@ -89,14 +89,3 @@ def test_the_figures_of_a_sweep_are_not_drawn_from_a_harmed_table(tendon, place,
     assert f"{table}.parquet/part-00001.parquet" in ran.json["error"]["where"]
     assert not [file for name in ("*.png", "run.json") for file in (place / "run").glob(name)]
     assert tendon(*words, "--resume").exit == 0
-
-
-@pytest.mark.parametrize("words", some([()], [(("--quantity", "motor_torque", "--format", "svg"),)]), ids=str)
-def test_plot_of_a_run_whose_tables_are_both_harmed_draws_nothing(tendon, workplace, new_sweep, words):
-    run = new_sweep("[load]\nmass = [0.0, 3.0]\n", workplace).folder
-    for table in ("designs", "states"):
-        flip(run / f"{table}.parquet", random.Random(5))  # noqa: S311 - a repeatable sample
-    before = sorted(workplace.rglob("*"))
-    ran = tendon("plot", run, *words, "--json")
-    assert (ran.exit, ran.json["error"]["kind"], ".parquet" in ran.json["error"]["where"]) == (3, "input", True)
-    assert sorted(workplace.rglob("*")) == before

@@ -41,6 +41,7 @@ elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
 maximise = ["tolerance"]
 """
 """12 parts of a choice; the best lies between two of them, so that a part is written once more."""
+READINGS = "cell 1,cell 2\n1.2,1\n2.4,2\n1,1.2\n2,2.4\n"
 SMALL = {"parts": STATES}
 QUIET = ("--out", "run", "--no-figures", "--jobs", "2")
 SWEEP = ("sweep", "study.toml", *QUIET)
