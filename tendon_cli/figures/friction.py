@@ -37,9 +37,9 @@ def draw(fit: Any, path: Path) -> None:
 def fit_page(fit: Any) -> Page:
     """Readings and fit, what may be wrong with the rig, and the residuals."""
     low, high = fit.uncertainty.interval_95
-    what = "Friction coefficient μ" if fit.bend_angle_text != "not given" else "Friction over the bend μφ"
+    what = "Friction coefficient μ" if fit.bend.text != "not given" else "Friction over the bend μφ"
     title = f"{what} = {fit.fitted:.4f} (95 % interval {low:.4f} to {high:.4f})"
-    note = f"{fit.source[:60]}, bend angle {fit.bend_angle_text}, gain ratio {fit.gain_ratio:.4f}"
+    note = f"{fit.source[:60]}, bend angle {fit.bend.text}, gain ratio {fit.gain_ratio:.4f}"
     words, colour = _verdict(fit)
     # In letters that every format keeps as they are, so that tendon knows its own figure again.
     study = f"{MARK} {fit.source[:60].encode('ascii', 'replace').decode()}, SHA-256 {fit.sha256}"

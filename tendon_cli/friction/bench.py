@@ -36,9 +36,7 @@ class BendAngle:
     warnings: tuple[str, ...] = ()
 
 
-def bend_angle_of(
-    given: str | float | None, route: Path | None, smoothing: str | float | None = None
-) -> BendAngle | None:
+def bend_angle_of(given: str | float | None, route: Path | None, smoothing: str | float | None) -> BendAngle | None:
     """The bend angle as a text, a number in rad, or by a file of way-points; None if it is not given.
 
     `smoothing` is the noise of the way-points, a text with a unit or a number in m. Raises UsageError for what is no
@@ -52,18 +50,19 @@ def bend_angle_of(
         raise UsageError("there is no route to smooth", where="--path-smoothing", hint="--route names its file")
     if given is None:
         return None
-    return parse_bend_angle(given if isinstance(given, str) else f"{float(given)!r} rad")
+    return _parsed(given if isinstance(given, str) else f"{float(given)!r} rad")
 
 
-def parse_bend_angle(text: str) -> BendAngle:
-    """Read "144 deg", "144 deg +/- 2 deg", or "+/- 2 deg" for a column of angles; raises UsageError."""
+def _parsed(text: str) -> BendAngle:
+    """Of "144 deg", "144 deg +/- 2 deg", or "+/- 2 deg" for a column of angles."""
     parts = [part.strip() for part in re.split(r"\+/-|\+-|±", text, maxsplit=1)] if len(text) <= 200 else [text]
     only = len(parts) == 2 and not parts[0]
     try:
         angle = LARGEST_BEND if only else parse_measure(parts[0], "angle").si
         uncertainty = parse_measure(parts[1], "angle").si if len(parts) == 2 else 0.0
     except UnitError as error:
-        raise UsageError(error.problem, where="--bend-angle", hint=_advice(parts, error)) from error
+        hint = error.hint or 'write "144 deg" or "144 deg +/- 2 deg"'
+        raise UsageError(error.problem, where="--bend-angle", hint=hint) from error
     if not _SMALLEST_BEND <= angle <= LARGEST_BEND:
         size = f"it is at least {_SMALLEST_BEND:g} and at most {LARGEST_BEND:g} rad"
         problem = f'"{shorten(text)}" is not the bend angle of a sheath: {size}'
@@ -72,16 +71,6 @@ def parse_bend_angle(text: str) -> BendAngle:
         problem = f'"{shorten(text)}": the uncertainty is 0 or more and less than half the angle'
         raise UsageError(problem, where="--bend-angle")
     return BendAngle(None if only else angle, uncertainty, *parts)
-
-
-def _advice(parts: list[str], error: UnitError) -> str:
-    """A bare number may be degrees or radians: both are offered, and neither is guessed."""
-    bare = [part for part in parts if re.fullmatch(r"[+-]?\d{1,20}(?:\.\d{0,20})?", part, re.ASCII)]
-    if not bare:
-        return error.hint or 'write "144 deg" or "144 deg +/- 2 deg"'
-    degrees = " +/- ".join(part + (" deg" if part in bare else "") for part in parts)
-    radians = f', in radians "{degrees.replace("deg", "rad")}"' if float(bare[0]) <= LARGEST_BEND else ""
-    return f'in degrees "{degrees}"{radians}'
 
 
 def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
@@ -113,12 +102,12 @@ def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, flo
     angles, known = readings.column("bend_angle"), readings.column("bend_uncertainty")
     source, total = readings.source, len(readings.rows)
     if angles is None:
-        if bend is not None and bend.radians is None:
+        if bend is None:
+            return np.ones(total), 0.0, False
+        if bend.radians is None:
             problem = f"the bend angle of the sheath is not given, and {source} has no column for it"
             hint = 'measure it between the cells: --bend-angle "144 deg", --route, or a column bend_angle_deg'
             raise UsageError(problem, where="--bend-angle", hint=hint)
-        if bend is None or bend.radians is None:
-            return np.ones(total), 0.0, False
         return np.full(total, bend.radians), bend.uncertainty / bend.radians, True
     if bend is not None and bend.radians is not None and not np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0):
         problem = f"the bend angle is given twice: {bend.text} and by a column of {source} that says otherwise"

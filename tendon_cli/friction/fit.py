@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from os import PathLike
 from typing import Any, TypeAlias
 
@@ -21,8 +22,7 @@ from tendon_cli.friction.reading.readings import Floats, Readings, joined, read_
 from tendon_cli.friction.remarks import Remarks
 from tendon_cli.friction.result import DirectionFit, Fit, Plain
 from tendon_cli.friction.rows import INSIDE, PARTIAL, USED, Log
-from tendon_cli.friction.strokes import by_file, disagreement, presliding_of, speed_of, strokes_of
-from tendon_cli.units import counted
+from tendon_cli.friction.strokes import by_file, presliding_of, speed_of, strokes_of
 
 Name: TypeAlias = str | PathLike[str]
 _PLAUSIBLE_GAIN = math.log(1.1)
@@ -65,41 +65,21 @@ def fit_friction(
     readings = joined([read_readings(each, cell_1=cell_1, cell_2=cell_2, position=position) for each in sources])
     zeros = force_of(zero_motor, "--zero-motor", readings.unit), force_of(zero_load, "--zero-load", readings.unit)
     cells = cells_of(cell_uncertainty, readings.unit)
-    return fit_readings(readings, bend=bend, motor=motor, zeros=zeros, cells=cells)
-
-
-def fit_readings(
-    readings: Readings,
-    *,
-    bend: BendAngle | None,
-    motor: str | None = None,
-    zeros: tuple[float, float] = (0.0, 0.0),
-    cells: tuple[float, float] | None = None,
-) -> Fit:
-    """μ from readings that are in memory.
-
-    `zeros` are the readings of the motor's and the load's cell without load, `cells` the standard uncertainty of a
-    cell's zero and, as a share, of its gain.
-    """
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         angles, angle_share, given = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
         result = _estimated(readings, prepared, cells)
         error = uncertainty_of(result, prepared.log, readings.unit or "unit of the file", angle_share, cells)
-        return _assembled(readings, prepared, result, error, bend, angles, given, any(zeros))
+        bend = bend or BendAngle(None, 0.0, _angles_text(result.points.bend) if given else "not given")
+        fit = _assembled(readings, prepared, result, error, bend, _rows(readings, prepared, result, angles), given)
+        seen = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
+        return replace(fit, checks=tuple(seen.checks), notes=tuple(seen.notes), warnings=tuple(seen.warnings))
 
 
 def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float] | None) -> Estimated:
-    """The estimate; refused if there are too few rows, if nothing slips, or if friction would help the motion."""
+    """The estimate; refused if nothing slips, or if friction would help the motion."""
     log, source = prepared.log, readings.source
-    used, needed = len(log.way), 3 if len(np.unique(log.way)) == 2 else 2
-    if used < needed:
-        problem = f"{counted(used, 'reading')} used, fewer than the {needed} needed to show how they scatter"
-        hint = "repeat the measurement: five strokes or more in each direction are good"
-        raise InputError(problem, where=source, hint=hint)
-    if not np.any(log.bend > 0.0):
-        raise InputError("every bend angle is 0", where=source)
     result = estimate(log, cells[0] if cells else None)
     moves = "no stroke slips: the force ratio reaches no limit" if result is None else never_rests(log, result)
     if result is None or moves:
@@ -110,10 +90,8 @@ def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float
         travel = log.way * (log.log_ratio - average.log_gain)
         wrong = np.flatnonzero(travel < -rounding - 0.25 * abs(average.friction) * log.bend)
         if 0 < len(wrong) < len(travel):
-            place = readings.place(int(prepared.rows[wrong[0]]))
-            raise InputError(
-                "friction would help the motion in this reading, against the others", where=place, hint=hint
-            )
+            problem = "friction would help the motion in this reading, against the others"
+            raise InputError(problem, where=readings.place(int(prepared.rows[wrong[0]])), hint=hint)
     if average.friction <= 0.0:
         problem = f"friction would help the motion: the coefficient comes out as {average.friction:.4g}"
         raise InputError(problem, where=source, hint=hint)
@@ -126,45 +104,34 @@ def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float
 
 
 def _assembled(
-    readings: Readings, prepared: Prepared, result: Estimated, error: FrictionUncertainty, bend: BendAngle | None,
-    angles: Floats, given: bool, zero_given: bool,
+    readings: Readings, prepared: Prepared, result: Estimated, error: FrictionUncertainty, bend: BendAngle,
+    rows: pd.DataFrame, given: bool,
 ) -> Fit:  # fmt: skip
-    """What is reported of an estimate."""
+    """What is reported of an estimate, but for what is remarked of it."""
     log, average, points = prepared.log, result.average, result.points
     ways = {"toward_motor": 1, "toward_load": -1}
     directions = {name: part for name, way in ways.items() if (part := _direction(log, result, way)) is not None}
-    plain = _plain(log, result, directions)
-    rows = _rows(readings, prepared, result, angles)
     strokes = strokes_of(rows, average.friction, given, readings.files)
-    speed = speed_of(strokes)
-    remarks = Remarks(
-        log, result, error, directions, plain, rows["code"].to_numpy(), readings.unit, readings.time_unit, speed,
-        zero_given, given,
-    )  # fmt: skip
-    files = by_file(strokes, readings.files) if len(readings.files) > 1 else ()
     mean = float(np.mean(points.bend))
-    bend = bend or BendAngle(None, 0.0, _angles_text(points.bend) if given else "not given")
     return Fit(
         friction_bend=average.friction * mean,
         bend_angle=mean if given else None,
         uncertainty=error,
         gain_ratio=math.exp(average.log_gain),
-        gain_estimated=points.both_ways,
         by_direction=directions,
-        plain=plain,
-        bend_angle_text=bend.text,
-        bend_angle_uncertainty_text=bend.uncertainty_text,
+        plain=_plain(log, result, directions),
+        bend=bend,
         motor=prepared.motor,
         is_log=not log.settled,
         rows=rows,
         stroke_table=strokes,
-        speed=speed,
+        speed=speed_of(strokes),
         presliding=None if log.settled else presliding_of(rows),
-        files=files,
+        files=by_file(strokes, readings.files),
         points=_table(result),
-        checks=tuple(remarks.checks),
-        notes=(*bend.notes, *prepared.notes, *remarks.notes),
-        warnings=(*bend.warnings, *prepared.warnings, *remarks.warnings, *disagreement(files)),
+        checks=(),
+        notes=(*bend.notes, *prepared.notes),
+        warnings=(*bend.warnings, *prepared.warnings),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,

@@ -19,7 +19,7 @@ from tendon_cli.friction.directions import (
 )  # fmt: skip
 from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Readings, check_forces
 from tendon_cli.friction.rows import SATURATED, USED, Log, bend_groups, noise_of, resolution_of, unusable
-from tendon_cli.units import shorten
+from tendon_cli.units import counted, shorten
 
 _MOSTLY = 0.5
 """Share of saturated rows from which the rest is not the log, but what the range left of it."""
@@ -66,17 +66,9 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     steps = resolution_of(cells[0]), resolution_of(cells[1])
     way, rest = stated_motion(readings)
     codes = unusable(cells, steps, rest)
-    saturated, good = float(np.mean(codes == SATURATED)), codes == USED
-    if saturated > _MOSTLY:
-        problem = f"{100.0 * saturated:.0f} % of the rows are saturated, and what slips there is not known"
-        raise InputError(problem, where=readings.source, hint="use cells of a larger range")
-    if not good.any():
-        raise InputError("no row has two forces above zero", where=readings.source, hint="check the sign of the cells")
+    good = _good(codes, readings.source)
     forces = cells[0][good], cells[1][good]
     log_ratio = np.log(forces[0] / forces[1])
-    if not np.isfinite(log_ratio).all():
-        problem = "the two forces of a reading are too far apart for a ratio"
-        raise InputError(problem, where=readings.source, hint="is the right column read, the cell alive?")
     known, group = stated_sides(readings, way, log_ratio, good), bend_groups(bend[good])
     known = None if known is None else np.where(rest[good], 0, known)
     rounding = sum(0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True))
@@ -90,14 +82,37 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     at = np.argsort(stroke, kind="stable")
     at = at[side[at] != 0]
     rows = np.flatnonzero(good)[at]
+    _check_enough(side[at], bend[rows], readings.source)
     log = Log(
         forces[order[0]][at], forces[order[1]][at], sign * side[at], bend[rows],
         np.unique(stroke[at], return_inverse=True)[1], np.linspace(-0.5, 0.5, len(good))[rows], sign * middle[at],
         half[at], noise[at], (steps[order[0]], steps[order[1]]), None if settled else readings.times[rows], settled,
-        float(np.mean(np.log(forces[order[1]][at]))) if len(at) else 0.0,
+        float(np.mean(np.log(forces[order[1]][at]))),
     )  # fmt: skip
     _check_follows(log, (readings.names[order[0]], readings.names[order[1]]), readings.source)
     return Prepared(log, rows, codes, (cells[order[0]], cells[order[1]]), cell, notes, warnings)
+
+
+def _good(codes: npt.NDArray[np.int8], source: str) -> Mask:
+    """The rows that can be readings; refused if there are none, or if most are saturated."""
+    saturated, good = float(np.mean(codes == SATURATED)), np.asarray(codes == USED)
+    if saturated > _MOSTLY:
+        problem = f"{100.0 * saturated:.0f} % of the rows are saturated, and what slips there is not known"
+        raise InputError(problem, where=source, hint="use cells of a larger range")
+    if not good.any():
+        raise InputError("no row has two forces above zero", where=source, hint="check the sign of the cells")
+    return good
+
+
+def _check_enough(side: Integers, bend: Floats, source: str) -> None:
+    """Refuse rows too few to show how they scatter, and rows of straight sheaths alone."""
+    needed = 3 if len(np.unique(side)) == 2 else 2
+    if len(side) < needed:
+        problem = f"{counted(len(side), 'reading')} used, fewer than the {needed} needed to show how they scatter"
+        hint = "repeat the measurement: five strokes or more in each direction are good"
+        raise InputError(problem, where=source, hint=hint)
+    if not np.any(bend > 0.0):
+        raise InputError("every bend angle is 0", where=source)
 
 
 def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float], swapped: bool) -> tuple[Floats, Floats]:

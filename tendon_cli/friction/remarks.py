@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION, FrictionUncertainty
+from tendon_cli.friction.budget import FEW, FEW_SHARE, RESOLUTION
 from tendon_cli.friction.effects import DELAY, ENTRY, FORCE, OFFSETS
 from tendon_cli.friction.estimate import Estimated, climbing
 from tendon_cli.friction.reading.header import force_factor
-from tendon_cli.friction.result import Check, DirectionFit, Plain
+from tendon_cli.friction.result import Check, Fit
 from tendon_cli.friction.rows import NOT_POSITIVE, SATURATED, SPIKE, Log
-from tendon_cli.friction.strokes import Speed
+from tendon_cli.friction.strokes import disagreement
 from tendon_cli.units import counted
 
 REMARKS = {
@@ -50,9 +49,7 @@ REMARKS = {
     "far from plain": "{mu} is {share:+.0f} % from the plain answer, {plain:.3g}; look which rows are used (--plot)",
     "outside": "{mu} is outside of what each direction gives alone, {one:.3g} and {two:.3g}: what was fitted of the rig"
     " makes it; state the cells' zeros",
-    "turns": "the bend angle is {turns:.1f} turns; are its units right?",
     "above 1": "a coefficient above 1 is not plausible for a tendon; check units and bend angle",
-    "zero within": "the 95 % interval reaches 0: the readings do not show that there is friction",
 }
 """Each in one line: what was seen, what it does to μ, what to do at the bench."""
 
@@ -72,28 +69,15 @@ _CLIMBS, _FEW_USED = 0.02, 0.30
 strokes that slip have more."""
 
 
-@dataclass(eq=False)
 class Remarks:
-    """A fit as it is looked at, and what is remarked."""
+    """What is remarked of a fit."""
 
-    log: Log
-    result: Estimated
-    uncertainty: FrictionUncertainty
-    directions: dict[str, DirectionFit]
-    plain: Plain
-    codes: np.ndarray
-    unit: str | None
-    time_unit: str | None
-    speed: Speed | None
-    zero_given: bool
-    bend_given: bool
-    checks: list[Check] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self.friction, self.points = self.result.friction, self.result.points
-        self.mu = "μ" if self.bend_given else "μφ"
+    def __init__(self, fit: Fit, log: Log, result: Estimated, time_unit: str | None, zero_given: bool) -> None:
+        self.fit, self.log, self.result, self.points = fit, log, result, result.points
+        self.time_unit, self.zero_given, self.friction = time_unit, zero_given, result.friction
+        self.mu = "μφ" if fit.bend_angle is None else "μ"
+        self.checks: list[Check] = []
+        self.notes, self.warnings = [*fit.notes], [*fit.warnings]
         for look in (self._effects, self._drift, self._zeros, self._gains, self._rows, self._number):
             look()
 
@@ -123,7 +107,7 @@ class Remarks:
         average, delay = self.result.average, self.result.delay if effect == DELAY else 0.0
         unit = "1"
         if effect in OFFSETS:
-            unit = self.unit or "unit of the file"
+            unit = self.fit.unit or "unit of the file"
         elif effect == DELAY:
             unit = self.time_unit or "unit of the file's time"
         having = [at for at, model in enumerate(average.models) if effect in model.effects]
@@ -157,8 +141,9 @@ class Remarks:
         free = max(len(left) - design.shape[1], 1)
         error = np.sqrt(np.maximum(np.diag(inverse) * np.sum((left - design @ values) ** 2) / free, 1e-300))
         drifts = (2.0 * stdtr(free, -np.abs(values) / error) < _BY_CHANCE) & (np.abs(values) > _MATTERS)
-        if drifts[0] and self.speed and abs(self.speed.power) > 3.0 * self.speed.standard_error:
-            self._warn("speed", value=self.speed.power)
+        speed = self.fit.speed
+        if drifts[0] and speed and abs(speed.power) > 3.0 * speed.standard_error:
+            self._warn("speed", value=speed.power)
         elif drifts[0]:
             self._warn("drift", values[0], what=self.mu)
         if points.both_ways and drifts[2]:
@@ -171,9 +156,10 @@ class Remarks:
         if any(OFFSETS[0] in model.effects for model in models) or self.zero_given or not points.both_ways:
             return
         # Without a unit, 1 % of the force stands for 1 N.
-        newton = 1.0 / (force_factor(self.unit) or 1.0) if self.unit else 0.01 * float(np.mean(points.load))
+        unit = self.fit.unit
+        newton = 1.0 / (force_factor(unit) or 1.0) if unit else 0.01 * float(np.mean(points.load))
         moved = max(abs(slope) * newton / self.friction for slope in models[0].zero)
-        amount = "1 N" if self.unit else "1 % of the force"
+        amount = "1 N" if unit else "1 % of the force"
         up, down = (float(np.mean(np.log(points.load[points.way == way]))) for way in (1, -1))
         if abs(up - down) > _APART and moved > _MATTERS:
             self._warn("zero, forces apart", moved, amount=amount, apart=100.0 * abs(up - down))
@@ -202,7 +188,7 @@ class Remarks:
     def _rows(self) -> None:
         """Rows set aside in numbers that choose among the rest, and rows that have not settled."""
         for remark, (code, most) in _MOST.items():
-            share = float(np.mean(self.codes == code))
+            share = float(np.mean(self.fit.rows["code"] == code))
             if share > most:
                 self._warn(remark, share)
         share, climb = float(np.mean(self.result.used)), climbing(self.log, self.result)
@@ -213,22 +199,17 @@ class Remarks:
 
     def _number(self) -> None:
         """The number itself against the plain answer, the directions and what is plausible."""
-        friction, strokes, uncertainty = self.friction, self.points.strokes, self.uncertainty
+        friction, strokes, uncertainty = self.friction, self.points.strokes, self.fit.uncertainty
         coarse = uncertainty.of(RESOLUTION) / friction
         if coarse > _MATTERS:
             self._warn("coarse", coarse)
         if strokes < FEW:
             self._warn("few strokes", FEW_SHARE, strokes=counted(strokes, "stroke"))
-        away = friction / self.plain.friction - 1.0 if self.plain.friction else 0.0
-        if abs(away) > _PLAIN_AWAY:
-            self._warn("far from plain", away, plain=self.plain.friction)
-        alone, slack = [part.friction for part in self.directions.values()], 2.0 * uncertainty.standard_error
+        if abs(self.fit.from_plain) > _PLAIN_AWAY:
+            self._warn("far from plain", self.fit.from_plain, plain=self.fit.plain.friction)
+        alone, slack = [part.friction for part in self.fit.by_direction.values()], 2.0 * uncertainty.standard_error
         if len(alone) == 2 and not min(alone) - slack <= friction <= max(alone) + slack:
             self._warn("outside", one=alone[0], two=alone[1])
-        widest = float(self.points.bend.max())
-        if self.bend_given and widest > 4.0 * math.pi:
-            self._warn("turns", turns=widest / 2.0 / math.pi)
-        if self.bend_given and friction > 1.0:
+        if self.fit.bend_angle is not None and friction > 1.0:
             self._warn("above 1")
-        if uncertainty.interval_95[0] <= 0.0:
-            self._warn("zero within")
+        self.warnings += disagreement(self.fit.files)

@@ -24,39 +24,37 @@ _OF_THE_RIG = "# The bend angle is that of the rig, not of the study's sheath.\n
 _OF_ONE_SHEATH = '#     bend_angle = "..."      # not given here: of the same sheath, as it was when μφ was measured\n'
 
 
-def headline(fit: Fit) -> list[str]:
-    """The number, its interval and what it rests on."""
-    error, name = fit.uncertainty, "μφ" if fit.friction is None else "μ"
-    digits = _digits(error.standard_error)
-    low, high = error.interval_95
-    what = "friction over the bend  " if fit.friction is None else "friction coefficient  "
-    lines = [
-        f"{what}{name} = {fit.fitted:.{digits}f}",
-        f"  95 % interval       {low:.{digits}f} to {high:.{digits}f}, standard error {error.standard_error:.2g}",
-        f"  bend angle          {_bend_text(fit)}",
-        f"  gain ratio          {_gain_text(fit)}",
-        f"  readings            {_used_text(fit)}",
-    ]
-    return lines + [f"  warnings            {len(fit.warnings)}"] * bool(fit.warnings)
-
-
 def summary_lines(fit: Fit) -> str:
     """A short readable summary."""
-    digits = _digits(fit.uncertainty.standard_error)
-    rows = []
+    error, digits = fit.uncertainty, _digits(fit.uncertainty.standard_error)
+    low, high = error.interval_95
+    rows = [
+        ("95 % interval", f"{low:.{digits}f} to {high:.{digits}f}, standard error {error.standard_error:.2g}"),
+        ("bend angle", _bend_text(fit)),
+        ("gain ratio", _gain_text(fit)),
+    ]
     for name, part in fit.by_direction.items():
-        error = f" ± {part.standard_error:.{digits}f}" if part.standard_error is not None else ""
-        text = f"{part.friction:.{digits}f}{error} with a gain ratio of 1, {counted(part.used, 'reading')}"
+        scatter = f" ± {part.standard_error:.{digits}f}" if part.standard_error is not None else ""
+        text = f"{part.friction:.{digits}f}{scatter} with a gain ratio of 1, {counted(part.used, 'reading')}"
         rows.append((name.replace("_", " "), text))
     rows.append(("plain answer", _plain_text(fit, digits)))
-    for at, each in enumerate(fit.uncertainty.parts):
+    for at, each in enumerate(error.parts):
         degrees = each.degrees_of_freedom
         free = "" if math.isinf(degrees) else f", {degrees:.0f} degrees of freedom"
-        rows.append(
-            ("" if at else "standard error from", f"{each.contribution:.2g} {each.name} (type {each.type}{free})")
-        )
-    rows.append(("readings", _used_text(fit)))
-    rows += [("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside]
+        text = f"{each.contribution:.2g} {each.name} (type {each.type}{free})"
+        rows.append(("" if at else "standard error from", text))
+    rows += _of_the_readings(fit)
+    what = "friction over the bend  μφ" if fit.friction is None else "friction coefficient  μ"
+    lines = [f"{what} = {fit.fitted:.{digits}f}", *(f"  {name:<20}{text}" for name, text in rows)]
+    lines += [f"note: {text}" for text in fit.notes] + [f"warning: {text}" for text in fit.warnings]
+    return "\n".join(lines)
+
+
+def _of_the_readings(fit: Fit) -> list[tuple[str, str]]:
+    """Which readings are used, and what else they show."""
+    where = "on the limit" if fit.is_log else "settled"
+    used = f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}, in {counted(fit.strokes, 'stroke')}"
+    rows = [("readings", used), *(("set aside", f"{aside.rows}: {aside.reason}") for aside in fit.set_aside)]
     if speed := fit.speed:
         span = f"from {speed.slowest:.3g} to {speed.fastest:.3g}"
         rows.append(("power of speed", f"{speed.power:+.3f} ± {speed.standard_error:.2g}, {span}"))
@@ -73,30 +71,28 @@ def summary_lines(fit: Fit) -> str:
             without = f", fitted: {100.0 * effect:+.1f} % of μ without it" if effect else ""
             text = f"{check.value:.3g} ± {check.standard_error:.2g}{unit}{without}"
             rows.append((check.name.replace("_", " "), text))
-    lines = headline(fit)[:4] + [f"  {name:<20}{text}" for name, text in rows]
-    lines += [f"note: {text}" for text in fit.notes] + [f"warning: {text}" for text in fit.warnings]
-    return "\n".join(lines)
+    return rows
 
 
 def _digits(error: float) -> int:
     """Decimals that show the standard error with two significant digits."""
-    return 4 if error <= 0.0 else min(9, max(2, 1 - math.floor(math.log10(error))))
+    return min(9, max(2, 1 - math.floor(math.log10(error))))
 
 
 def _bend_text(fit: Fit) -> str:
+    text, product = fit.bend.text, f"μφ = {fit.friction_bend:.4g}"
     if not fit.bend_angles:
         return "not given, so the answer is μφ; --bend-angle makes it μ"
-    text = fit.bend_angle_text
-    if fit.bend_angle_uncertainty_text:
-        return f"{text} +/- {fit.bend_angle_uncertainty_text}; μφ = {fit.friction_bend:.4g}"
+    if fit.bend.uncertainty_text:
+        return f"{text} +/- {fit.bend.uncertainty_text}; {product}"
     if len(fit.bend_angles) > 1:
         return text
     share = 100.0 * math.radians(1.0) / fit.bend_angles[0]
-    return f"{text} (taken as exact; 1 deg more is {share:.1f} % less μ); μφ = {fit.friction_bend:.4g}"
+    return f"{text} (taken as exact; 1 deg more is {share:.1f} % less μ); {product}"
 
 
 def _gain_text(fit: Fit) -> str:
-    if not fit.gain_estimated:
+    if len(fit.by_direction) == 1:
         return "1, assumed (one direction only)"
     return f"{fit.gain_ratio:.4f}, motor's cell (cell {fit.motor}) over load's, removed from μ"
 
@@ -104,23 +100,17 @@ def _gain_text(fit: Fit) -> str:
 def _plain_text(fit: Fit, digits: int) -> str:
     """What ten lines of NumPy give, and why the fit differs."""
     plain = fit.plain
-    away = 100.0 * (fit.fitted / plain.friction - 1.0) if plain.friction else 0.0
     moves = {"by rows set aside": plain.moved_by_rows, "by what is fitted": plain.moved_by_fit}
     why = ", ".join(f"{100.0 * share:+.1f} % {what}" for what, share in moves.items() if abs(share) >= 5e-4)
-    text = f"{plain.friction:.{digits}f}, median |ln ratio|; the fit is {away:+.1f} % from it"
+    text = f"{plain.friction:.{digits}f}, median |ln ratio|; the fit is {100.0 * fit.from_plain:+.1f} % from it"
     return f"{text}: {why}" if why else text
-
-
-def _used_text(fit: Fit) -> str:
-    where = "on the limit" if fit.is_log else "settled"
-    return f"{fit.rows['used'].sum():,} of {len(fit.rows):,} {where}, in {counted(fit.strokes, 'stroke')}"
 
 
 def fragment_text(fit: Fit) -> str:
     """The coefficient (or μφ) for a study, how far it can be trusted, and where it comes from."""
     values: dict[str, Any] = {
         "coefficient": fit.friction, "standard_error": fit.standard_error, "interval_95": fit.interval_95,
-        "bend_angle": fit.bend_angle_text, "bend_angle_uncertainty": fit.bend_angle_uncertainty_text,
+        "bend_angle": fit.bend.text, "bend_angle_uncertainty": fit.bend.uncertainty_text,
     }  # fmt: skip
     values = {} if fit.friction is None else values
     values |= {

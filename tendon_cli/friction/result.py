@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from tendon_cli.display import Displayed, face
+from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.budget import BEND, FrictionUncertainty
 from tendon_cli.friction.rows import REASONS, USED
 from tendon_cli.friction.strokes import Presliding, Speed
@@ -80,13 +81,11 @@ class Fit(Displayed):
     """Of μ, or of μφ without a bend angle."""
     gain_ratio: float
     """Gain of the motor's cell over that of the load's; 1 if it could not be estimated."""
-    gain_estimated: bool
     by_direction: dict[str, DirectionFit]
-    """"toward_motor" and "toward_load", as far as there are readings."""
+    """"toward_motor" and "toward_load", as far as there are readings; gains need both."""
     plain: Plain
-    bend_angle_text: str
+    bend: BendAngle
     """As given, or in degrees if it comes from a column; "not given"."""
-    bend_angle_uncertainty_text: str | None
     motor: str
     """"1" or "2", the cell at the motor."""
     is_log: bool
@@ -175,6 +174,11 @@ class Fit(Displayed):
     def fitted(self) -> float:
         """μ, or μφ without a bend angle."""
         return self.friction_bend / (self.bend_angle or 1.0)
+
+    @property
+    def from_plain(self) -> float:
+        """How far the fit is from the plain answer, as a share of that."""
+        return self.fitted / self.plain.friction - 1.0 if self.plain.friction else 0.0
 
     @property
     def friction(self) -> float | None:

@@ -38,6 +38,8 @@ steps."""
 _SPIKE_WINDOW, _MOST_SPIKES = 7, 0.2
 """Rows of the median that spikes are compared with: it passes over up to three bad rows in succession. More than a
 fifth are the corners of steep strokes."""
+_NOTHING = 1e-20
+"""In any unit of force: no cell reads so little, and ratios to more are numbers."""
 _LOG_ROWS = 60
 """Rows from which neighbours say what a row should be; shorter files are typed by hand."""
 _ENOUGH_VALUES, _FINEST_DECIMALS = 10, 9
@@ -172,7 +174,7 @@ def unusable(cells: tuple[Floats, Floats], steps: tuple[float, float], rest: Mas
             codes[_saturated(cell, step)] = SATURATED
     codes[(cells[0] < _UNLOADED * usual[0]) & (cells[1] < _UNLOADED * usual[1])] = UNLOADED
     for cell, force in zip(cells, usual, strict=True):
-        codes[cell <= 1e-9 * force] = NOT_POSITIVE  # what is less than rounding is nothing
+        codes[cell <= max(1e-9 * force, _NOTHING)] = NOT_POSITIVE  # what is less than rounding is nothing
     codes[~(np.isfinite(cells[0]) & np.isfinite(cells[1]))] = NO_READING
     return codes
 

@@ -119,9 +119,9 @@ def presliding_of(rows: pd.DataFrame) -> Presliding | None:
 
 
 def by_file(strokes: pd.DataFrame, files: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
-    """μ of each file's strokes and its standard error: the mean of both directions, in which a file's gain cancels."""
+    """μ of each of several files with its error: the mean of both directions, in which a file's gain cancels."""
     each = []
-    for name in files:
+    for name in files if len(files) > 1 else ():
         ways = strokes[(strokes["file"] == name) & strokes["friction"].notna()].groupby("direction")["friction"]
         error = math.sqrt(float((ways.var() / ways.size()).sum())) / max(len(ways), 1)
         sure = len(ways) > 0 and ways.size().min() > 1

@@ -68,7 +68,7 @@ def judged(checks: Mapping[str, Check], paper: Paper) -> tuple[Entry, ...]:
     entries = []
     for each in (*content()["finding"], *content()["claim"], *content()["slip"]):
         parts, *values = checks[each["id"]](paper)
-        verdict, value, numbers = judge(parts, each["value"], *values, wrap=paper.fit.bend_angle_text)
+        verdict, value, numbers = judge(parts, each["value"], *values, wrap=paper.fit.bend.text)
         recorded = each.get("recorded", TRUE)
         entries.append(Entry(each["id"], each["text"], verdict, recorded, value, numbers, each.get("figure")))
     return tuple(entries)

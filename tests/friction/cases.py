@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from tendon_cli.friction.bench import BendAngle
-from tendon_cli.friction.fit import fit_readings
-from tendon_cli.friction.reading.readings import Readings
+from tendon_cli.friction import fit_friction
 from tendon_cli.friction.result import Fit
 
 from .rig import Floats, Logs, Rig, simulate
@@ -37,49 +35,47 @@ class Case:
     hides: bool = False  # nothing in the readings can tell what is wrong: only a note says how much it could be
     refused: bool = False  # the only right answer is a refusal
     clean: bool = False  # any warning is a false alarm
-    make: Callable[[Rig, Logs, int], Readings] | None = None  # readings of a seed, if not the log as it stands
+    make: Callable[[Rig, Logs, int], pd.DataFrame] | None = None  # readings of a seed, if not the log as it stands
 
 
-def readings(motor: Floats, load: Floats, **columns: Any) -> Readings:
-    """Readings as they would be read from a file, with time unless it is given as None."""
-    count = len(motor)
-    rows = {"line": np.arange(2, count + 2), "cell_1": motor, "cell_2": load, "time": ROW * np.arange(count), **columns}
-    frame = pd.DataFrame({name: values for name, values in rows.items() if values is not None})
-    return Readings(frame, "rig.csv", "0" * 64, ("motor", "load"), unit="N", motor="1", files=("rig.csv",))
+def readings(motor: Floats, load: Floats, **columns: Any) -> pd.DataFrame:
+    """Readings as people have them in Python, with time unless it is given as None."""
+    rows = {"motor (N)": motor, "load (N)": load, "time": ROW * np.arange(len(motor)), **columns}
+    return pd.DataFrame({name: values for name, values in rows.items() if values is not None})
 
 
-def log_of(rig: Rig, logs: Logs, seed: int, **columns: Any) -> Readings:
+def log_of(rig: Rig, logs: Logs, seed: int, **columns: Any) -> pd.DataFrame:
     """The log of one seed, with time."""
     return readings(logs.motor_cell[:, seed], logs.load_cell[:, seed], **columns)
 
 
 def fits_of(rig: Rig, seeds: int, first_seed: int = 0) -> list[Fit]:
     """Fits of the logs of so many seeds, with the bend angle taken as exact."""
-    logs, bend = simulate(rig, seeds, first_seed), BendAngle(rig.bend_angle, 0.0, "144 deg")
-    return [fit_readings(log_of(rig, logs, seed), bend=bend) for seed in range(seeds)]
+    logs = simulate(rig, seeds, first_seed)
+    return [fit_friction(log_of(rig, logs, seed), rig.bend_angle) for seed in range(seeds)]
 
 
-def with_directions(rig: Rig, logs: Logs, seed: int) -> Readings:
+def with_directions(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """With a column of directions, which follows the motor and not the slip."""
     names = {1.0: "up", -1.0: "down", 0.0: "rest"}
     return log_of(rig, logs, seed, direction=pd.Categorical([names[way] for way in logs.toward]))
 
 
-def with_strokes(rig: Rig, logs: Logs, seed: int) -> Readings:
+def with_strokes(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """With a column that counts the strokes."""
     turns = np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0)
     return log_of(rig, logs, seed, stroke=pd.Categorical(turns.astype(str)))
 
 
-def untimed(rig: Rig, logs: Logs, seed: int) -> Readings:
+def untimed(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """Two columns of forces and nothing else."""
     return log_of(rig, logs, seed, time=None)
 
 
-def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], Readings]:
+def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], pd.DataFrame]:
     """A table of `rows` settled readings of every stroke, taken from its end."""
 
-    def make(rig: Rig, logs: Logs, seed: int) -> Readings:
+    def make(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
         first = rig.rows_at_rest
         every = np.arange(first, len(logs.toward)).reshape(rig.strokes, -1)
         taken = every[:, -rows:].ravel()
@@ -90,7 +86,7 @@ def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], Re
     return make
 
 
-def levels(rig: Rig, logs: Logs, seed: int) -> Readings:
+def levels(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """Pulled up with a heavy weight and let down with a light one, which are exchanged between the strokes."""
     light = simulate(replace(rig, weights=(25.0, 25.0)), 1, first_seed=seed)
     down = logs.toward < 0.0
@@ -99,7 +95,7 @@ def levels(rig: Rig, logs: Logs, seed: int) -> Readings:
     return readings(*cells)
 
 
-def with_zeros(rig: Rig, logs: Logs, seed: int) -> Readings:
+def with_zeros(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """Rows of no force before, after and in between, as when the weight is hooked on and off."""
     empty = np.zeros(30)
     middle = len(logs.toward) // 2

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tendon_cli.friction.bench import BendAngle
-from tendon_cli.friction.fit import fit_readings
+from tendon_cli.friction import fit_friction
 
 from .ablation import WITHOUT
 from .cases import CASES, fits_of, readings
@@ -76,7 +75,7 @@ def test_a_zero_error_that_matters_is_warned_of_where_the_directions_differ(down
     for seed in range(2):
         cells = [np.where(up.toward < 0.0, b[:, seed], a[:, seed])
                  for a, b in ((up.motor_cell, low.motor_cell), (up.load_cell, low.load_cell))]  # fmt: skip
-        fit = fit_readings(readings(*cells), bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
+        fit = fit_friction(readings(*cells), rig.bend_angle)
         assert any("1 N of zero error" in text for text in (fit.warnings if down < 60.0 else fit.notes))
         assert bool(fit.warnings) == (down < 60.0)
 

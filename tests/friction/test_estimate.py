@@ -10,9 +10,7 @@ import pytest
 from scipy.stats import ttest_ind
 
 from tendon_cli.friction import fit_friction
-from tendon_cli.friction.bench import BendAngle
 from tendon_cli.friction.budget import BEND, SCATTER
-from tendon_cli.friction.fit import fit_readings
 
 from .cases import fits_of, readings
 from .rig import Rig, simulate
@@ -210,7 +208,7 @@ def test_a_short_history_without_noise_is_exact(friction: float) -> None:
         slipping = np.flatnonzero(logs.slipping[:, seed])[:1]
         rows = slice(int(slipping[0]), None)
         log = readings(logs.motor_cell[rows, seed], logs.load_cell[rows, seed])
-        fit = fit_readings(log, bend=BendAngle(rig.bend_angle, 0.0, "144 deg"))
+        fit = fit_friction(log, rig.bend_angle)
         assert fit.friction == pytest.approx(friction, rel=1e-3)
         assert fit.plain.friction == pytest.approx(friction, rel=1e-3)
         assert fit.gain_ratio == pytest.approx(1.0, abs=1e-3)

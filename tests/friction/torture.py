@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tendon_cli.errors import InputError
-from tendon_cli.friction.bench import BendAngle
-from tendon_cli.friction.fit import fit_readings
+from tendon_cli.friction import fit_friction
 from tendon_cli.friction.result import Fit
 
 from .cases import CASES, FRICTION, Case, log_of
@@ -70,11 +69,10 @@ _logs = functools.lru_cache(maxsize=None)(simulate)
 def run(name: str, seeds: int, first_seed: int = 0) -> Count:
     case = CASES[name]
     logs = _logs(case.rig, seeds, first_seed)
-    bend = BendAngle(case.rig.bend_angle, 0.0, "144 deg")
     fits, refused = [], []
     for seed in range(seeds):
         try:
-            fits.append(fit_readings((case.make or log_of)(case.rig, logs, seed), bend=bend))
+            fits.append(fit_friction((case.make or log_of)(case.rig, logs, seed), case.rig.bend_angle))
         except InputError as error:
             refused.append(error.message)
     return Count(fits, refused, case)
