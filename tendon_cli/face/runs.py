@@ -141,9 +141,8 @@ def _count_of(jobs: object) -> int | None:
 def _draw_run(study: Study, folder: Path, out: Path, record: dict[str, Any]) -> tuple[list[str], list[str], str | None]:
     from tendon_cli.figures.draw import draw_run  # only who draws pays for its import
 
-    drawn = draw_run(study, folder, out)
-    no_map = None if study.figure or record["designs"] == 1 else drawn.no_map
-    return [file.name for file in drawn.files], list(drawn.warnings), no_map
+    files, warnings, no_map = draw_run(study, folder, out)
+    return files, warnings, None if study.figure or record["designs"] == 1 else no_map
 
 
 def _draw_answer(_: Study, folder: Path, out: Path, record: dict[str, Any]) -> tuple[list[str], list[str], None]:

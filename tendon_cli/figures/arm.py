@@ -159,19 +159,16 @@ def _draw_spools(axes: Axes, sizes: ArmSizes) -> None:
         axes.annotate(text, (0.0, centre[1] - side * radius), xytext=(0, -side * 3), textcoords="offset points",
                       ha="center", va="top" if side > 0 else "bottom", size=7.0)  # fmt: skip
         axes.text(end[0], end[1], name, color=colour, size=7.0, ha="right", va="bottom" if side > 0 else "top")
-    bar = _round_length(1.6 * largest)
-    _scale_bar(axes, bar - largest, -4.6 * largest, bar)
-    axes.set(xlim=(-1.3 * largest, 2.5 * largest), ylim=(-5.1 * largest, 1.6 * largest), aspect="equal")
+    axes.set(xlim=(-1.3 * largest, 2.5 * largest), ylim=(-4.4 * largest, 1.6 * largest), aspect="equal")
     axes.set_axis_off()
     axes.set_title(f"spools, η = $R_e$ / $R_f$ = {number(sizes.ratio)}")
 
 
 def _settle(axes: Axes, *shapes: ArmShape, margin: float) -> None:
-    """Equal scales, limits around all shapes, no axes but a bar of known length."""
+    """Equal scales, limits around all shapes, no axes."""
     ends = [[shape.sizes.upper_arm * shape.up, shape.sizes.forearm * shape.along, _ZERO] for shape in shapes]
     corners = np.vstack([*ends, *(list(shape.anchors.values()) for shape in shapes)])
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + 0.45 * margin
-    _scale_bar(axes, high[0] - 0.1 * margin, low[1] + 0.28 * margin, _round_length(0.3 * float(np.ptp(corners))))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_axis_off()
 
@@ -202,16 +199,3 @@ def _dimension(axes: Axes, end: Points, text: str, shift: Points) -> None:
 def _arrow(axes: Axes, start: Points, end: Points, *, style: str = "-|>", color: str = INK) -> None:
     axes.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle=style, mutation_scale=4.5, linewidth=0.5,
                                    color=color, shrinkA=0.0, shrinkB=0.0, zorder=5))  # fmt: skip
-
-
-def _scale_bar(axes: Axes, x: float, y: float, length: float) -> None:
-    """How long `length` mm are in the drawing; the bar ends at x, y."""
-    axes.plot([x - length, x], [y, y], color=INK, linewidth=1.4, solid_capstyle="butt", gid="scale")
-    axes.annotate(f"{length:g} mm", (x - length / 2.0, y), xytext=(0, -2), textcoords="offset points", ha="center",
-                  va="top", size=6.5)  # fmt: skip
-
-
-def _round_length(length: float) -> float:
-    """The next round length below: 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** math.floor(math.log10(length))
-    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= length * (1.0 + 1e-9))

@@ -60,8 +60,6 @@ class CurveData:
     has_kinks: bool
     """Whether lines turn where a tendon goes slack; none does in a model in which tendons push."""
     is_slack_below_zero: bool
-    missing: str
-    """Why a line may have no value."""
     notes: tuple[str, ...]
 
     @property
@@ -94,11 +92,10 @@ def curve_data(cube: Cube, plan: CurvePlan, asked: Sequence[Condition], spec: Fi
     )
     # Below zero means slack of a margin, and in a model in which tendons push of their tensions and lengths.
     below_zero = all(name.endswith((MARGIN, *_OF_A_TENDON) if cube.pushes else MARGIN) for name in plan.quantities)
-    missing = "no value" if set(plan.quantities) <= {"first_slack_angle", "max_slack"} else "no equilibrium"
     data = CurveData(
         spec.title or cube.title, cube.source, *_along_x(cube, plan, read, spec), tuple(quantities), values,
         slack, turned, unstable, tuple(zip(colours or ("",), _colours(plan, len(colours)), strict=True)), dashes,
-        panels, not cube.pushes, below_zero, "no value, or left out by the filter" if masks else missing,
+        panels, not cube.pushes, below_zero,
         (*meaning, *lines, *plan.notes),
     )  # fmt: skip
     return _each_panel_once(_overlaid(data) if spec.overlay else data)

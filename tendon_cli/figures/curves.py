@@ -151,7 +151,7 @@ def _key(data: CurveData, cells: Sequence[Cell]) -> list[Any]:
     if data.is_line and unstable.any():
         key.append(Line2D([], [], **_UNSTABLE, label="unstable elbow"))
     if data.x is not None and not np.isfinite(values).any(axis=(1, 2)).all():
-        key.append(hatch_key(data.missing))
+        key.append(hatch_key("no value"))
     return key
 
 

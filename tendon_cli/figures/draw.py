@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,21 +23,8 @@ if TYPE_CHECKING:
     from tendon_cli.figures.engine import Figure
     from tendon_cli.figures.frame import Page
 
-SLACK_MAP = "slack_map"
-
 Finish = Callable[[FigureSpec, "Figure"], None]
 """Adds to a figure before it is written; matplotlib is in the house style then."""
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """What was drawn of a run."""
-
-    files: tuple[Path, ...]
-    warnings: tuple[str, ...] = ()
-    """What could not be drawn, and why."""
-    no_map: str | None = None
-    """Why there is no slack map, where there is none."""
 
 
 def plot(source: Path | AnyTable, spec: FigureSpec | None = None, out: Path | None = None) -> list[Path]:
@@ -97,11 +83,11 @@ def check_figures_of(study: Study) -> None:
         raise StudyError(faults)
 
 
-def draw_run(study: Study, folder: Path, out: Path | None = None) -> Drawn:
+def draw_run(study: Study, folder: Path, out: Path | None = None) -> tuple[list[str], list[str], str | None]:
     """Slack maps of a finished run, and the figures that its study declares, into its folder unless `out` says where.
 
-    A figure that cannot be drawn is a warning: it never costs a run. Raises InputError only, for a table that is not
-    whole.
+    Returns the names of the files, warnings of what could not be drawn, and why there is no slack map, where there is
+    none: a figure never costs a run. Raises InputError only, for a table that is not whole.
     """
     files: list[Path] = []
     warnings: list[str] = []
@@ -116,8 +102,8 @@ def draw_run(study: Study, folder: Path, out: Path | None = None) -> Drawn:
             if spec is None and isinstance(error, UsageError):
                 no_map = error.message
             else:
-                warnings.append(_warning(name, error))
-    return Drawn(tuple(files), tuple(warnings), no_map)
+                warnings.append(f"{name} is not drawn: {_reason(error)}")
+    return [file.name for file in files], warnings, no_map
 
 
 def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: Finish | None = None) -> list[Path]:
@@ -165,11 +151,9 @@ def _slack_maps(run: Path, folder: Path) -> list[Path]:
     """slack_map.png, and slack_map-2.png and so on where the panels need more pages; of one axis as lines."""
     designs = open_table(run / "designs.parquet")
     cube = cube_of(designs)
-    long = long_axes(cube, cube.choose([]))
-    if not long:
+    if not long_axes(cube, cube.choose([])):
         raise UsageError("no axis other than the load has more than one value")
-    pages = pages_of(designs, FigureSpec(size="page" if len(long) > 1 else "120 mm"))
-    return _written(pages, [folder / f"{SLACK_MAP}.png"])
+    return _written(pages_of(designs), [folder / "slack_map.png"])
 
 
 def _written(pages: list[Page], targets: list[Path]) -> list[Path]:
@@ -191,9 +175,8 @@ def _targets(table: AnyTable, spec: FigureSpec, out: Path | None) -> list[Path]:
     return [(out or Path()) / f"{spec.name or '-'.join(filter(None, words))}.{kind}" for kind in spec.format]
 
 
-def _warning(name: str, error: Exception) -> str:
-    """Why a figure is missing."""
+def _reason(error: Exception) -> str:
     if not isinstance(error, TendonError):
-        return f"{name} is not drawn: {type(error).__name__}: {error}; this is a bug in tendon, the tables are whole"
+        return f"{type(error).__name__}: {error}; this is a bug in tendon, the tables are whole"
     place = f"{error.where}: " if isinstance(error, OutputError) else ""
-    return f"{name} is not drawn: {place}{error.message}{f' ({error.hint})' if error.hint else ''}"
+    return f"{place}{error.message}{f' ({error.hint})' if error.hint else ''}"

@@ -20,8 +20,6 @@ _NARROWEST = 42.0
 """Width that a panel takes up at least, mm."""
 _BOUNDARY_WIDTH = 1.2
 _UNSTABLE: dict[str, Any] = {"hatch": "xxxx", "edgecolor": "#4d4d4d", "linewidth": 0.0}
-_FEWEST_FOR_LEVELS = 6
-_ROUND = (1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 # Contours run with the higher values on their left; the ticks stand on the right, where a limit is not held.
 _EFFECTS = [TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6), mpl.patheffects.Normal()]
 _HALO = withStroke(linewidth=2.6, foreground="white")
@@ -49,7 +47,7 @@ def _page(data: MapData, panels: range, title: str, width: float, height: float 
     colour = mpl.cm.ScalarMappable(TwoSlopeNorm(0.0, -limit, limit), DIVERGING)
     grid = empty_panels(page, rows, columns, len(panels), sharex=True, sharey=True)
     for axes, panel in zip(grid.flat, panels, strict=False):
-        _draw_panel(axes, data, panel, colour, levels, ticks=max(2, min(6, int(each / 9.0))))
+        _draw_panel(axes, data, panel, colour, ticks=max(2, min(6, int(each / 9.0))))
         axes.set_title(wrapped(data.titles[panel], int(each / 1.9)), y=1.0)  # placed without a search
     # Narrow panels have one label for all of them, in the middle: side by side they would run into each other.
     if columns > 2 and rows * columns == len(panels):
@@ -74,29 +72,22 @@ def colour_scale(margins: Floats) -> tuple[float, list[float], str]:
     The positive side is shown whole, a far longer negative side is cut off.
     """
     finite = margins[np.isfinite(margins)]
-    most, least = (float(finite.max()), float(finite.min())) if len(finite) else (1.0, -1.0)
-    usual = max(most, float(np.quantile(np.abs(finite), 0.9)) if len(finite) else 1.0)
+    most, least = float(finite.max()), float(finite.min())
+    usual = max(most, float(np.quantile(np.abs(finite), 0.9)))
     bound = max(most, -least)
     bound = (usual if bound > 1.5 * usual else bound) or 1.0
-    power = 10.0 ** np.floor(np.log10(bound))
-    limit = float(next(step * power for step in _ROUND if step * power >= bound * (1 - 1e-9)))
+    levels = list(mpl.ticker.MaxNLocator(10, steps=[1, 2, 2.5, 5, 10]).tick_values(-bound, bound))
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    levels = mpl.ticker.MaxNLocator(8, steps=[1, 2, 2.5, 5, 10]).tick_values(-limit, limit)
-    inside = [float(level) for level in levels if abs(level) <= limit * (1 + 1e-9)]
-    return limit, inside, extend[least < -limit, most > limit]
+    return levels[-1], levels, extend[least < levels[0], most > levels[-1]]
 
 
-def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, levels: list[float], ticks: int) -> None:
+def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) -> None:
     """One panel, its cells whole, with at most so many ticks on x."""
     x, y = data.x, data.y
     margin = np.ma.masked_invalid(data.margins[panel])
     if margin.mask.any():
         axes.patch.set(**unknown_hatch())
     axes.pcolormesh(x.edges, y.edges, margin, cmap=colour.cmap, norm=colour.norm, rasterized=True, gid="margin")
-    if not (x.names or y.names) and min(margin.shape) >= _FEWEST_FOR_LEVELS:
-        levels = [level for level in levels if level != 0.0 and margin.min() < level < margin.max()]
-        axes.contour(*_to_the_edges(x, y, data.margins[panel]), levels=levels, colors="#00000055", linewidths=0.35,
-                     linestyles="solid") if levels else None  # fmt: skip
     for at, (limit, rooms) in enumerate(data.rooms.items()):
         if limit == STIFFNESS:
             _hatch_negative(axes, x, y, rooms[panel])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
@@ -76,10 +76,8 @@ def plan_curves(cube: Cube, chosen: Mapping[str, Ints], spec: FigureSpec) -> Cur
     if len(set(parts)) < len(parts):
         raise UsageError("one axis cannot play two parts", hint="x, colour and panels name different axes")
     most_panels = MOST_PANELS if len(quantities) == 1 and spec.panels else MOST_PANELS_UNASKED
-    most = {x: POINTS, colour: MOST_COLOURS, panels: most_panels}
-    positions, notes = _thinned(parts, chosen, most)
-    others, _ = _thinned([axis for axis in cube.axes if axis not in parts], chosen, dict.fromkeys(cube.axes, 1))
-    return CurvePlan(quantities, x_column, x, colour, dash, panels, positions | others, tuple(notes))
+    most = {x: POINTS, colour: MOST_COLOURS, dash: 2, panels: most_panels}
+    return CurvePlan(quantities, x_column, x, colour, dash, panels, *_thinned(cube, chosen, most))
 
 
 def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
@@ -101,17 +99,14 @@ def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
         column = cube.of.find(spec.x, "--x")
-        axis = cube.axis(column)
-        if axis is not None:
+        if (axis := cube.axis(column)) is not None:
             return column, axis
         runs = angle or runs
         if runs is not None:
             return cube.of.find_numbers(column, "--x"), runs
-    if runs is None and any(axis.length > 1 for axis in cube.axes):
-        raise UsageError("no axis is left to run along x", where="--x", hint="colour and panels take other axes")
     if runs is None:
-        hint = "`tendon state` prints a single design"
-        raise UsageError("the table holds one design, there is nothing to draw it against", hint=hint)
+        hint = "`tendon state` prints a single design; colour and panels take axes away"
+        raise UsageError("no axis with several values is left to run along x", where="--x", hint=hint)
     return runs.column, runs
 
 
@@ -139,18 +134,16 @@ def _usual_panels(free: list[Axis]) -> Axis | None:
 
 
 def _thinned(
-    axes: Iterable[Axis], chosen: Mapping[str, Ints], most: Mapping[Axis | None, int]
-) -> tuple[dict[str, Ints], list[str]]:
-    """Positions drawn on axes, evenly chosen where there are more than `most`, and what was left out."""
-    positions: dict[str, Ints] = {}
-    notes: list[str] = []
-    for axis in axes:
+    cube: Cube, chosen: Mapping[str, Ints], most: Mapping[Axis | None, int]
+) -> tuple[dict[str, Ints], tuple[str, ...]]:
+    """Positions drawn on each axis, evenly chosen where there are more than `most`, and a note of what is left out."""
+    positions, fewer = {}, []
+    for axis in cube.axes:
         at = chosen[axis.column]
-        kept = evenly(len(at), most.get(axis, len(at)))
-        positions[axis.column] = at[kept]
+        kept = positions[axis.column] = at[evenly(len(at), most.get(axis, 1))]
         if len(kept) < len(at):
-            notes.append(f"{len(kept)} of {len(at)} values of {axis.words} drawn, evenly chosen.")
-    return positions, notes
+            fewer.append(f"{len(kept)} of {len(at)} values of {cube.shown(axis.column).name}")
+    return positions, (f"{', '.join(fewer)} drawn, evenly chosen.",) if fewer else ()
 
 
 @dataclass(frozen=True)
@@ -177,24 +170,15 @@ def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:
-    """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least.
-
-    Too many combinations of the other axes become a few of each, evenly chosen, and a note of it.
-    """
+    """Lay the designs out over panels; `chosen` are the positions to choose from, of two long axes at least."""
     x, y = long_axes(cube, chosen)[:2]
     others = [axis for axis in cube.axes if axis not in (x, y) and len(chosen[axis.column]) > 1]
     others.sort(key=lambda axis: axis.column != LOAD)
     lengths = [len(chosen[axis.column]) for axis in others]
-    total = math.prod(lengths)
-    counts = lengths if total <= MOST_PANELS else _counts(lengths, PANELS_PER_PAGE)
-    positions, notes = _thinned((x, y), chosen, {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS})
-    kept, _ = _thinned(cube.axes, chosen, dict(zip(others, counts, strict=True)))
-    if counts != lengths:
-        names = ", ".join(axis.words for axis in others)
-        drawn = math.prod(counts)
-        notes.append(f"{drawn} of {total} combinations of {names} drawn, evenly chosen; the table has all.")
-    titled = tuple(axis for axis in others if len(kept[axis.column]) > 1)
-    return MapPlan(x, y, titled, kept | positions, tuple(notes))
+    counts = lengths if math.prod(lengths) <= MOST_PANELS else _counts(lengths, PANELS_PER_PAGE)
+    most: dict[Axis | None, int] = {x: CELLS_PER_AXIS, y: CELLS_PER_AXIS, **dict(zip(others, counts, strict=True))}
+    positions, notes = _thinned(cube, chosen, most)
+    return MapPlan(x, y, tuple(axis for axis in others if len(positions[axis.column]) > 1), positions, notes)
 
 
 def _counts(lengths: list[int], most: int) -> list[int]:

@@ -1,7 +1,5 @@
 """Figures that a study declares: what they may show, what is refused, and what they leave as it was."""
 
-import shutil
-import threading
 import tomllib
 
 import jsonschema
@@ -13,68 +11,38 @@ from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import cube_of
 from tendon_cli.errors import StudyError
 from tendon_cli.figures.draw import check_figures_of, draw_run, pages_of
-from tendon_cli.paper.runs import FOLDER, STUDIES, load, swept
+from tendon_cli.paper.runs import FOLDER, STUDIES, load
 from tendon_cli.studies.figures import OF_DESIGNS, OF_STATES
 from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.studies.study import Study
-from tendon_cli.tables.read import open_table
-from tests.figures.runs import lines
+from tests.figures.runs import grid, lines, states, study_of, sweep, table
 
-SMALL = """
-[load]
-mass = ["0 kg", "5 kg"]
-[motion]
-elbow_angle = { from = "0 deg", to = "90 deg", num = 7 }
-"""
-
-
-@pytest.fixture(scope="module")
-def runs(tmp_path_factory):
-    area = tmp_path_factory.mktemp("declared")
-    return dict(swept(("fig07", "fig10"), area, jobs=1, stop=threading.Event()))
+MOTION = {"elbow_angle": grid("0 deg", "90 deg", 7)}
+SMALL = {"load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION}
 
 
 # --- Derived quantities ----------------------------------------------------------------------------------------------
 
 
-def derived(run, name, rows=None):
-    cube = cube_of(open_table(run.folder / "states.parquet"))
-    wanted = np.arange(len(run.states)) if rows is None else rows
-    return cube.gather(wanted, (name,))[name]
+def test_an_elongation_is_what_the_tension_of_its_side_makes_of_the_compliance(tmp_path):
+    sides = {"spring": {"flexor": {"stiffness": "2 kN/m"}}, "tendon": {"extensor": {"pretension": "150 N"}}}
+    cube = cube_of(states(tmp_path / "run", {**SMALL, **sides, "model": {"slack": "bilateral"}}))
+    names = ("spring_elongation", "elongation", "length_change", "tension_distal", "tendon_stretch", "spring_stretch")
+    for side, stiffness, pretension in (("flexor", 2000.0, 100.0), ("extensor", 3000.0, 150.0)):
+        columns = [f"{side}_{name}" for name in names]
+        read = cube.gather(np.arange(cube.files.rows), columns)
+        spring, total, change, tension, *stretches = (read[name] for name in columns)
+        np.testing.assert_allclose(spring, tension / stiffness)
+        # From the pretensioned state to here, and from no load to here: the two differ by what pretension alone does.
+        np.testing.assert_allclose(change, sum(stretches), atol=1e-15)
+        np.testing.assert_allclose((total - change) / pretension, total / tension, rtol=1e-9)
+        assert (np.abs(total) > np.abs(spring)).all()
 
 
-def test_an_elongation_is_what_the_tension_makes_of_the_compliance(runs):
-    run = runs["fig10"]
-    states = run.states
-    spring = states["flexor_tension_distal"] / states["spring_stiffness"]
-    np.testing.assert_allclose(derived(run, "flexor_spring_elongation"), spring)
-    total = derived(run, "flexor_elongation")
-    # From the pretensioned state to here, and from no load to here: the two differ by what pretension alone stretches.
-    change = derived(run, "flexor_length_change")
-    np.testing.assert_allclose(change, states["flexor_tendon_stretch"] + states["flexor_spring_stretch"])
-    at_pretension = (total - change) / states["pretension"]
-    np.testing.assert_allclose(at_pretension, total / states["flexor_tension_distal"], rtol=1e-9)
-    assert (np.abs(total) > np.abs(spring)).all()
-
-
-def test_the_ratio_is_null_where_the_extensor_has_not_travelled(runs):
-    run = runs["fig07"]
-    ratio = derived(run, "radius_ratio")
-    assert np.isnan(ratio[run.states["elbow_angle"] == 0.0]).all()
-    assert np.isfinite(ratio[run.states["elbow_angle"] > 0.0]).all()
-
-
-def test_the_side_counts_where_the_sides_differ(new_sweep, tmp_path):
-    swept_ = new_sweep(
-        SMALL + '[spring.flexor]\nstiffness = "2 kN/m"\n[tendon.extensor]\npretension = "150 N"\n', tmp_path
-    )
-    cube = cube_of(swept_.table("states"))
-    names = ("flexor_spring_elongation", "extensor_spring_elongation", "extensor_elongation")
-    read = cube.gather(np.arange(len(swept_.states)), names)
-    states = swept_.states
-    np.testing.assert_allclose(read["flexor_spring_elongation"], states["flexor_tension_distal"] / 2000.0)
-    np.testing.assert_allclose(read["extensor_spring_elongation"], states["extensor_tension_distal"] / 3000.0)
-    assert (read["extensor_elongation"] >= read["extensor_spring_elongation"]).all()
+def test_the_ratio_is_null_where_the_extensor_has_not_travelled(tmp_path):
+    cube = cube_of(states(tmp_path / "run", SMALL))
+    read = cube.gather(np.arange(cube.files.rows), ["radius_ratio", "elbow_angle"])
+    np.testing.assert_array_equal(np.isnan(read["radius_ratio"]), read["elbow_angle"] == 0.0)
 
 
 def test_what_a_figure_may_show_is_what_the_tables_have():
@@ -85,113 +53,99 @@ def test_what_a_figure_may_show_is_what_the_tables_have():
 # --- Declaring -------------------------------------------------------------------------------------------------------
 
 
-def figure(text):
-    return f"[[figure]]\n{text}\n"
+def figure(name="a", quantity="motor_torque", **more):
+    return {"name": name, "quantity": quantity, **more}
 
 
-def drawn(new_sweep, folder, text, **settings):
-    run = new_sweep(SMALL + text, folder, **settings)
-    return run, draw_run(load_study(folder / "study.toml"), run.folder)
+def test_figures_stand_next_to_the_tables_and_change_neither_these_nor_the_hash(tmp_path):
+    asked = [
+        figure("torque", format=["png", "svg"], size="column"),
+        figure("need", "required_pretension", x="load_mass"),
+    ]
+    declared, plain = study_of({**SMALL, "figure": asked}), study_of(SMALL)
+    assert declared.hash == plain.hash
+    assert "figure" not in declared.document()
+    folder = sweep(tmp_path / "run", SMALL)
+    before = {file.name: file.read_bytes() for file in folder.iterdir()}
+    drawn, _, _ = draw_run(declared, folder)
+    assert drawn == ["torque.png", "torque.svg", "need.png"]
+    assert all((folder / name).stat().st_size for name in drawn)
+    assert {name: (folder / name).read_bytes() for name in before} == before
 
 
-def test_figures_change_neither_hash_nor_tables(new_sweep, tmp_path):
-    plain, declared = tmp_path / "plain", tmp_path / "declared"
-    plain.mkdir(), declared.mkdir()
-    one = new_sweep(SMALL, plain)
-    other = new_sweep(SMALL + figure('name = "a"\nquantity = "motor_torque"'), declared)
-    assert one.hashes == other.hashes
-    assert one.plan.study.hash == other.plan.study.hash
-    assert "figure" not in other.plan.study.document()
-    assert [each.name for each in other.plan.study.figure] == ["a"]
-
-
-def test_every_format_of_every_figure_is_written_beside_the_tables(new_sweep, tmp_path):
-    text = figure('name = "torque"\nquantity = "motor_torque"\nformat = ["png", "svg"]\nsize = "column"')
-    text += figure('name = "need"\nquantity = "required_pretension"\nx = "load_mass"')
-    run, files = drawn(new_sweep, tmp_path, text)
-    assert [file.name for file in files.files] == ["torque.png", "torque.svg", "need.png"]
-    assert all(file.parent == run.folder and file.stat().st_size for file in files.files)
-
-
-def test_filters_choose_and_an_axis_of_one_value_plays_no_part(new_sweep, tmp_path):
-    new_sweep(SMALL, tmp_path)
-    text = figure('name = "a"\nquantity = "motor_torque"\ncolour = "load.mass"\nwhere = "load_mass = 5 kg"')
-    (tmp_path / "study.toml").write_text(SMALL + text)
-    (declared,) = load_study(tmp_path / "study.toml").figure
-    (page,) = pages_of(open_table(tmp_path / "run" / "states.parquet"), declared)
+def test_filters_choose_and_an_axis_of_one_value_plays_no_part(tmp_path):
+    asked = {**SMALL, "figure": [figure(colour="load.mass", where="load_mass = 5 kg")]}
+    (page,) = pages_of(table(sweep(tmp_path / "run", SMALL), "states"), study_of(asked).figure[0])
     assert len(lines(page.figure.axes[0])) == 2
-    (declared,) = load_study(tmp_path / "study.toml", ("load.mass=5 kg",)).figure
+    (declared,) = study_of({**asked, "load": {"mass": "5 kg"}}).figure
     assert declared.colour == "load.mass"
 
 
 @pytest.mark.parametrize(
-    ("text", "key", "says"),
+    ("more", "asked", "key", "says"),
     [
-        ('[output]\ntables = ["states"]\n[[figure]]\nname = "a"\nquantity = "margin"\n', "quantity", "not written"),
-        (figure('name = "a"\nquantity = "motor_torque"\nwhere = "load_mass = 4 kg"'), "where", "nothing is left by"),
+        ({}, figure(quantity="margin"), "quantity", "not written"),
+        ({}, figure(where="load_mass = 4 kg"), "where", "nothing is left by"),
+        ({"model": {"slack": "bilateral"}}, figure(quantity="flexor_slack"), "quantity", "null in every row"),
+        ({"load": {}}, figure(quantity="max_tension"), "x", "no axis with several"),
+        ({"spool": {"ratio": [0.7, 1.0]}}, figure(quantity="efficiency"), "quantity", "no column"),
+        ({}, figure(colour="elbow_angle", panels="elbow_angle"), "", "two parts"),
     ],
 )
-def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(new_sweep, tmp_path, text, key, says):
-    run, figures = drawn(new_sweep, tmp_path, text)
-    assert not [file for file in figures.files if file.name == "a.png"]
-    assert figures.warnings[0].startswith('figure "a" is not drawn: ')
+def test_a_figure_that_cannot_be_drawn_is_a_fault_beforehand_and_a_warning_after(tmp_path, more, asked, key, says):
+    tables = ["states"] if asked["quantity"] == "margin" else ["designs", "states"]
+    content = {**SMALL, "output": {"tables": tables}, **more}
+    study = study_of({**content, "figure": [asked]})
     with pytest.raises(StudyError, match=says) as error:
-        check_figures_of(run.plan.study)
-    assert [fault.key for fault in error.value.faults] == [f"figure.0.{key}"]
+        check_figures_of(study)
+    assert [fault.key for fault in error.value.faults] == [f"figure.0{key and '.'}{key}"]
+    files, warnings, _ = draw_run(study, sweep(tmp_path / "run", content))
+    assert "a.png" not in files
+    assert warnings[0].startswith('figure "a" is not drawn: ')
+
+
+def test_what_can_be_drawn_is_no_fault():
+    for output in ({"tables": ["designs"]}, {"states": ["status", "spool_angle"]}):  # states are worked out
+        check_figures_of(study_of({"output": output, "figure": [figure()]}))
 
 
 def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(
-        figure('name = "a b"\nquantity = "motor_torqe"\nsize = "5 mm"\nformat = "jpg"\nwhere = "1 = 2"')
-        + figure('name = "b"\nquantity = []\noverlay = "yes"\ncolr = "x"')
-        + '[arm]\na1 = "-1 mm"\n'
+        '[[figure]]\nname = "a b"\nquantity = "motor_torqe"\nsize = "5 mm"\nformat = "jpg"\nwhere = "1 = 2"\n'
+        '[[figure]]\nname = "b"\nquantity = []\noverlay = "yes"\ncolr = "x"\n[arm]\na1 = "-1 mm"\n'
     )
     with pytest.raises(StudyError) as error:
         load_study(path)
-    found = {(fault.key, fault.line) for fault in error.value.faults}
-    assert {
-        ("figure.0.name", 2),
-        ("figure.0.quantity", 3),
-        ("figure.0.size", 4),
-        ("figure.1.quantity", 9),
-        ("figure.1.overlay", 10),
-        ("figure.1.colr", 11),
-        ("arm.a1", 13),
-    } <= found
+    places = {0: ("name", "quantity", "size"), 1: ("quantity", "overlay", "colr")}
+    asked = {(f"figure.{at}.{key}", line) for at, keys in places.items() for line, key in enumerate(keys, 2 + 7 * at)}
+    assert asked | {("arm.a1", 13)} <= {(fault.key, fault.line) for fault in error.value.faults}
     assert 'did you mean "motor_torque"?' in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "says"),
+    ("asked", "says"),
     [
-        ('name = "a"\nquantity = "elbow_torque"\ncolour = "load_mas"', ("figure.0.colour", 'did you mean "load_mass"')),
-        ('name = "a"\nquantity = "elbow_torque"\nwhere = "load_mass = 5 N"', ("figure.0.where", "5 N")),
-        ('name = "a"\nquantity = "elbow_torque"\nwhere = "lod = 5 N"', ("figure.0.where", "no column")),
-        ('name = "a"\nquantity = ["elbow_torque", "margin"]', ("figure.0.quantity", "one table")),
-        (
-            'name = "a"\nquantity = ["elbow_torque", "spool_angle"]\noverlay = true',
-            ("figure.0.overlay", "angle and torque"),
-        ),
-        ('name = "a"\nquantity = "elbow_torque"\noverlay = true\ncolour = "load_mass"', ("figure.0.colour", "overlay")),
-        ('name = "slack_map"\nquantity = "elbow_torque"', ("figure.0.name", "slack_map")),
-        ('name = "a"\nquantity = "margin"\nx = "motor_torque"', ("figure.0.x", "no column")),
-        (f'name = "a"\nquantity = "margin"\nx = "{"x" * 100}"', ("figure.0.x", "no column")),
-        (f'name = "a"\nquantity = "margin"\nx = "{"x" * 101}"', ("figure.0.x", "is not a name")),
-        ('name = "a"\nquantity = "margin"\nx = "margin\\n"', ("figure.0.x", "is not a name")),
-        (
-            'name = "a"\nquantity = "elbow_torque"\n[[figure]]\nname = "a"\nquantity = "margin"',
-            ("figure.1.name", "two"),
-        ),
+        (figure(colour="load_mas"), ("figure.0.colour", 'did you mean "load_mass"')),
+        (figure(where="load_mass = 5 N"), ("figure.0.where", "5 N")),
+        (figure(where="lod = 5 N"), ("figure.0.where", "no column")),
+        (figure(quantity=["elbow_torque", "margin"]), ("figure.0.quantity", "one table")),
+        (figure(quantity=["elbow_torque", "spool_angle"], overlay=True), ("figure.0.overlay", "angle and torque")),
+        (figure(overlay=True, colour="load_mass"), ("figure.0.colour", "overlay")),
+        (figure("slack_map"), ("figure.0.name", "slack_map")),
+        (figure(quantity="margin", x="motor_torque"), ("figure.0.x", "no column")),
+        (figure(x="x" * 100), ("figure.0.x", "no column")),
+        (figure(x="x" * 101), ("figure.0.x", "is not a name")),
+        (figure(x="margin\n"), ("figure.0.x", "is not a name")),
     ],
 )
-def test_what_a_figure_cannot_be_is_refused(tmp_path, text, says):
-    path = tmp_path / "study.toml"
-    path.write_text(figure(text))
+def test_what_a_figure_cannot_be_is_refused(asked, says):
     with pytest.raises(StudyError) as error:
-        load_study(path)
+        study_of({"figure": [asked]})
     assert len(error.value.faults) == 1
     assert [part for part in says if part not in str(error.value)] == []
+    with pytest.raises(StudyError, match="two"):
+        study_of({"figure": [figure(), figure()]})
 
 
 def test_the_schema_takes_the_paper_s_figures_and_no_others():
@@ -202,18 +156,3 @@ def test_the_schema_takes_the_paper_s_figures_and_no_others():
         assert study_from(content).figure == load(name).figure
     assert not check.is_valid({"figure": [{"name": "a", "quantity": "nothing"}]})
     assert not check.is_valid({"figure": [{"quantity": "margin"}]})
-
-
-def test_drawing_leaves_the_run_as_it_was(runs, tmp_path):
-    folder = tmp_path / "run"
-    shutil.copytree(runs["fig07"].folder, folder)
-    before = {file.name: file.read_bytes() for file in folder.iterdir()}
-    draw_run(runs["fig07"].study, folder)
-    assert {name: (folder / name).read_bytes() for name in before} == before
-
-
-def test_nothing_is_shaded_where_no_tension_is_negative(new_sweep, tmp_path):
-    new_sweep(SMALL + figure('name = "a"\nquantity = "extensor_tension_distal"'), tmp_path)  # unilateral
-    (declared,) = load_study(tmp_path / "study.toml").figure
-    (page,) = pages_of(open_table(tmp_path / "run" / "states.parquet"), declared)
-    assert [text for axes in page.figure.axes for text in axes.texts if text.get_gid() == "slack word"] == []

@@ -12,8 +12,8 @@ import pytest
 from matplotlib.colors import to_hex
 from PIL import Image
 
-from tendon_cli.errors import StudyError, UsageError
-from tendon_cli.figures.draw import check_figures_of, plot, table_of
+from tendon_cli.errors import UsageError
+from tendon_cli.figures.draw import plot, table_of
 from tendon_cli.figures.style import load_colours
 from tendon_cli.studies.figures import figure_spec
 from tests.figures.runs import (
@@ -137,11 +137,13 @@ def test_kinks_stand_where_a_tendon_goes_slack_on_either_side_s_lines(run: Path)
         np.testing.assert_allclose(kink.get_xdata(), (degrees[at] + degrees[at + 1]) / 2.0)
 
 
-def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero(tmp_path: Path) -> None:
+def test_bilateral_lines_have_no_kink_and_are_shaded_below_zero_others_the_other_way_round(tmp_path: Path) -> None:
     content = {"model": {"slack": "bilateral"}, "load": {"mass": ["10 kg"]}}
-    (axes,) = panels(figure_of(states(tmp_path / "run", content), quantity="extensor_tension_distal"))
-    assert not lines(axes, "kink")
-    assert by_gid(axes, "slack area")
+    for model, is_shaded in ((content, True), ({"load": content["load"]}, False)):
+        folder = tmp_path / str(is_shaded)
+        (axes,) = panels(figure_of(states(folder, model), quantity="extensor_tension_distal"))
+        assert bool(by_gid(axes, "slack area")) == bool(by_gid(axes, "slack word")) == is_shaded
+        assert bool(lines(axes, "kink")) != is_shaded
 
 
 def test_open_and_filled_markers_are_in_the_key(run: Path) -> None:
@@ -248,39 +250,12 @@ def test_truths_are_filtered_by_their_word(tmp_path: Path, text: str, kept: bool
     assert 0 < stable.sum() < stable.size
     (line,) = lines(panels(figure_of(of, quantity="margin", where=text))[0], "curve")
     np.testing.assert_array_equal(np.isfinite(line.get_ydata()), stable == kept)
-    assert "left out by the filter" in words(figure_of(of, quantity="margin", where=text))
+    assert "no value" in words(figure_of(of, quantity="margin", where=text))
     with pytest.raises(UsageError, match="true or false"):
         figure_of(of, quantity="margin", where="stable > 0")
 
 
-# --- Faults ----------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("quantity", "more", "key", "says"),
-    [
-        ("flexor_slack", {"model": {"slack": "bilateral"}}, "quantity", "null in every row"),
-        ("margin", {"output": {"tables": ["states"]}}, "quantity", "not written"),
-        ("margin", {}, "", "one design"),
-        ("efficiency", {"tendon": PRETENSION}, "quantity", "no column"),
-        ("motor_torque", {"figure": {"where": "elbow_angle = 200 deg"}}, "where", "nothing is left"),
-        ("motor_torque", {"figure": {"colour": "elbow_angle", "panels": "elbow_angle"}}, "", "two parts"),
-    ],
-)
-def test_a_figure_that_can_have_nothing_to_draw_is_a_fault_beforehand(
-    quantity: str, more: dict[str, Any], key: str, says: str
-) -> None:
-    figure = {"name": "a", "quantity": quantity, **more.get("figure", {})}
-    study = study_of({**{name: part for name, part in more.items() if name != "figure"}, "figure": [figure]})
-    with pytest.raises(StudyError, match=says) as fault:
-        check_figures_of(study)
-    assert fault.value.faults[0].key == f"figure.0{key and '.'}{key}"
-
-
-def test_what_can_be_drawn_is_no_fault() -> None:
-    check_figures_of(study_of({"tendon": PRETENSION, "figure": [{"name": "a", "quantity": "margin"}]}))
-    for output in ({"tables": ["designs"]}, {"states": ["status", "spool_angle"]}):  # states are worked out
-        check_figures_of(study_of({"output": output, "figure": [{"name": "a", "quantity": "motor_torque"}]}))
+# --- Asking ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["study.toml", "study.yaml", "study.YML"])
