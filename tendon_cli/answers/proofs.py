@@ -17,7 +17,7 @@ from tendon_cli.answers.solve import Solutions, without_worst
 from tendon_cli.model.between import refined
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array
-from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, cells_of, knots_of, prove
+from tendon_cli.model.proof import MOST_CELLS, Cells, Proof, cells_of, prove
 from tendon_cli.model.setting import pretension_of
 from tendon_cli.model.window import Ends, Positions
 from tendon_cli.space.axis import Numbers, Rows, scale_of
@@ -119,7 +119,7 @@ class _Held:
             np.broadcast_to(pretension_of(design, end[self.row, np.newaxis, np.newaxis]), (len(self), 1, 1)).ravel()
             for end in (low, np.minimum(high, _ENDLESS))
         )
-        cells = cells_of(len(self), span, problem.flexion, knots_of(design), len(sides))
+        cells = cells_of(len(self), span, problem.flexion, design.knots, len(sides))
         return prove(design, cells, at_low, at_high, problem.bounds, [self.design(side) for side in sides])
 
 

@@ -22,8 +22,6 @@ from tendon_cli.model.statics import Balance, Status
 from tendon_cli.quantities import OF_STATES, QUANTITIES
 
 SIDES = ("flexor", "extensor")
-STANDARD_GRAVITY = 9.81
-"""g in m/s², as the paper's findings assume."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +69,7 @@ class State:
             motion=arm.joint.motion(elbow_angle),
             flexor=flexor,
             extensor=extensor,
-            gravity_moment=np.asarray(
-                STANDARD_GRAVITY * (arm.forearm_mass * arm.forearm_com + design.load_mass * arm.load_distance)
-            ),
+            gravity_moment=design.gravity_moment,
             sine=np.sin(inclination),
             cosine=np.cos(inclination),
             other_torque=other_torque,

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.model.kinematics import AnyJoint, Array, Flag, Real, Spline
 from tendon_cli.model.trajectory import Trajectory
@@ -84,6 +83,8 @@ class Side:
         return self.bend_angle, 0.0
 
 
+STANDARD_GRAVITY = 9.81
+"""g in m/s², as the paper's findings assume."""
 F0 = "pretension"
 READINGS = (F0, "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor")
 """How a pretension is read: as F0 of the model, or as a tension in the posture in which it is set."""
@@ -135,22 +136,33 @@ class Design:
         """Whether a sheath bends as the joint turns."""
         return isinstance(self.flexor.bend_angle, Spline) or isinstance(self.extensor.bend_angle, Spline)
 
+    @property
+    def gravity_moment(self) -> Array:
+        """Of forearm and load about the elbow where the forearm is level, N m."""
+        forearm = self.arm.forearm_mass * self.arm.forearm_com
+        return np.multiply(STANDARD_GRAVITY, forearm + self.load_mass * self.arm.load_distance)
+
+    @property
+    def knots(self) -> Array:
+        """Where its curves have kinks in a derivative, rad."""
+        curves = [self.arm.torque, self.load_torque, self.flexor.bend_angle, self.extensor.bend_angle]
+        curves += [getattr(self.arm.joint, side, None) for side in ("flexor", "extensor")]
+        return np.unique(np.concatenate([np.zeros(0), *(each.knots for each in curves if isinstance(each, Spline))]))
+
     def other_torque(self, angle: Real, derivative: int = 0) -> Real:
         """What joint and task ask for besides the weights (N m), or its slope (N m/rad)."""
         joint = self.arm.passive(angle, derivative)
         return joint if self.load_torque is None else joint + self.load_scale * self.load_torque(angle, derivative)
 
 
-Made = TypeVar("Made")
-
-
-def changed(made: Made, change: Callable[[npt.NDArray[Any]], npt.NDArray[Any]]) -> Made:
-    """A design, or what is made of one, with each of its arrays changed; numbers are left as they are."""
+def changed(made: Any, change: Callable[..., Any], *others: Any) -> Any:
+    """A design, or what is made of one, with each of its arrays changed, by those of others that are made likewise."""
     if isinstance(made, np.ndarray):
-        return change(made) if made.ndim else made  # type: ignore[return-value]
+        return change(made, *others)
     if isinstance(made, Mapping):
-        return {key: changed(each, change) for key, each in made.items()}  # type: ignore[return-value]
+        return {key: changed(each, change, *(other[key] for other in others)) for key, each in made.items()}
     if not is_dataclass(made):
         return made
-    parts = {each.name: changed(getattr(made, each.name), change) for each in fields(made)}
+    names = [each.name for each in fields(made)]
+    parts = {name: changed(getattr(made, name), change, *(getattr(each, name) for each in others)) for name in names}
     return replace(made, **parts)  # type: ignore[type-var]

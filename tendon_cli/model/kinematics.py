@@ -126,9 +126,9 @@ class Spline:
 
     def __call__(self, angle: Real, derivative: int = 0) -> Array:
         """Values, or derivatives, at angles (rad), of their shape; beyond the ends the last piece goes on."""
-        at = np.asarray(angle)  # may be complex, for derivatives
-        piece = np.clip(np.searchsorted(self.knots, at.real, side="right") - 1, 0, len(self.knots) - 2)
-        from_knot, total = at - self.knots[piece], np.zeros(at.shape)
+        # Of complex numbers, for derivatives, and of series, for proofs, the real part says in what piece they are.
+        piece = np.clip(np.searchsorted(self.knots, angle.real, side="right") - 1, 0, len(self.knots) - 2)
+        from_knot, total = angle - self.knots[piece], np.zeros(np.shape(piece))
         for power, coefficient in zip((3, 2, 1, 0), self.coefficients, strict=True):
             if power >= derivative:
                 factor = float(np.prod(np.arange(power - derivative + 1, power + 1)))

@@ -210,7 +210,8 @@ def _next_kink(design: Design, start: Array, stop: Array, flexion: Flags) -> Arr
 
 def taken(design: Design, shape: tuple[int, ...], at: tuple[npt.NDArray[np.int64], ...]) -> Design:
     """Some states' designs of all, one after the other."""
-    return changed(design, lambda values: np.broadcast_to(values, shape)[at])
+    some: Design = changed(design, lambda values: np.broadcast_to(values, shape)[at] if values.ndim else values)
+    return some
 
 
 def _over(extreme: np.ufunc, values: Array) -> Array:

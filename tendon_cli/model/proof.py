@@ -13,31 +13,28 @@ range; what contributes most is halved.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import STANDARD_GRAVITY
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.design import Design, Side
-from tendon_cli.model.enclosure import ORDER, Series
-from tendon_cli.model.kinematics import Anchors, Array, Excursion, Flags, Spline
+from tendon_cli.model.design import Design, changed
+from tendon_cli.model.enclosure import COMPUTED, ORDER, Series
+from tendon_cli.model.kinematics import AnyJoint, Array, Excursion, Flags, Spline
 from tendon_cli.model.motor import taken
-from tendon_cli.model.sheath import TOWARD_ELBOW, TOWARD_MOTOR, sheath_of
+from tendon_cli.model.sheath import sheaths_of
 
 Rows = npt.NDArray[np.int64]
 
 FIRST_CELLS = 8
 MOST_CELLS = 2**20
 _AT_ONCE = 2**14
-_NARROWEST = 1e-9
-"""rad, and of the way to the end of a box; what is not decided there is left."""
-_USUAL = 0.1
-"""rad; half of a cell of the angle that is as wide as a whole box, if nothing else says which to halve."""
+_NARROWEST = 1e-9  # rad, and of the way to the end of a box; what is not decided there is left
+_USUAL = 0.1  # rad; half of a cell of the angle that is as wide as a whole box, if nothing else says which to halve
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +66,11 @@ class Cells:
         """Each in two, along the variable at a place."""
         first, second, each = self.high.copy(), self.low.copy(), np.arange(len(self))
         first[each, along] = second[each, along] = self.middle[each, along]
-        return joined([replace(self, high=first), replace(self, low=second)])
+        return _joined([replace(self, high=first), replace(self, low=second)])
+
+
+def _joined(parts: list[Cells]) -> Cells:
+    return Cells(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,24 +87,12 @@ class Proof:
 def cells_of(count: int, angles: tuple[float, float], flexion: Flags, knots: Array, numbers: int = 0) -> Cells:
     """The first cells of designs from angle to angle, in each direction, at both ends of windows, of whole boxes."""
     low, high = angles
-    inner = knots[(knots > low) & (knots < high)]
-    edges = np.unique(np.concatenate([np.linspace(low, high, FIRST_CELLS + 1), inner]))
-    last = len(edges) - 1 if high > low else 1
-    grids = np.meshgrid(np.arange(count), flexion.ravel(), [False, True], np.arange(last), indexing="ij")
-    row, ways, upper, place = (grid.ravel() for grid in grids)
+    edges = np.unique([*np.linspace(low, high, FIRST_CELLS + 1), *knots[(knots > low) & (knots < high)]])
+    parts = np.arange(max(1, len(edges) - 1))
+    row, ways, upper, place = map(np.ravel, np.meshgrid(np.arange(count), flexion, [False, True], parts, indexing="ij"))
     box = np.ones((len(row), numbers))
-    return Cells(
-        row, ways, upper, np.column_stack([edges[place], -box]),
-        np.column_stack([edges[np.minimum(place + 1, len(edges) - 1)], box]),
-    )  # fmt: skip
-
-
-def knots_of(design: Design) -> Array:
-    """Where curves of a design have kinks in a derivative, rad."""
-    joint = design.arm.joint
-    curves = [design.arm.torque, design.load_torque, *(side.bend_angle for side in (design.flexor, design.extensor))]
-    curves += [getattr(joint, "flexor", None), getattr(joint, "extensor", None)]
-    return np.unique(np.concatenate([np.zeros(0), *(each.knots for each in curves if isinstance(each, Spline))]))
+    ends = edges[place], edges[np.minimum(place + 1, len(edges) - 1)]
+    return Cells(row, ways, upper, np.column_stack([ends[0], -box]), np.column_stack([ends[1], box]))
 
 
 def prove(design: Design, cells: Cells, low: Array, high: Array, bounds: Bounds, ends: Sequence[Design] = ()) -> Proof:
@@ -111,36 +100,24 @@ def prove(design: Design, cells: Cells, low: Array, high: Array, bounds: Bounds,
 
     `ends` has, of a box about them, for each number the designs in which this one is at its upper end.
     """
-    begun, count = len(low), 0
-    none = cells.taken(slice(0))
-    broken, left, todo = [none], [none], cells
+    none, todo, count = cells.taken(slice(0)), cells, 0
+    broken, left = [none], [none]
     at_once, most = (_AT_ONCE // (1 + len(ends)), MOST_CELLS // (1 + 7 * bool(ends)))
-    with np.errstate(all="ignore"):
-        while len(todo):
-            if count + len(todo) > most:
-                left.append(todo)
-                break
-            count += len(todo)
-            rest = [none]
-            for part in (todo.taken(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
-                some, *of_ends = (
-                    taken(each, (begun, 1, 1), (part.row, 0, 0))  # type: ignore[arg-type]
-                    for each in (design, *ends)
-                )
+    while len(todo) and count + len(todo) <= most:
+        count += len(todo)
+        rest = [none]
+        for part in (todo.taken(slice(at, at + at_once)) for at in range(0, len(todo), at_once)):
+            some, *of_ends = (taken(each, (len(low), 1, 1), (part.row, 0, 0)) for each in (design, *ends))  # type: ignore[arg-type]
+            with np.errstate(all="ignore"):
                 pretension = np.where(part.upper, high[part.row], low[part.row])
                 kept, fails, along = _kept(some, of_ends, part, pretension, bounds)
-                broken.append(part.taken(fails))
-                open_ = ~kept & ~fails
-                narrow = (part.high - part.low < _NARROWEST).all(axis=1)
-                left.append(part.taken(open_ & narrow))
-                rest.append(part.taken(open_ & ~narrow).halved(along[open_ & ~narrow]))
-            todo = joined(rest)
-    return Proof(count, joined(broken), joined(left))
-
-
-def joined(parts: list[Cells]) -> Cells:
-    """Cells of several, one after the other."""
-    return Cells(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])})
+            narrow = (part.high - part.low < _NARROWEST).all(axis=1)
+            broken.append(part.taken(fails))
+            left.append(part.taken(~kept & ~fails & narrow))
+            halve = ~kept & ~fails & ~narrow
+            rest.append(part.taken(halve).halved(along[halve]))
+        todo = _joined(rest)
+    return Proof(count, _joined(broken), _joined([*left, todo]))
 
 
 def _kept(
@@ -159,48 +136,40 @@ def _kept(
         bend, bend_about = whole.terms[2] or (0.0, 0.0)
         least, steep, bend = value - near, abs(slope) + slope_about, bend - bend_about
         vertex = steep / np.asarray(2.0 * bend)
-        at_vertex, at_edge = steep * vertex - bend * vertex * vertex, steep * half - bend * half * half
-        fall = np.broadcast_to(np.where((bend > 0.0) & (vertex < half), at_vertex, at_edge), kept.shape)
-        moves = [fall, *np.zeros((len(ends), len(cells)))]
+        turn = np.where((bend > 0.0) & (vertex < half), vertex, half)
+        moves = np.zeros(middle.shape)
+        moves[:, 0] = steep * turn - bend * turn * turn
         for place, partial in whole.partials.items():
-            slope, slope_about = partial.terms[0] or (0.0, 0.0)
-            moves[1 + place] = (abs(slope) + slope_about) * about[:, place] * (1.0 + 1e-15)
+            slope, slope_about = partial.value
+            moves[:, 1 + place] = (abs(slope) + slope_about) * about[:, place] * (1.0 + 1e-15)
         rounding = 1e-15 * (abs(value) + steep * half + abs(bend) * half * half)
-        lowest = np.broadcast_to(least - sum(moves) - rounding, kept.shape)
+        lowest = np.broadcast_to(least - moves.sum(axis=1) - rounding, kept.shape)
         kept &= lowest >= 0.0
         fails |= value + near < 0.0
         lowest = np.where(np.isnan(lowest), -np.inf, lowest)
-        falls[lowest < worst] = np.transpose(moves)[lowest < worst]
+        falls[lowest < worst] = moves[lowest < worst]
         worst = np.minimum(worst, lowest)
     sizes = halves / np.append(_USUAL, np.ones(len(ends)))
     falls = np.where(np.isfinite(falls).all(axis=1, keepdims=True), falls, sizes)
     return kept, fails, np.where(cells.high - cells.low > 0.0, falls, -1.0).argmax(axis=1)
 
 
-def within(design: Any, ends: Sequence[Any], middle: Array, half: Array) -> Any:
-    """A design, or part of one, whose numbers in a box are series, within `half` of their middle, (cells, numbers).
+def within(design: Design, ends: Sequence[Design], middle: Array, half: Array) -> Design:
+    """A design whose numbers in a box are series, within `half` of their middle, (cells, numbers).
 
     Numbers are straight lines of the share of the way to the end of the box.
     """
-    if isinstance(design, np.ndarray):
-        for place, end in enumerate(ends):
-            if design.dtype == np.float64 and np.any(apart := _apart(design, end)):
+
+    def moving(number: Any, *at_ends: Any) -> Any:
+        for place, end in enumerate(at_ends if number.dtype == np.float64 else ()):
+            apart = np.where((number == end) | np.isnan(number), 0.0, end - number)
+            if np.any(apart):
                 size = np.abs(apart) * half[:, place]
-                return Series.number(design + apart * middle[:, place], size, apart, place)
-        return design
-    if isinstance(design, Mapping):
-        return {key: within(each, [end[key] for end in ends], middle, half) for key, each in design.items()}
-    if not ends or not is_dataclass(design) or isinstance(design, type):
-        return design
-    names = [each.name for each in fields(design)]
-    changes = {
-        name: within(getattr(design, name), [getattr(end, name) for end in ends], middle, half) for name in names
-    }
-    return replace(design, **changes)
+                return Series.number(number + apart * middle[:, place], size, apart, place)
+        return number
 
-
-def _apart(design: Array, end: Array) -> Array:
-    return np.where((design == end) | np.isnan(design), 0.0, end - design)
+    boxed: Design = changed(design, moving, *ends)
+    return boxed
 
 
 def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
@@ -211,7 +180,9 @@ def _held(state: Any, bounds: Bounds) -> Iterator[Series]:
     for limit in bounds.asked:
         for form in () if limit.forms is None else limit.forms(state, bounds.speed):
             shares = ((form.flexor, state.x), (form.extensor, state.y), (form.stiffness, state.stiffness))
-            value = sum((Series.near(share) * part for share, part in shares), Series.near(form.constant))
+            value = sum(
+                (Series.of(share, COMPUTED) * part for share, part in shares), Series.of(form.constant, COMPUTED)
+            )
             least, most = limit.range_of(bounds[limit.name])
             if least is not None:
                 yield value - least
@@ -223,94 +194,51 @@ def enclosed(
     design: Design, middle: Array, half: Array, flexion: Flags, pretension: Array, order: int
 ) -> SimpleNamespace:
     """States over cells as series, with the names that forms of limits ask a `State` for."""
-    angle = Series.variable(middle, half, order)
-    path, flexor_travel, extensor_travel = _travels(design, angle)
-    arm, extensor_arm = flexor_travel.slope(), extensor_travel.slope()
-    flexor, extensor = _side(design.flexor, angle, flexion), _side(design.extensor, angle, ~flexion)
-    resting = angle if not design.follows else Series.of(design.setting.angle)
-    before = [
-        _side(side, resting, way).compliance for side, way in ((design.flexor, flexion), (design.extensor, ~flexion))
-    ]
-    pulled, given = Series.near(design.ratio * flexor.compliance), extensor.compliance
+    angle: Any = Series.variable(middle, half, order)
+    path, flexor_travel, extensor_travel = _travels(design.arm.joint, angle)
+    arm, extensor_arm, ratio = flexor_travel.slope(), extensor_travel.slope(), design.ratio
+    sides = [_in_series(side) for side in (design.flexor, design.extensor)]
+    at_angle = before = sheaths_of(sides[0], sides[1], angle, flexion)
+    if design.follows:
+        before = sheaths_of(sides[0], sides[1], Series.of(design.setting.angle), flexion)  # type: ignore[arg-type]
+    (c_f, c_e), resting = ([Series.of(side.compliance, COMPUTED) for side in both] for both in (at_angle, before))
     torque = _torque(design, angle)
-    apart = extensor_travel - design.ratio * flexor_travel + (design.ratio * before[0] + before[1]) * pretension
-    det = arm * given + extensor_arm * pulled
-    x, y = (torque * given + extensor_arm * apart) / det, (arm * apart - pulled * torque) / det
-    of_flexor, of_extensor = (
-        each.slope() - each * side.compliance.slope() / side.compliance
-        for each, side in ((arm, flexor), (extensor_arm, extensor))
-    )
-    stiffness = (
-        arm * arm / flexor.compliance + extensor_arm * extensor_arm / given + torque.slope()
-        - of_flexor * x + of_extensor * y
-    )  # fmt: skip
+    apart = extensor_travel - ratio * flexor_travel + (ratio * resting[0] + resting[1]) * pretension
+    det = arm * c_e + extensor_arm * (ratio * c_f)
+    x, y = (torque * c_e + extensor_arm * apart) / det, (arm * apart - ratio * c_f * torque) / det
+    of_flexor, of_extensor = (each.slope() - each * c.slope() / c for each, c in ((arm, c_f), (extensor_arm, c_e)))
+    stiffness = arm * arm / c_f + extensor_arm * extensor_arm / c_e + torque.slope() - of_flexor * x + of_extensor * y
+    flexor, extensor = at_angle
     return SimpleNamespace(
-        arms=(arm - 0.0, extensor_arm),
-        x=x,
-        y=y,
-        stiffness=stiffness,
-        flexor=flexor,
-        extensor=extensor,
-        design=design,
-        motion=SimpleNamespace(flexor_path=path),
-        speed=None,
+        arms=(arm, extensor_arm), x=x, y=y, stiffness=stiffness, flexor=flexor, extensor=extensor, design=design,
+        motion=SimpleNamespace(flexor_path=path), speed=None,
         coupling=SimpleNamespace(
-            ratio=design.ratio, extensor_arm=extensor_arm, moment_arm=arm,
-            flexor_compliance=flexor.compliance, extensor_compliance=given,
+            ratio=ratio, extensor_arm=extensor_arm, moment_arm=arm, flexor_compliance=c_f, extensor_compliance=c_e,
         ),
-        motor_arms=(design.flexor_radius / flexor.capstan, design.ratio * design.flexor_radius / extensor.capstan),
+        motor_arms=(design.flexor_radius / flexor.capstan, ratio * design.flexor_radius / extensor.capstan),
     )  # fmt: skip
 
 
-def _travels(design: Design, angle: Series) -> tuple[Series | None, Series, Series]:
+def _travels(joint: AnyJoint, angle: Any) -> Any:
     """The flexor's path, if the joint tells, and both travels, m."""
-    joint = design.arm.joint
     if isinstance(joint, Excursion):
-        origin = Series.of(joint.origin)
-        flexor, extensor = (
-            (_curve(curve, angle) - _curve(curve, origin)) * joint.scale for curve in (joint.flexor, joint.extensor)
-        )
-        return None, flexor, extensor
-    if not isinstance(joint, Anchors):
-        raise TypeError(f"{type(joint).__name__} has no enclosure")
-    squares = sum((Series.of(each) * each for each in (joint.a1, joint.b1, joint.a2, joint.b2)), Series.of(0.0))
-    along = 2.0 * (Series.of(joint.b1) * joint.b2 - Series.of(joint.a1) * joint.a2)
-    across = 2.0 * (Series.of(joint.a1) * joint.b2 + Series.of(joint.a2) * joint.b1)
-    sine, cosine = angle.circular()
-    path, start = (squares + along * cosine - across * sine).root(), (squares + along).root()
-    reference, straight = np.where(joint.from_initial, 1.0, 0.0), Series.of(joint.b1) + joint.b2
-    return path, reference * start + (1.0 - reference) * straight - path, angle * joint.elbow_radius
+        origin: Any = Series.of(joint.origin)
+        return None, *((curve(angle) - curve(origin)) * joint.scale for curve in (joint.flexor, joint.extensor))
+    a1, b1, a2, b2 = (Series.of(each) for each in (joint.a1, joint.b1, joint.a2, joint.b2))
+    squares, along, across = a1 * a1 + b1 * b1 + a2 * a2 + b2 * b2, 2.0 * (b1 * b2 - a1 * a2), 2.0 * (a1 * b2 + a2 * b1)
+    path, start = np.sqrt(squares + along * np.cos(angle) - across * np.sin(angle)), np.sqrt(squares + along)
+    return path, np.where(joint.from_initial, start, b1 + b2) - path, angle * joint.elbow_radius
 
 
-def _curve(curve: Spline, angle: Series) -> Series:
-    """A curve over cells, each between two of its knots."""
-    middle, _ = angle.terms[0] or (np.zeros(()), 0.0)
-    piece = np.clip(np.searchsorted(curve.knots, middle, side="right") - 1, 0, len(curve.knots) - 2)
-    from_knot, total = angle - curve.knots[piece], Series.of(0.0)
-    for coefficient in curve.coefficients:
-        total = total * from_knot + coefficient[piece]
-    return total
-
-
-def _torque(design: Design, angle: Series) -> Series:
+def _torque(design: Design, angle: Any) -> Any:
     """What weights, joint and task ask for, N m."""
-    arm, load = design.arm, Series.of(design.load_mass) * design.arm.load_distance
-    weights = STANDARD_GRAVITY * (Series.of(arm.forearm_mass) * arm.forearm_com + load)
-    passive = _curve(arm.torque, angle) if arm.torque is not None else (angle - arm.rest_angle) * arm.stiffness
-    total = weights * (angle + arm.upper_arm_angle).circular()[0] + passive
-    return total if design.load_torque is None else total + design.load_scale * _curve(design.load_torque, angle)
+    weights: Any = Series.of(design.gravity_moment, COMPUTED)
+    return weights * np.sin(angle + design.arm.upper_arm_angle) + design.other_torque(angle)
 
 
-def _side(side: Side, angle: Series, pulled: Flags) -> SimpleNamespace:
-    """A sheathed tendon that is pulled toward the motor, or else dragged to the joint: what forms ask of it."""
-    toward = np.where(pulled, TOWARD_MOTOR, TOWARD_ELBOW)
-    if not any(isinstance(value, (Series, Spline)) for value in vars(side).values()):
-        plain = sheath_of(side, toward, 0.0)
-        return SimpleNamespace(capstan=plain.capstan, spring=plain.spring, compliance=Series.near(plain.compliance))
-    bend = _curve(side.bend_angle, angle) if isinstance(side.bend_angle, Spline) else Series.of(side.bend_angle)
-    exponent = -toward * (Series.of(side.friction) * bend)
-    area = Series.near(np.pi / 4.0) * side.diameter * side.diameter
-    tendon = Series.of(side.length) / (area * side.youngs_modulus) * exponent.elongation()
-    spring = 1.0 / Series.of(side.spring_stiffness) * (np.where(side.spring_at_motor, 1.0, 0.0) * exponent).exp()
-    compliance = tendon + spring + 1.0 / Series.of(side.anchor_stiffness)
-    return SimpleNamespace(capstan=(-exponent).exp(), spring=spring, compliance=compliance)
+def _in_series(side: Any) -> Any:
+    """A side with series for all of its numbers if it has any, or bends with the joint, so that nothing is rounded."""
+    numbers = {name: value for name, value in vars(side).items() if name != "spring_at_motor"}
+    if any(isinstance(value, Series | Spline) for value in numbers.values()):
+        numbers = {name: value if isinstance(value, Spline) else Series.of(value) for name, value in numbers.items()}
+    return replace(side, **numbers)

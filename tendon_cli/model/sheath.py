@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from tendon_cli.model.design import Side
+from tendon_cli.model.enclosure import Series
 from tendon_cli.model.kinematics import Array, Flag, Real
 
 _SERIES_BELOW, _TERMS = 0.3, 14  # leaves 1e-17 of the derivative
@@ -27,11 +29,13 @@ def capstan_ratio(friction: Real, bend_angle: Real, toward: Real) -> Array:
     return np.exp(np.multiply(np.multiply(toward, friction), bend_angle))
 
 
-def relative_elongation(exponent: Real) -> Array:
+def relative_elongation(exponent: Any) -> Any:
     """(e^z - 1)/z, the elongation of a tendon over that without friction; 1 in the limit z → 0.
 
     With z = σμφ it is per proximal tension, with z = -σμφ per distal tension (Eq. 13, β/L).
     """
+    if isinstance(exponent, Series):
+        return exponent.elongation()
     z = np.asarray(exponent)
     with np.errstate(invalid="ignore"):
         return np.where(z == 0.0, 1.0, np.expm1(z) / z)
@@ -43,7 +47,8 @@ def tendon_compliance(
     """Elongation of a round tendon per newton at its distal end (Eq. 13), m/N."""
     area = np.pi * np.square(diameter) / 4.0
     exponent = np.multiply(np.multiply(-np.asarray(toward), friction), bend_angle)
-    return np.asarray(length / (area * youngs_modulus) * relative_elongation(exponent))
+    compliance: Array = length / (area * youngs_modulus) * relative_elongation(exponent)
+    return compliance
 
 
 def elongation_slope(exponent: Real) -> Array:
@@ -76,7 +81,7 @@ class Sheathed:
     @cached_property
     def compliance(self) -> Array:
         """c, elongation of tendon, spring and anchor per distal newton, m/N."""
-        return np.asarray(self.tendon + self.spring + self.anchor)
+        return self.tendon + self.spring + self.anchor
 
     @property
     def compliance_rate(self) -> Array:
@@ -142,14 +147,14 @@ def sheath_of(side: Side, toward: Real, angle: Real) -> Sheathed:
     """Capstan ratio and distal compliances of a side (Eqs. 6 and 13) at angles of the joint; `toward` is σ."""
     bend, bend_rate = side.bend(angle)
     capstan = capstan_ratio(side.friction, bend, toward)
-    softness = 1.0 / np.asarray(side.spring_stiffness)
+    softness = np.divide(1.0, side.spring_stiffness)
     return Sheathed(
         capstan=capstan,
         tendon=tendon_compliance(side.length, side.diameter, side.youngs_modulus, side.friction, bend, toward),
         spring=np.where(side.spring_at_motor, softness / capstan, softness)
         if np.any(side.spring_at_motor)
         else softness,
-        anchor=1.0 / np.asarray(side.anchor_stiffness),
+        anchor=np.divide(1.0, side.anchor_stiffness),
         at_motor=side.spring_at_motor,
         exponent_rate=np.multiply(np.multiply(-np.asarray(toward), side.friction), bend_rate),
     )

@@ -16,7 +16,7 @@ def leaves(result, prefix=""):
     made = [name for name, each in vars(type(result)).items() if isinstance(each, property | cached_property)]
     for name in (*(field.name for field in fields(result)), *made):
         value = getattr(result, name)
-        if value is None or name in ("read", "given"):  # what only a following bend has; a word; numbers by their keys
+        if value is None or name in ("read", "given", "knots"):  # what only a following bend has; no arrays of states
             continue
         if is_dataclass(value):
             yield from leaves(value, f"{prefix}{name}.")

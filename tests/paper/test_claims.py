@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tendon_cli.model import actuator, sheath
+from tendon_cli.model import design, sheath
 from tendon_cli.model.kinematics import Anchors, Travels
 from tendon_cli.paper.reproduce import evaluate
 from tendon_cli.paper.statements import FALSE, IN_PART, TRUE, judge
@@ -129,7 +129,7 @@ def scaled(by, *names):
 
 
 def weaker_gravity(monkeypatch):
-    monkeypatch.setattr(actuator, "STANDARD_GRAVITY", 9.0)
+    monkeypatch.setattr(design, "STANDARD_GRAVITY", 9.0)
 
 
 def travel_from_the_straight_arm(monkeypatch):
