@@ -141,28 +141,27 @@ class Attachments:
         content = self._read(name, key, MAX_BYTES)
         if content is None:
             return None
-        where, hint = shorten(name, 200), "`tendon fit-friction readings.csv --out friction.toml` writes one"
+        number = keys()["sheath.friction"].number
         try:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
             is_of_bend = "coefficient" not in fit and "friction_bend" in fit
+            angle = bend.single if is_of_bend and isinstance(bend, Values) and not bend.is_axis else 1.0 - is_of_bend
+            if angle <= 0.0:
+                help_ = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
+                self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", help_))
+                return None
             product = ("friction_bend", "friction_bend_standard_error")
-            numbers = [_number(fit[name]) for name in (product if is_of_bend else ("coefficient", "standard_error"))]
+            names = product if is_of_bend else ("coefficient", "standard_error")
+            coefficient, error = (number.measure(fit[name]).si / angle for name in names)
+            estimate = _estimate("sheath.friction", coefficient, error, key)
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
-            problem = "not a friction fragment, expected a table [friction] with coefficient and standard_error"
-            raise InputError(problem, where=where, hint=hint) from None
-        angle = bend.single if is_of_bend and isinstance(bend, Values) and not bend.is_axis else 0.0
-        if is_of_bend and angle <= 0.0:
-            help_ = "state the bend angle that the sheath had when it was measured, or fit with --bend-angle"
-            self.faults.append(Fault(key, "the fit is of μφ and needs one sheath.bend_angle beside it", help_))
-            return None
-        coefficient, error = (number / angle if is_of_bend else number for number in numbers)
-        for what, number in (("coefficient", coefficient), ("standard error", error)):
-            if not 0.0 <= number <= 10.0:
-                raise InputError(f"the {what} {number:g} is not between 0 and 10", where=where, hint=hint)
+            problem = "not a friction fragment, expected a table [friction] with coefficient (0 to 10), standard_error"
+            hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
+            raise InputError(problem, where=shorten(name, 200), hint=hint) from None
         source = fit.get("source")
         fitted_from = shorten(source) if isinstance(source, str) else None
         self._note(key, name, content, friction=coefficient, standard_error=error, fitted_from=fitted_from)
-        return _estimate("sheath.friction", coefficient, error, key)
+        return estimate
 
     def _read(self, name: str | None, key: str, most: int) -> bytes | None:
         """A regular file next to the study, if one is named; one that cannot be read is a fault of its key."""
@@ -191,10 +190,3 @@ def _estimate(number: str, middle: float | str, error: float | str, key: str) ->
 def _stated_bend(sheath: Any) -> Values | None:
     """The bend angle that stands in the table; None for its default, at which nobody measured."""
     return sheath.bend_angle if "bend_angle" in sheath.model_fields_set else None
-
-
-def _number(value: object) -> float:
-    """A number of a fragment; raises TypeError for anything else, such as a truth value."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > 1e9:
-        raise TypeError
-    return float(value)

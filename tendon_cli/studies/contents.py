@@ -105,14 +105,7 @@ def printable(text: str) -> str:
     return text
 
 
-def _not_dots(name: str) -> str:
-    if set(name) == {"."}:
-        raise fault(f'"{name}" cannot name a run folder, expected a name such as fig07')
-    return name
-
-
 CaseName = Annotated[str, StringConstraints(min_length=1, max_length=200, strict=True), AfterValidator(printable)]
-RunName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$", strict=True), AfterValidator(_not_dots)]
 Title = Annotated[str, StringConstraints(max_length=300, strict=True), AfterValidator(printable)]
 
 

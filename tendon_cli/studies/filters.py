@@ -39,19 +39,18 @@ class Filter:
 
     def on(self, column: str, quantity: Quantity | None, *, is_truth: bool = False) -> Condition:
         """What it asks of a column of this quantity, of truths, or of words; raises UsageError for what cannot be."""
-        if is_truth:
-            return Condition(self.text, column, self.relation, tuple(self._truth(column, each) for each in self.values))
-        if quantity is not None:
-            return Condition(
-                self.text, column, self.relation, tuple(self._number(each, quantity) for each in self.values)
-            )
-        if self.relation[0] in "<>":
+        if self.relation[0] in "<>" and (is_truth or quantity is None):
             raise UsageError(f"{column} holds words, which have no order", where="--where", hint="=, != or in")
-        return Condition(self.text, column, self.relation, tuple(map(_unquoted, self.values)))
+        wanted: list[Any] = [_unquoted(each) for each in self.values]
+        if is_truth:
+            wanted = [self._truth(column, each) for each in wanted]
+        elif quantity is not None:
+            wanted = [self._number(each, quantity) for each in self.values]
+        return Condition(self.text, column, self.relation, tuple(wanted))
 
     def _truth(self, column: str, text: str) -> float:
-        wanted = _TRUTHS.get(_unquoted(text).lower())
-        if wanted is None or self.relation[0] in "<>":
+        wanted = _TRUTHS.get(text.lower())
+        if wanted is None:
             hint = f"{column} = yes, or {column} = no"
             raise UsageError(f'"{shorten(self.text)}": {column} is true or false', where="--where", hint=hint)
         return wanted

@@ -54,9 +54,9 @@ class Number(Single):
         if any(isinstance(item, (list, tuple, dict)) for item in items):
             raise fault("a list inside a list, expected a list of single values")
         numbers = tuple(self.number(item) for item in items)
-        for at, number in enumerate(numbers) if len(set(numbers)) < len(numbers) else ():
-            if number in numbers[:at]:
-                raise fault(f"{described(items[at])} stands in the list twice, expected each value once")
+        if len(set(numbers)) < len(numbers):
+            twice = next(item for at, item in enumerate(items) if numbers[at] in numbers[:at])
+            raise fault(f"{described(twice)} stands in the list twice, expected each value once")
         return numbers
 
     def _grid(self, table: dict[Any, Any]) -> Grid:
@@ -79,11 +79,9 @@ class Number(Single):
     def _interval(self, table: dict[Any, Any]) -> Grid:
         """`{ from, to }`: every value between two ends."""
         low, high = self._inner(table, "from"), self._inner(table, "to")
-        if low.exact == high.exact:
-            raise fault("an interval whose from and to are equal, expected two different ends", "write one value")
-        if low.exact > high.exact:
-            hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}"
-            raise fault("the ends of this interval are exchanged, expected from below to", hint)
+        if low.exact >= high.exact:
+            hint = f"write {{ from = {high.quoted}, to = {low.quoted} }}, or a single value"
+            raise fault("an interval that does not go up, expected from below to", hint)
         return Grid(low, high, 2)
 
     def _inner(self, table: dict[Any, Any], name: str) -> Measure:
@@ -96,7 +94,7 @@ class Number(Single):
         return measure
 
     def _steps(self, first: Measure, last: Measure, step: object, spacing: str) -> int:
-        """How many values a grid of this step has; in rational numbers, so that a step that misses the end is found."""
+        """How many values a grid of this step has; in rational numbers, so that a step that misses the end shows."""
         if spacing == "log":
             raise fault("a step in a log grid, expected num", "a log grid goes on by a factor, not by a step")
         try:
@@ -113,7 +111,6 @@ class Number(Single):
 
     def _uncertain(self, table: dict[Any, Any], names: tuple[str, str]) -> Values:
         """`{ value, tolerance }`, uniform, or `{ mean, std }`, normal."""
-        self._check_uncertain()
         _check_keys(table, names, "in an uncertain number, expected value and tolerance, or mean and std")
         is_uniform, middle = names == _UNIFORM, self._inner(table, names[0])
         try:
@@ -127,14 +124,12 @@ class Number(Single):
         document = dict(zip(names, (in_si(middle.si, self.quantity.dimension), width), strict=True))
         return self._distributed("uniform" if is_uniform else "normal", middle.exact, spread, document)
 
-    def _check_uncertain(self) -> None:
-        if not self.uncertain:
-            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
-
     def _distributed(
         self, kind: Literal["uniform", "normal"], middle: Fraction, spread: Fraction, document: dict[str, Any] | str
     ) -> Values:
         """An uncertain number; one of no width is a number like any other."""
+        if not self.uncertain:
+            raise fault("an uncertain number cannot stand here, expected one value, a list or a grid")
         if not spread:
             return Values.of(to_float(middle))
         known = Uncertain(kind, to_float(middle), to_float(spread), self.low, self.high, document)
@@ -149,10 +144,7 @@ class Number(Single):
 
     def _between(self, low: str, high: str) -> Values:
         """`a to b`: uniform between the two."""
-        self._check_uncertain()
-        first, last = (self.measure(end) for end in (low, high))
-        for end in (first, last):
-            self.bounded(end)
+        first, last = (self._inner({"from": low, "to": high}, name) for name in ("from", "to"))
         if first.exact > last.exact:
             hint = f'write "{high} to {low}"'
             raise fault(f"{described(f'{low} to {high}')} goes down, expected the lower end first", hint)

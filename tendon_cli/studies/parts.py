@@ -1,7 +1,4 @@
-"""The tables of a study file that say what is computed, from arm to output.
-
-Every key has a default, the paper's baseline with unilateral tendons and no load.
-"""
+"""What a study computes, from arm to output; defaults are the paper's baseline, unilateral and without load."""
 
 # No `from __future__ import annotations` here: pydantic would compile each annotation anew, at every start.
 
@@ -17,6 +14,8 @@ from tendon_cli.studies.values import RIGID, Values
 from tendon_cli.units import shorten
 
 Direction = Literal["flexion", "extension"]
+Name = Annotated[str, StringConstraints(pattern=r"^\.*[A-Za-z0-9_-][A-Za-z0-9._-]*$", max_length=64, strict=True)]
+"""Of a folder or a file."""
 FileName = Annotated[str, StringConstraints(min_length=1, max_length=4096, strict=True)]
 
 # Wide enough for any actuator that could be built, narrow enough that no formula overflows.
@@ -39,9 +38,8 @@ Dimension = Literal[
 SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
 
 
-def written(default: object) -> Any:
-    """A default as a study file would say it; the field's validator reads it."""
-    return Field(default)
+written: Any = Field
+"""A default as a study file would say it; the field's validator reads it."""
 
 
 def _columns_of_states(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -111,13 +111,10 @@ def _words(detail: Any, path: list[str]) -> tuple[str, str | None]:
         return f"{given} is not a list, expected a list of tables", f"in TOML, each of them starts with [[{path[-1]}]]"
     problems = {
         "missing": f"is missing, each entry of {path[0] if path else 'the study'} needs it",
-        "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ - (64 at most)",
+        "string_pattern_mismatch": f"{given} is not a name, expected letters, digits, . _ -",
         "string_type": f"{given} is not text, expected text in quotes",
-        "string_unicode": "holds a sign that is not Unicode, expected text",
         "tuple_type": f"{given} is not a list of words, expected a word in quotes or a list of them",
         "too_short": "an empty list, expected at least one value",
-        "string_too_short": "is empty, expected text",
-        "string_too_long": f"is too long, expected {context.get('max_length')} characters at most",
     }
     return problems.get(kind, detail["msg"][:1].lower() + detail["msg"][1:]), None
 

@@ -19,7 +19,6 @@ from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
     DESIGN_PARTS,
     Key,
-    RunName,
     Title,
     case_tables,
     document,
@@ -43,7 +42,7 @@ _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_wid
 class Study(Displayed, Part):
     """A parameter study: every combination of its axes, in the order of the document, is one design."""
 
-    name: RunName = Field(
+    name: parts.Name = Field(
         default="study", description="name of the run folder; without it, the stem of the file's name"
     )
     title: Title = Field(default="", description="for figures")

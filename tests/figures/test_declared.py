@@ -135,7 +135,7 @@ def test_all_faults_of_all_figures_come_at_once_with_their_lines(tmp_path):
         (figure("slack_map"), ("figure.0.name", "slack_map")),
         (figure(quantity="margin", x="motor_torque"), ("figure.0.x", "no column")),
         (figure(x="x" * 100), ("figure.0.x", "no column")),
-        (figure(x="x" * 101), ("figure.0.x", "is not a name")),
+        (figure(x="x" * 101), ("figure.0.x", "at most 100 characters")),
         (figure(x="margin\n"), ("figure.0.x", "is not a name")),
     ],
 )

@@ -51,7 +51,7 @@ DESIGNS = (
     toml("a condition that is no axis", "design.conditions = ['direction']\n", "conditions", "no axis", line=1),
     toml("a condition twice", "design.conditions = ['case', 'case']\n", "design.conditions", "twice", line=1),
     toml("a condition of pretension", "design.conditions = ['tendon.pretension']\n", "conditions", "solves for"),
-    toml("a condition of nothing", "design.conditions = ['']\n", "design.conditions", "is empty", line=1),
+    toml("a condition of nothing", "design.conditions = ['']\n", "design.conditions", "at least 1 character", line=1),
     toml("a goal that is no column", "design.minimise = ['max_tensoin']\n", "design.minimise", '"max_tension"'),
     toml("a goal that is no axis", "design.minimise = 'spool_ratio'\n", "design.minimise", "its columns", line=1),
     toml("a goal that is a condition", MASSES + "design.maximise = 'load_mass'\n", "design.maximise", line=2),

@@ -86,7 +86,7 @@ ATTACHMENTS = (
     fragment("of another table", "[arm]\nb1 = 1\n", "not a friction fragment"),
     fragment("that is no TOML", "[friction\n", "not a friction fragment"),
     fragment("without an error", "[friction]\ncoefficient = 0.1\n", "not a friction fragment"),
-    fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not between"),
+    fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not a friction fragment"),
     fragment("in bytes", b"\xff\xfe\x00", "not a friction fragment"),
     fragment("of lists", f"x = {'[' * 100_000}", "not a friction fragment"),
     fragment("of a truth value", "[friction]\ncoefficient = true\nstandard_error = 0\n", "friction"),

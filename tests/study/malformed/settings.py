@@ -30,7 +30,7 @@ SETTINGS = (
     wrong_value("an unknown table", "amr.b1=3 mm", "amr", "unknown key", '"arm"'),
     wrong_value("a limit of no column", "limits.tension=3 N", "limits.tension", '"max_tension"'),
     wrong_value("no value", "arm.b1=", "arm.b1", "not one number and one unit"),
-    wrong_value("an interval that goes down", "load.mass={from=2, to=1}", "load.mass", "exchanged"),
+    wrong_value("an interval that goes down", "load.mass={from=2, to=1}", "load.mass", "go up"),
     wrong_value("a wrong word", "model.slack=both", "model.slack", "both", '"bilateral"'),
     wrong_value("a name with a slash", "name=../x", "name", "letters, digits"),
     wrong_value("a value with an escape", "arm.b1=\x1b[31m", "arm.b1", "not one number and one unit"),

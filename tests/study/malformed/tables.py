@@ -34,9 +34,9 @@ TABLES = (
 
 WORDS = (
     toml("a name with a slash", 'name = "a/b"\n', "name", "a/b", "letters, digits", line=1),
-    toml("a name of two dots", 'name = ".."\n', "name", "..", line=1),
-    toml("a name of 65 letters", f'name = "{"a" * 65}"\n', "name", "64 at most", line=1),
-    toml("a name of 200000 letters", f'name = "{"a" * 200_000}"\n', "name", "64 at most", line=1),
+    toml("a name of two dots", 'name = ".."\n', "name", "..", "not a name", line=1),
+    toml("a name of 65 letters", f'name = "{"a" * 65}"\n', "name", "64 characters", line=1),
+    toml("a name of 200000 letters", f'name = "{"a" * 200_000}"\n', "name", "64 characters", line=1),
     toml("a name of none", 'name = ""\n', "name", "letters, digits", line=1),
     toml("a name with an escape", 'name = "\\u001b[2J"\n', "name", "letters, digits", line=1),
     toml("a number for a name", "name = 7\n", "name", "7 is not text", line=1),
