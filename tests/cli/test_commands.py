@@ -1,6 +1,5 @@
 """The commands as people first meet them: help, version, a starter study, one state, the schema."""
 
-import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 
@@ -8,8 +7,7 @@ import pytest
 import typer
 
 from tendon_cli import cli
-from tendon_cli.studies.load import load_study
-from tendon_cli.tables.read import open_table
+from tendon_cli.studies.load import load_study, study_from
 from tendon_cli.version import __version__
 
 COMMANDS = typer.main.get_command(cli.app).commands
@@ -26,11 +24,6 @@ def test_every_command_has_help_and_the_list_shows_its_whole_first_sentence(tend
     assert "{" not in ran.out.splitlines()[0]
 
 
-def test_version(tendon):
-    ran = tendon("--version")
-    assert (ran.exit, ran.out, ran.err) == (0, f"tendon {__version__}\n", "")
-
-
 @pytest.mark.parametrize("python", [False, True], ids=["console script", "python -m tendon_cli"])
 def test_both_ways_to_start_give_the_same(outside, tendon, python):
     words = ["-m", "tendon_cli"] if python else []
@@ -41,7 +34,7 @@ def test_both_ways_to_start_give_the_same(outside, tendon, python):
 # --- init ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", [None, "mine.toml", "mine.yaml", "mine.yml"])
+@pytest.mark.parametrize("name", [None, "mine.yml"])
 def test_the_starter_runs_unchanged(tendon, workplace, name):
     assert tendon("init", *([name] if name else [])).exit == 0
     file = workplace / (name or "study.toml")
@@ -49,15 +42,6 @@ def test_the_starter_runs_unchanged(tendon, workplace, name):
     fewer = ("--set", "tendon.pretension=[90, 180]", "--set", "spring.stiffness=[2000, 3000]")
     ran = tendon("sweep", file, "--no-figures", "--json", *fewer)
     assert (ran.exit, ran.err, ran.json["name"]) == (0, "", file.stem)
-    assert tendon("sweep", file, "--dry-run").exit == 0
-
-
-def test_starters_of_other_names_differ_in_the_name_alone(tendon, workplace):
-    for name in ("one.toml", "other.yaml"):
-        assert tendon("init", name).exit == 0
-    one, other = (load_study(workplace / name).document() for name in ("one.toml", "other.yaml"))
-    assert (one.pop("name"), other.pop("name")) == ("one", "other")
-    assert one == other
 
 
 def test_init_does_not_write_through_a_link(tendon, workplace):
@@ -100,43 +84,23 @@ def test_a_state_of_a_case_is_chosen_by_name(tendon, workplace):
     (workplace / "study.toml").write_text(text + '[motion]\nelbow_angle = "1 rad"\n', encoding="utf-8")
     a, b = (tendon("state", "study.toml", "--case", name, "--json").json["results"] for name in "ab")
     assert b["elbow_torque"] > a["elbow_torque"]
-    unknown = tendon("state", "study.toml", "--case", "c", "--json")
-    assert (unknown.exit, unknown.json["error"]["hint"]) == (2, "cases: a, b")
-
-
-# --- --set -----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("setting", "path", "value"),
+    ("setting", "content"),
     [
-        ("arm.b1=160 mm", ("arm", "b1"), 0.16),
-        ('arm.b1="160 mm"', ("arm", "b1"), 0.16),
-        ("sheath.friction=0.1", ("sheath", "friction"), 0.1),
-        ('load.mass=["3 kg","5 kg"]', ("load", "mass"), [3.0, 5.0]),
-        ("tendon.flexor.pretension=90 N", ("tendon", "flexor", "pretension"), 90.0),
-        ("model.slack=bilateral", ("model", "slack"), "bilateral"),
-        ("name=other", ("name",), "other"),
-        ('output.tables=["designs"]', ("output", "tables"), ["designs"]),
+        ("arm.b1=160 mm", {"arm": {"b1": 0.16}}),
+        ('arm.b1="160 mm"', {"arm": {"b1": 0.16}}),
+        ("sheath.friction=0.1", {"sheath": {"friction": 0.1}}),
+        ('load.mass=["3 kg","5 kg"]', {"load": {"mass": [3, 5]}}),
+        ('load.mass=["500 g", 2]', {"load": {"mass": [0.5, 2]}}),
+        ("load.mass={ from = 1, to = 2, num = 3 }", {"load": {"mass": {"from": 1, "to": 2, "num": 3}}}),
+        ("tendon.flexor.pretension=90 N", {"tendon": {"flexor": {"pretension": 90}}}),
+        ("model.slack=bilateral", {"model": {"slack": "bilateral"}}),
+        ("name=other", {"name": "other"}),
+        ('output.tables=["designs"]', {"output": {"tables": ["designs"]}}),
     ],
 )
-def test_settings_of_every_kind_reach_the_study(tendon, workplace, setting, path, value):
-    (workplace / "study.toml").write_text('[motion]\nelbow_angle = ["1 rad"]\n', encoding="utf-8")
-    found = tendon("sweep", "study.toml", "--no-figures", "--json", "--out", "run", "--set", setting).json["study"]
-    for key in path:
-        found = found[key]
-    assert json.loads(json.dumps(found)) == value
-
-
-@pytest.mark.parametrize(
-    ("setting", "values"),
-    [
-        ("load.mass={ from = 1, to = 2, num = 3 }", [1.0, 1.5, 2.0]),
-        ('load.mass={ from = "1 kg", to = "4 kg", num = 3, spacing = "log" }', [1.0, 2.0, 4.0]),
-        ('load.mass=["500 g", 2]', [0.5, 2.0]),
-    ],
-)
-def test_settings_of_several_values_are_axes(tendon, workplace, setting, values):
-    (workplace / "study.toml").write_text('[motion]\nelbow_angle = "1 rad"\n', encoding="utf-8")
-    assert tendon("sweep", "study.toml", "--no-figures", "--out", "run", "--set", setting).exit == 0
-    assert open_table(workplace / "run/designs.parquet").read(["load_mass"])["load_mass"].to_pylist() == values
+def test_a_setting_is_what_the_study_would_say(workplace, setting, content):
+    (workplace / "study.toml").write_text("", encoding="utf-8")
+    assert load_study("study.toml", [setting]).hash == study_from({"name": "study"} | content).hash
