@@ -70,23 +70,19 @@ def test_the_cycle_is_over_all_angles_and_both_directions_of_the_study(page):
 def test_a_turn_says_when_each_far_end_follows_and_how_the_torque_goes(page):
     found = page("--reversal")
     turn, results, sheath = found["Where"], found["Results"], found["Sheath,"]
-    distal, capstan = np.array(results["F_o"]), np.array(sheath["e^(σμφ)"])
-    np.testing.assert_allclose(turn["F_I"], distal / capstan)
-    np.testing.assert_allclose(turn["F_I'"], distal * capstan)
+    distal, capstan, exponent = np.array(results["F_o"]), np.array(sheath["e^(σμφ)"]), np.array(sheath["μφ"])
+    before, after = distal / capstan, distal * capstan
     # L/(AE) 4 sinh²(μφ/2)/(μφ) per newton at the elbow.
-    exponent = np.array(sheath["μφ"])
     rigid = 2.0 / (np.pi * 1.5e-3**2 / 4 * 145e9)
-    np.testing.assert_allclose(turn["δ"], distal * rigid * 4.0 * np.sinh(exponent / 2.0) ** 2 / exponent)
-    np.testing.assert_allclose(turn["Δα"], np.array(turn["δ"]) / [0.03, 0.024])
+    slips = distal * rigid * 4.0 * np.sinh(exponent / 2.0) ** 2 / exponent
+    turns = slips / [0.03, 0.024]
+    sooner, later = np.argsort(turns)
+    halfway = after.copy()  # of the side that follows later, when the other one follows
+    halfway[later] = before[later] * (1.0 + np.sqrt(turns[sooner] / turns[later]) * (capstan[later] - 1.0)) ** 2
+    torques = [(flexor - 0.8 * extensor) * 0.03 for flexor, extensor in (halfway, after)]
+    for symbol, value in {"F_I": before, "F_I'": after, "δ": slips, "Δα": turns, "τ_m''": torques}.items():
+        np.testing.assert_allclose(turn[symbol], value, err_msg=symbol)
     assert turn["τ_m'"] == pytest.approx(results["τ_m"])
-    last = (turn["F_I'"][0] - 0.8 * turn["F_I'"][1]) * 0.03
-    assert turn["τ_m''"][1] == pytest.approx(last)
-    first, second = sorted(turn["Δα"])
-    sooner = int(np.argmin(turn["Δα"]))
-    share = np.sqrt(first / second)
-    other = turn["F_I"][1 - sooner] * (1.0 + share * (capstan[1 - sooner] - 1.0)) ** 2
-    tensions = [turn["F_I'"][0], other] if sooner == 0 else [other, turn["F_I'"][1]]
-    assert turn["τ_m''"][0] == pytest.approx((tensions[0] - 0.8 * tensions[1]) * 0.03)
     assert (np.array(turn["W_μ"]) > 0.0).all()
 
 
@@ -139,13 +135,9 @@ def test_the_curves_are_the_states(tmp_path):
     assert set(follows) == {"flexor", "extensor"}
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
-def test_the_figure_is_written_in_every_format_with_the_limits_in_it(tendon, workplace, ending):
-    both = 'flexion", "extension'
-    (workplace / "study.toml").write_text(TEXT.format(load=3, direction=both, angles=ALL))
-    assert tendon("state", "study.toml", "--reversal", "--plot", f"motor.{ending}").exit == 0
-    written = (workplace / f"motor.{ending}").read_bytes()
-    if ending == "svg":
-        for text in (b"Torque against speed", b"Hysteresis", b"Turn from flexion at 75", b"8 N m, 25 W"):
-            assert text in written
-    assert len(written) > 5000
+def test_the_figure_has_the_limits_in_it(tendon, workplace):
+    (workplace / "study.toml").write_text(TEXT.format(load=3, direction='flexion", "extension', angles=ALL))
+    assert tendon("state", "study.toml", "--reversal", "--plot", "motor.svg").exit == 0
+    written = (workplace / "motor.svg").read_bytes()
+    for text in (b"Torque against speed", b"Hysteresis", b"Turn from flexion at 75", b"8 N m, 25 W"):
+        assert text in written

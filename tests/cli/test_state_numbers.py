@@ -145,41 +145,34 @@ def state_lines(given):
     return lines
 
 
-@pytest.mark.parametrize("changed", CASES.values(), ids=CASES)
-def test_every_number_on_the_page_of_a_state(tendon, workplace, changed):
-    given = BASE | changed
-    (workplace / "study.toml").write_text(STUDY.format(**given))
-    shown = {line["symbol"]: line["values"] for line in tendon("state", "study.toml", "--json").json["lines"]}
-    expected = page(given)
-    assert set(shown) == set(expected)
-    for symbol, values in expected.items():
-        assert shown[symbol] == pytest.approx(list(values), rel=1e-6, abs=1e-12), symbol
-
-
 @pytest.mark.parametrize("case", CASES)
-def test_the_page_prints_the_numbers_of_its_record(tendon, workplace, case):
-    (workplace / "study.toml").write_text(STUDY.format(**BASE | CASES[case]))
+def test_every_number_on_the_page_of_a_state_and_its_print(tendon, workplace, case):
+    given = BASE | CASES[case]
+    (workplace / "study.toml").write_text(STUDY.format(**given))
     record, text = tendon("state", "study.toml", "--json").json, tendon("state", "study.toml").out
+    expected = page(given)
+    assert {line["symbol"] for line in record["lines"]} == set(expected)
     printed = {line[2:].split("  ")[0].strip(): line for line in text.splitlines() if line.startswith("  ")}
     for line in record["lines"]:
-        shown = printed[next(key for key in printed if key == line["symbol"] or key.startswith(line["symbol"] + " "))]
-        assert all(f"{value:.7g}" in shown for value in line["values"] if value is not None), line
+        symbol = line["symbol"]
+        assert line["values"] == pytest.approx(list(expected[symbol]), rel=1e-6, abs=1e-12), symbol
+        shown = printed[next(key for key in printed if key == symbol or key.startswith(symbol + " "))]
+        assert all(f"{value:.7g}" in shown for value in line["values"]), symbol
         assert line["unit"] in shown
     assert record["status"] == case.partition(",")[0]
     assert text.rstrip().endswith(f"Status: {record['status']}")
 
 
 def test_notes_say_what_chooses_and_fit_a_terminal(tendon, workplace):
-    (workplace / "doubt.toml").write_text(
+    (workplace / "study.toml").write_text(
         "[sheath]\nfriction = { mean = 0.07, std = 0.004 }\n[uncertainty]\ndraws = 16\n"
-        '[spring]\nstiffness = ["3 kN/m", "5 kN/m"]\n[people]\ncount = 3\n[load]\nmass = ["0 kg", "5 kg"]\n'
+        '[spring]\nstiffness = ["3 kN/m", "5 kN/m"]\n[people]\ncount = 3\n'
     )
-    (workplace / "draws.toml").write_text("[uncertainty]\n[sheath]\nfriction = { mean = 0.07, std = 0.004 }\n")
-    notes = tendon("state", "doubt.toml").out.partition("\n\n")[0].splitlines()
-    assert max(map(len, notes)) <= 80
-    assert "  (spring.stiffness: the first of 2 values; --set spring.stiffness=... chooses)" in notes
-    said = tendon("state", "draws.toml", "--json").json["notes"]
-    assert [note for note in said if "--set sheath.friction=... chooses" in note]
-    assert not [note for note in said if "--case" in note]
-    chosen = tendon("state", "draws.toml", "--set", "sheath.friction=0.07", "--json").json["notes"]
-    assert not [note for note in chosen if "uncertain" in note]
+    shown = tendon("state", "study.toml")
+    assert max(map(len, shown.out.partition("\n\n")[0].splitlines())) <= 80
+    notes = tendon("state", "study.toml", "--json").json["notes"]
+    assert [note for note in notes if "sheath.friction" in note]
+    assert [note for note in notes if "spring.stiffness" in note]
+    chosen = ("--set", "sheath.friction=0.07", "--set", "spring.stiffness=5 kN/m")
+    notes = tendon("state", "study.toml", "--json", *chosen).json["notes"]
+    assert not [note for note in notes if "sheath.friction" in note or "spring.stiffness" in note]

@@ -49,12 +49,6 @@ def test_a_template_has_an_answer(tendon, template):
     assert ran.json["name"] == "mine"
 
 
-def test_the_motor_template_has_the_columns_of_the_motor(tendon):
-    tendon("init", "mine.toml", "--template", "motor")
-    assert tendon("sweep", "mine.toml", "--no-figures", "--out", "run").exit == 0
-    assert tendon("show", "run", "--columns", "peak_motor_power,max_backlash", "--json").exit == 0
-
-
 @pytest.mark.parametrize("command", ["sweep", "design"])
 def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace, command):
     (workplace / "study.toml").write_bytes(STUDY)
@@ -66,17 +60,12 @@ def test_a_study_from_standard_input_is_the_study_of_the_file(outside, workplace
 
 
 @pytest.mark.parametrize("before", ["", "# a comment\n\n", "---\n"])
-def test_yaml_from_standard_input_is_read_as_such(outside, workplace, before):
-    (workplace / "study.toml").write_bytes(STUDY)
-    piped = outside("state", "-", "--json", input=f"{before}load:\n  mass: [0 kg, 5 kg]\n")
+def test_yaml_from_standard_input_is_read_as_such_with_files_of_the_working_directory(outside, workplace, before):
+    (workplace / "route.csv").write_text("x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8")
+    (workplace / "study.toml").write_text('[load]\nmass = [0, 5]\n[sheath]\npath = "route.csv"\n', encoding="utf-8")
+    piped = outside("state", "-", "--json", input=f"{before}load:\n  mass: [0 kg, 5 kg]\nsheath:\n  path: route.csv\n")
     assert (piped.exit, piped.err) == (0, "")
     assert piped.json == outside("state", "study.toml", "--json").json
-
-
-def test_files_of_a_piped_study_are_those_of_the_working_directory(outside, workplace):
-    (workplace / "route.csv").write_text("x_mm,y_mm,z_mm\n0,0,0\n100,0,0\n200,50,0\n200,150,0\n", encoding="utf-8")
-    ran = outside("state", "-", input='[sheath]\npath = "route.csv"\n')
-    assert (ran.exit, ran.err) == (0, "")
 
 
 @pytest.mark.parametrize("name", ["design/universal.toml", "universal", "table_a1.csv", "fig07"])
@@ -85,10 +74,8 @@ def test_a_file_of_the_documentation_is_copied_by_its_name(tendon, configs, name
     assert ran.exit == 0, ran.err
     (copied,) = Path().iterdir()
     assert copied.read_bytes() == next(configs.rglob(copied.name)).read_bytes()
-    assert (
-        f"tendon {'fit-friction' if name.endswith('csv') else 'design' if 'uni' in name else 'sweep'} {copied}"
-        in ran.out
-    )
+    verb = {".csv": "fit-friction"}.get(copied.suffix, "design" if "uni" in name else "sweep")
+    assert f"tendon {verb} {copied}" in ran.out
     assert tendon("init", "--from", name).exit == 2, "what stands there is not written over"
 
 
