@@ -7,7 +7,7 @@ import json
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
@@ -172,17 +172,20 @@ class PartMaker:
         """A file of a table, to be filled and put in place."""
         return TableFile(self.folder / name, layout)
 
-    def make(self, index: int, working: AbstractContextManager[object] | None = None) -> PartResult:
+    def make(self, index: int, working: Callable[[Callable[[], Note]], Note] = lambda work: work()) -> PartResult:
         """Work a part out, `working`, then put its files in place; raises OutputError, or Stopped."""
-        names = self.task.files(index)
+        names, files = self.task.files(index), dict[str, TableFile | RowsInMemory]()
         with ExitStack() as stack:
-            with working or nullcontext():
-                files = {
-                    table: stack.push(self.open(name, self.task.layout(table, index))) for table, name in names.items()
-                }
+
+            def work() -> Note:
+                for table, name in names.items():
+                    files[table] = stack.push(self.open(name, self.task.layout(table, index)))
                 note = self.task.fill(files, index)
                 for file in files.values():
                     file.close()
+                return note
+
+            note = working(work)
             for file in files.values():
                 file.flush()
             self.check()

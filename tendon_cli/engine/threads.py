@@ -12,14 +12,14 @@ from itertools import takewhile
 from pathlib import Path
 from types import FrameType
 
-from tendon_cli.engine.task import PartFailure, PartMaker, PartResult, Results
+from tendon_cli.engine.task import Note, PartFailure, PartMaker, PartResult, Results
 from tendon_cli.errors import MemoryShortError, OutputError, Stopped, TendonError, WorkersLostError, is_memory_short
 
 Runner = Callable[[PartMaker, Iterator[int]], Results]
 """Makes parts, and gives them in whatever order they are finished."""
 
-_ADDRESSES_PER_JOB = 200 * 10**6
-"""Two stacks, an arena of the C library (64 MB), and the arrays of a part."""
+_ADDRESSES_PER_JOB = 300 * 10**6
+"""Three stacks, an arena of the C library (64 MB) for each, and the arrays of a part."""
 
 
 def available_cores() -> int:
@@ -113,18 +113,27 @@ def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
 def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
     """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
 
-    At most `jobs` compute, as many more wait for the disk. However this ends, no thread works on a part any more.
+    As many threads as there are jobs compute, so that no others have the C library keep memory for them; twice as many
+    parts are begun, for some wait for the disk. However this ends, no thread works on a part any more.
     """
+    from concurrent.futures import ThreadPoolExecutor
+
     from joblib import Parallel, delayed  # a small study does without this import
 
     ended = threading.Event()
-    computing, begun = threading.Semaphore(jobs), threading.Semaphore(2 * jobs)
+    begun = threading.Semaphore(2 * jobs)
 
     def make(index: int) -> PartResult | PartFailure:
         with begun:
-            return PartFailure(index, Stopped()) if ended.is_set() else _attempt(maker, index, computing)
+            return PartFailure(index, Stopped()) if ended.is_set() else _attempt(maker, index, computed)
 
-    with Parallel(2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs") as pool:
+    def computed(work: Callable[[], Note]) -> Note:
+        return computing.submit(work).result()
+
+    with (
+        ThreadPoolExecutor(jobs) as computing,
+        Parallel(2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs") as pool,
+    ):
         parts = pool(delayed(make)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
         try:
             for part in parts:  # noqa: UP028 - `yield from` would close joblib's generator, which then cancels
@@ -139,10 +148,10 @@ def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
                 begun.acquire()
 
 
-def _attempt(maker: PartMaker, index: int, computing: threading.Semaphore | None = None) -> PartResult | PartFailure:
+def _attempt(maker: PartMaker, index: int, *working: Callable[[Callable[[], Note]], Note]) -> PartResult | PartFailure:
     """A part; its failure is reported with the part's coordinates, while the others go on."""
     try:
-        return maker.make(index, computing)
+        return maker.make(index, *working)
     except Exception as error:  # noqa: BLE001
         return PartFailure(index, error)
 
