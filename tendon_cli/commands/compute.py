@@ -1,5 +1,6 @@
 """`tendon sweep`, `tendon design` and `tendon paper`: what computes a folder of results."""
 
+import contextlib
 import inspect
 import json
 from pathlib import Path
@@ -9,10 +10,10 @@ import typer
 
 import tendon_cli as tendon
 from tendon_cli.commands import options
-from tendon_cli.commands.results import note_stale_page
 from tendon_cli.errors import EXIT_NEGATIVE
+from tendon_cli.files import read_file
 from tendon_cli.startup import keep_freed_memory, stopped_by_signals
-from tendon_cli.terminal import print_result, progress
+from tendon_cli.terminal import print_note, print_result, progress
 
 if TYPE_CHECKING:
     from tendon_cli.answers.result import Answer
@@ -76,7 +77,8 @@ def _compute(
             )  # fmt: skip
     text = _answer_text(done) if is_design else done.text
     print_result(done.record if as_json else text, unless=quiet and not as_json)
-    note_stale_page(folder, quiet=quiet)
+    if not quiet:
+        _note_stale_page(folder, done.record)
     if not done.feasible if is_design else done.record["no_equilibrium"] and not allow_no_equilibrium:
         raise typer.Exit(EXIT_NEGATIVE)
 
@@ -113,6 +115,17 @@ def _question(study: "Study") -> tuple[dict[str, Any], str]:
     record["notes"] = list(asked.notes)
     lines += [f"  {name:<12} {record[name]:,}" for name in ("windows", "states")]
     return record, "\n".join([*lines, *(f"  note         {note}" for note in asked.notes)])
+
+
+def _note_stale_page(folder: Path, record: dict[str, Any]) -> None:
+    """Print a note if the page in a folder is of other results than its record."""
+    from tendon_cli.reports.html import MARK
+
+    with contextlib.suppress(OSError):
+        page = read_file(folder / "report.html", 10**7).decode(errors="replace")
+        sums = [record["study_hash"], *(entry["sha256"] for entry in record["files"])]
+        if MARK in page[:4096] and not all(each in page for each in sums):
+            print_note(f"{folder}/report.html is of earlier results; `tendon report {folder}` writes it anew")
 
 
 def _answer_text(answer: "Answer") -> str:

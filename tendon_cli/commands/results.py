@@ -12,7 +12,7 @@ import typer
 import tendon_cli as tendon
 from tendon_cli.commands import options, values
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
-from tendon_cli.terminal import print_note, print_result
+from tendon_cli.terminal import print_result
 
 Baseline = Annotated[Path | None, options.written("report only what changed since this run", "RUN")]
 Tolerance = Annotated[
@@ -52,7 +52,6 @@ def check(
     checked = tendon.check(run, baseline, tolerance=tolerance, apart=apart or (), worst=worst)
     text = as_markdown(checked.text, holds=checked.holds) if markdown else checked.text
     print_result(checked.record if as_json else text)
-    note_stale_page(run)
     if not checked.holds:
         raise typer.Exit(EXIT_NEGATIVE)
 
@@ -64,14 +63,6 @@ def report(run: options.RunFolder, out: Page = None, as_json: options.AsJson = F
     """Write one HTML page with everything that a run or an answer holds."""
     written = str(tendon.report(run, out))
     print_result({"report": written} if as_json else written)
-
-
-def note_stale_page(folder: Path, *, quiet: bool = False) -> None:
-    """Print a note if the page in a run's folder shows earlier results."""
-    from tendon_cli.reports.stale import stale_note
-
-    if not quiet and (note := stale_note(folder)):
-        print_note(note)
 
 
 Source = Annotated[

@@ -32,12 +32,12 @@ CLASSES = (
 """What a design comes to, the best first; signs say what colours do."""
 
 
-def page_data(kind: str, **given: Any) -> dict[str, Any]:
+def page_data(**given: Any) -> dict[str, Any]:
     """What the scripts of a page are given: every name there is, whether the page has it or not."""
     lists: dict[str, Any] = {name: [] for name in ("axes", "quantities", "arms")}
     nothing = dict.fromkeys(("states", "table", "design", "people", "between", "start")) | {"angle": "elbow angle"}
     units = {symbol: [unit.dimension, float(unit.factor)] for symbol, unit in UNITS.items()}
-    return {**lists, **nothing, "units": units, "kind": kind, **given}
+    return {**lists, **nothing, "units": units, **given}
 
 
 @dataclass(frozen=True, eq=False)

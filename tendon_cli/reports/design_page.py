@@ -68,11 +68,11 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     states, arms = _states(cube, axes, read["pretension"][: len(grid)])
     persons = folder / "persons.parquet"
     people = people_record(record, open_table(persons).read() if persons.exists() else None)
-    design = _answers(read, columns, labels, len(grid), pretension_name(cube.study))
+    design = _answers(read, columns, labels, pretension_name(cube.study))
     between = _between(record, cube.limits)
     data = page_data(
-        "design", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,
-        table=_table(axes, read, columns, labels, len(grid)), start=_start(record, axes), people=people,
+        axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms, design=design,
+        table=_table(axes, read, columns, labels), start=_start(record, axes), people=people,
         between=between,
     )  # fmt: skip
     answer = html.blocks(record.get("blocks") or [say.sentence(record["text"])])
@@ -91,7 +91,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
 
 
 def _answers(
-    read: Mapping[str, Values], columns: Mapping[str, Values], labels: Mapping[str, Shown], cells: int, name: str
+    read: Mapping[str, Values], columns: Mapping[str, Values], labels: Mapping[str, Shown], name: str
 ) -> dict[str, Any]:
     """Windows and front, a number a choice."""
     records = {name: number_record(labels[name], values) for name, values in columns.items()}
@@ -102,16 +102,9 @@ def _answers(
         "columns": records,
         "pretension": name,
         "texts": {name: read[name].tolist() for name in _WORDS},
-        "rows": list(range(cells)),
-        "cells": _cells(read, cells),
         "goals": goals,
         "display": [*shown, 0, min(1, len(goals) - 1)][:2],
     }
-
-
-def _cells(read: Mapping[str, Values], cells: int) -> list[int]:
-    """The cell of the map that each row stands in; -1 between the points of the grid."""
-    return [row if row < cells else -1 for row in range(len(read["feasible"]))]
 
 
 def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
@@ -130,7 +123,7 @@ def _conflicts(cube: Cube, read: Mapping[str, Values]) -> dict[str, Any]:
 
 def _table(
     axes: Sequence[PageAxis], read: Mapping[str, Values], columns: Mapping[str, Values],
-    labels: Mapping[str, Shown], cells: int,
+    labels: Mapping[str, Shown],
 ) -> dict[str, Any]:  # fmt: skip
     shown: list[dict[str, Any]] = []
     for each in axes:
@@ -144,7 +137,7 @@ def _table(
         for name, label in zip(_WORDS, ("bound below by", "bound above by"), strict=True)
     ]
     shown += truths_record({name: read[name] for name in _TRUTHS})
-    return {"rows": len(read["feasible"]), "columns": shown, "cells": _cells(read, cells)}
+    return {"rows": len(read["feasible"]), "columns": shown}
 
 
 def _start(record: dict[str, Any], axes: Sequence[PageAxis]) -> list[int] | None:

@@ -15,9 +15,9 @@ from tendon_cli.reports import html
 from tendon_cli.reports.data import page_data
 from tendon_cli.reports.design_page import design_page
 from tendon_cli.reports.html import MARK
-from tendon_cli.reports.stale import LEDGER, NAME, origin_mark
 from tendon_cli.reports.sweep_page import sweep_page
 
+NAME, LEDGER = "report.html", "ledger.json"
 _MOST_PICTURES, _MOST_DATA = 3_000_000, 10**6
 """Bytes of all figures of the paper together, those beyond are named; and of what it found."""
 _FIELDS = ("id", "verdict", "finding", "value")
@@ -37,7 +37,7 @@ def write_report(result: AnyResult, out: str | PathLike[str] | None = None) -> P
     target = folder / NAME if out is None else result_path(out)
     if not _is_ours(target):
         raise UsageError("is no page of tendon, and is left as it is", where=str(target), hint="another --out")
-    page = _page_of(folder).replace(MARK, f"{MARK}\n{origin_mark(folder)}", 1)
+    page = _page_of(folder)
     write_whole(target, page.encode())
     return target
 
@@ -74,7 +74,7 @@ def _paper_page(folder: Path) -> str:
         html.section("ledger", "Findings and claims", table),
         html.section("figures", "Figures", pictures + html.warnings(left_out)),
     ]  # fmt: skip
-    return html.html_page("The paper, reproduced", parts, page_data("paper"))
+    return html.html_page("The paper, reproduced", parts, page_data())
 
 
 def _pictures(folder: Path) -> tuple[str, list[str]]:

@@ -56,8 +56,8 @@ def sweep_page(folder: Path, run: Run) -> str:
     shown = [*({"axis": at} for at in range(len(axes))), *({"quantity": at} for at in range(len(maps)))]
     listed = {"rows": rows.size, "columns": [*shown, *truths_record({name: columns[name] for name in TRUTHS})]}
     data = page_data(
-        "sweep", axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms,
-        table={**listed, "cells": None},
+        axes=[axis.record() for axis in axes], quantities=maps, states=states, arms=arms,
+        table=listed,
     )  # fmt: skip
     remarks = thinning_text(axes, left_out)
     if cube.study["motion"].get("trajectory"):

@@ -5,15 +5,14 @@ async function column(name) {
 }
 
 async function drawWindows() {
-  const { rows } = page.design; // the row of each cell of the map
   const axis = page.axes[view.x];
   const [from, to] = [await column("pretension_from"), await column("pretension_to")];
   const { from_by: lower, to_by: upper } = page.design.texts;
   const [x, low, high, by] = [[], [], [], []];
   const top = 1.1 * Math.max(...from.filter(Number.isFinite), ...to.filter(Number.isFinite), 1);
   for (let i = 0; i < lengthOf(axis); i++) {
-    const row = rows[cellOf(i, cursor.j)];
-    const none = row < 0 || !Number.isFinite(from[row]) || from[row] > to[row];
+    const row = cellOf(i, cursor.j);
+    const none = !Number.isFinite(from[row]) || from[row] > to[row];
     x.push(along(axis)[i]);
     low.push(none ? null : from[row]);
     high.push(none ? null : Number.isFinite(to[row]) ? to[row] : top);
@@ -46,19 +45,10 @@ async function drawFront() {
 }
 
 function brush(rows) {
-  const cells = page.design.cells;
-  view.brushed = rows === null ? null : rows.map((row) => cells[row]).filter((cell) => cell >= 0);
+  const cells = page.axes.reduce((product, axis) => product * lengthOf(axis), 1); // rows after these lie between the points of the grid
+  view.brushed = rows === null ? null : rows.filter((row) => row < cells);
   place("brush-says").textContent = rows === null ? "Nothing is marked." : `${rows.length} choices are marked, ${view.brushed.length} of them on the map's grid.`;
   if (hasMap()) redraw();
-  if (page.table) drawTable();
-}
-
-async function brushByNumbers() {
-  const bounds = ["x-low", "x-high", "y-low", "y-high"].map((name) => place(`brush-${name}`).value);
-  if (bounds.every((text) => text === "")) return brush(null);
-  const [xs, ys] = [await column(front.names[front.x]), await column(front.names[front.y])];
-  const within = (value, low, high) => Number.isFinite(value) && (low === "" || value >= Number(low)) && (high === "" || value <= Number(high));
-  return brush(Array.from(xs.keys()).filter((row) => within(xs[row], bounds[0], bounds[1]) && within(ys[row], bounds[2], bounds[3])));
 }
 
 async function startAnswers() {
@@ -77,7 +67,6 @@ async function startFront() {
   await drawFront();
   place("front").on("plotly_selected", (event) => brush(event ? event.points.map((point) => point.customdata) : null));
   place("front").on("plotly_deselect", () => brush(null));
-  for (const name of ["x-low", "x-high", "y-low", "y-high"]) place(`brush-${name}`).addEventListener("change", brushByNumbers);
 }
 
 // The bodies that the best choice leaves out, over two measures of the body.

@@ -30,8 +30,8 @@ function heat() {
   const trace = { type: "heatmap", x: along(x), y: along(y), z: mapped.z, hoverongaps: true, zsmooth: false };
   trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<br>${quantity.label} %{z:.5g} ${quantity.unit}<extra></extra>`;
   const bar = { title: { text: quantity.unit }, ...(narrow() ? { orientation: "h", y: -0.28, yanchor: "top", thickness: 12 } : {}) };
-  if (!quantity.classes && quantity.low === quantity.high) return { ...trace, colorscale: "Cividis", zmin: quantity.low - 1, zmax: quantity.low + 1, showscale: false };
-  if (!quantity.classes) return { ...trace, colorscale: "Cividis", zmin: quantity.low, zmax: quantity.high, colorbar: bar };
+  const single = quantity.low === quantity.high; // needs no colour bar
+  if (!quantity.classes) return { ...trace, colorscale: "Cividis", zmin: quantity.low - single, zmax: quantity.high + single, showscale: !single, colorbar: bar };
   const count = quantity.classes.length;
   const scale = quantity.classes.flatMap((kind, at) => [[at / count, colour(kind.colour)], [(at + 1) / count, colour(kind.colour)]]);
   trace.hovertemplate = `${x.label} %{x}<br>${y.label} %{y}<extra></extra>`; // the class is said below the map
@@ -83,35 +83,29 @@ function lineOfMap() {
   return { type: "scatter", mode: "lines+markers", x: along(page.axes[view.x]), y, line: { color: colour("flexor") } };
 }
 
+// The frame of a cell where it is drawn, or the place on a line.
 function cursorShape() {
-  const edge = (axis, at) => {
-    if (axis.names) return [at - 0.5, at + 0.5];
-    const values = axis.values;
-    if (values.length < 2) return axis.is_log ? [values[0] / 2, values[0] * 2] : [values[0] - 0.5, values[0] + 0.5];
-    const to = (from, next, share) => (axis.is_log ? from * (next / from) ** share : from + share * (next - from));
-    const outwards = (step) => (values[at + step] === undefined ? to(values[at], values[at - step], -0.5) : to(values[at], values[at + step], 0.5));
-    return [outwards(-1), outwards(1)];
-  };
-  const [x0, x1] = edge(page.axes[view.x], cursor.i);
-  if (isLine()) return [{ type: "line", xref: "x", yref: "paper", x0: (x0 + x1) / 2, x1: (x0 + x1) / 2, y0: 0, y1: 1, line: { color: colour("mark") } }];
-  const [y0, y1] = edge(page.axes[view.y], cursor.j);
-  return [{ type: "rect", x0, x1, y0, y1, line: { color: colour("mark"), width: 3 } }];
+  const [drawn] = place("map").calcdata[0];
+  const line = { color: colour("mark"), width: 3 };
+  if (isLine()) {
+    const x = place("map").calcdata[0][cursor.i].x;
+    return [{ type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0, y1: 1, line }];
+  }
+  return [{ type: "rect", x0: drawn.x[cursor.i], x1: drawn.x[cursor.i + 1], y0: drawn.y[cursor.j], y1: drawn.y[cursor.j + 1], line }];
 }
 
 const axisOf = (axis) => ({ title: { text: named(axis) }, type: axis.names ? "category" : axis.is_log ? "log" : "linear" });
-
-// The title of a map; a single value needs no colour bar.
-const headed = (quantity) => (!quantity.classes && quantity.low === quantity.high ? `${quantity.label}: ${withUnit(quantity.low, quantity.unit)} wherever it is known` : named(quantity));
 
 async function drawMap() {
   mapped.values = await unpack(chosen().array);
   sliced();
   const traces = isLine() ? [lineOfMap()] : [heat(), ...signs(), ...brushedCells()];
   const y = isLine() ? named(chosen()) : { ...axisOf(page.axes[view.y]), showgrid: false };
-  const more = { shapes: cursorShape(), ...(narrow() && !chosen().classes ? { margin: { l: 56, r: 8, t: 34, b: 96 } } : {}) };
+  const more = narrow() && !chosen().classes ? { margin: { l: 56, r: 8, t: 34, b: 96 } } : {};
   drawKey();
-  await draw("map", drawMap, traces, headed(chosen()), { ...axisOf(page.axes[view.x]), showgrid: false }, y, more);
+  await draw("map", drawMap, traces, named(chosen()), { ...axisOf(page.axes[view.x]), showgrid: false }, y, more);
   asTable("map", [...shownAxes().map(named), named(chosen())], tabled);
+  moveCursor(cursor.i, cursor.j);
 }
 
 const shownAxes = () => (isLine() ? [page.axes[view.x]] : [page.axes[view.x], page.axes[view.y]]);
@@ -187,7 +181,6 @@ function redraw() {
   requestAnimationFrame(async () => {
     waiting = false;
     await drawMap();
-    say();
     if (place("windows")) drawWindows();
   });
 }
@@ -210,5 +203,4 @@ async function startMap() {
   place("map").on("plotly_hover", (event) => under(event, (i, j) => say(cellOf(i, j))));
   place("map").on("plotly_unhover", () => say());
   place("map").on("plotly_click", (event) => under(event, (i, j) => { moveCursor(i, j); showDesign(cellOf(i, j)); }));
-  say();
 }

@@ -96,24 +96,9 @@ function drawArm() {
   place("arm").replaceChildren(picture);
 }
 
-async function valuesNow() {
-  const { angles, directions, groups } = page.states;
-  const start = keptCell(shown.cell) * directions.length * angles.length + shown.angle;
-  const items = [];
-  for (const group of groups.filter((other) => other.condition === groups[shown.group].condition)) {
-    for (const line of group.lines) {
-      const values = await unpack(line.array);
-      const each = directions.map((direction, d) => `${withUnit(values[start + d * angles.length], group.unit)} (${direction})`);
-      items.push(make("li", {}, `${line.label}: ${each.join(", ")}`));
-    }
-  }
-  place("arm-values").replaceChildren(...items);
-}
-
-async function drawAngle() {
+function drawAngle() {
   place("angle-says").textContent = `${number(angleNow())}°`;
   drawArm();
-  await valuesNow();
   Plotly.relayout(place("states"), { "shapes[0].x0": angleNow(), "shapes[0].x1": angleNow() });
 }
 
@@ -125,7 +110,7 @@ async function showDesign(cell) {
   const where = page.axes.map((axis, at) => `${axis.label} ${valueOf(axis, shown.position[at])}`).join(", ") || "the only design";
   place("design-says").textContent = exact ? where : `${where} (the nearest whose states this page keeps)`;
   await drawStates();
-  await drawAngle();
+  drawAngle();
 }
 
 // A slider of the map moves the states along its axis, too.

@@ -1,6 +1,6 @@
 // The table of designs or choices: sorted by any column, filtered by comparisons.
 
-const listed = { sort: null, falling: false, filters: [], brushedOnly: false, count: 100, columns: [] };
+const listed = { sort: null, falling: false, filters: [], count: 100, columns: [] };
 
 async function columnsOfTable() {
   const columns = [];
@@ -68,13 +68,7 @@ function passes(row, { column, sign, wanted }) {
 }
 
 function rowsOfTable() {
-  const grid = page.table.cells; // the cell of each row; null where rows are cells
-  const marked = view.brushed ? new Set(view.brushed) : null;
-  const rows = [];
-  for (let row = 0; row < page.table.rows; row++) {
-    if (listed.brushedOnly && marked && !marked.has(grid ? grid[row] : row)) continue;
-    if (listed.filters.every((filter) => passes(row, filter))) rows.push(row);
-  }
+  const rows = Array.from({ length: page.table.rows }, (_, row) => row).filter((row) => listed.filters.every((filter) => passes(row, filter)));
   if (listed.sort !== null) {
     const { value } = listed.columns[listed.sort];
     const sign = listed.falling ? -1 : 1;
@@ -113,7 +107,5 @@ async function startTable() {
       place("filter-fault").textContent = fault.message; // the rows stay as they were until it is one
     }
   });
-  if (!place("front")) place("brushed-only").parentElement.remove();
-  place("brushed-only")?.addEventListener("change", (event) => { listed.brushedOnly = event.target.checked; drawTable(); });
   drawTable();
 }
