@@ -93,33 +93,35 @@ def _bend_of_route(route: Path, smoothing: str | float | None) -> BendAngle:
     return BendAngle(bend, error_of, *texts, (route_note(measured, name),), tuple(warnings))
 
 
-def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, float, bool]:
-    """The bend angle of each reading, their standard uncertainty as a share of them, and whether there are any.
+def bend_angles(readings: Readings, bend: BendAngle | None) -> tuple[Floats, float, BendAngle | None]:
+    """The bend angle of each reading, their standard uncertainty as a share of them, and where they come from.
 
     Angles are never guessed and never taken from both the option and a column; without any, all are 1 and the
     coefficient is μφ. Their errors are counted as if all had the same one.
     """
     angles, known = readings.column("bend_angle"), readings.column("bend_uncertainty")
-    source, total = readings.source, len(readings.rows)
+    source, total, where = readings.source, len(readings.rows), "--bend-angle"
     if angles is None:
         if bend is None:
-            return np.ones(total), 0.0, False
+            return np.ones(total), 0.0, None
         if bend.radians is None:
             problem = f"the bend angle of the sheath is not given, and {source} has no column for it"
             hint = 'measure it between the cells: --bend-angle "144 deg", --route, or a column bend_angle_deg'
-            raise UsageError(problem, where="--bend-angle", hint=hint)
-        return np.full(total, bend.radians), bend.uncertainty / bend.radians, True
+            raise UsageError(problem, where=where, hint=hint)
+        return np.full(total, bend.radians), bend.uncertainty / bend.radians, bend
     if bend is not None and bend.radians is not None and not np.allclose(angles, bend.radians, rtol=1e-6, atol=0.0):
         problem = f"the bend angle is given twice: {bend.text} and by a column of {source} that says otherwise"
         hint = 'leave the option out to use the column; "+/- 2 deg" alone says how well the column is known'
-        raise UsageError(problem, where="--bend-angle", hint=hint)
+        raise UsageError(problem, where=where, hint=hint)
     if bend is not None and bend.uncertainty:
         if known is not None:
             problem = f"the uncertainty of the bend angle is given twice: here and by a column of {source}"
-            raise UsageError(problem, where="--bend-angle")
+            raise UsageError(problem, where=where)
         known = np.full(total, bend.uncertainty)
-    bent = angles > 0.0
-    return angles, 0.0 if known is None else float(np.mean(known[bent] / angles[bent])), True
+    bent, degrees = angles > 0.0, [f"{math.degrees(angle):.10g} deg" for angle in np.unique(angles)]
+    text = ", ".join(degrees) if len(degrees) <= 6 else f"{len(degrees)} angles, {degrees[0]} to {degrees[-1]}"
+    share = 0.0 if known is None else float(np.mean(known[bent] / angles[bent]))
+    return angles, share, bend or BendAngle(None, 0.0, text)
 
 
 def force_of(given: str | float | None, option: str, unit: str | None) -> float:

@@ -22,31 +22,33 @@ SCATTER, RESOLUTION, EFFECTS, FEW_STROKES, BEND, GAIN = (
 
 @dataclass(frozen=True)
 class BudgetPart:
-    """One line of the budget."""
+    """One line of the budget: the standard uncertainty of an input, and what it contributes to that of μ.
+
+    `type` is "A" by statistics of these readings, "B" by other knowledge (GUM 4.2, 4.3), `sensitivity` ∂μ/∂input,
+    `contribution` its magnitude times the standard uncertainty.
+    """
 
     name: str
     type: str
-    """"A" by statistics of these readings, "B" by other knowledge (GUM 4.2, 4.3)."""
     standard_uncertainty: float
-    """Of the input."""
     unit: str
     sensitivity: float
-    """∂μ/∂input."""
     contribution: float
-    """|sensitivity| × standard uncertainty, in μ."""
     degrees_of_freedom: float = math.inf
 
 
 @dataclass(frozen=True)
 class FrictionUncertainty:
-    """Standard error of μ and the parts it is made of."""
+    """Standard error of μ and the parts it is made of.
+
+    `degrees_of_freedom` is the effective number (Welch and Satterthwaite, GUM G.4), `coverage` the factor of the 95 %
+    interval, Student's t.
+    """
 
     parts: tuple[BudgetPart, ...]
     standard_error: float
     degrees_of_freedom: float
-    """Effective number (Welch and Satterthwaite, GUM G.4)."""
     coverage: float
-    """Factor of the 95 % interval: Student's t."""
     interval_95: tuple[float, float]
 
     def of(self, name: str) -> float:

@@ -86,20 +86,20 @@ def sets_of(priors: dict[str, float]) -> list[tuple[str, ...]]:
 
 @dataclass(frozen=True, eq=False)
 class EffectModel:
-    """One set of effects, fitted."""
+    """One set of effects, fitted.
+
+    `values` are μ, ln g if there are both ways, then the effects' (of the force nμ); `evidence` is the log of the
+    probability of the readings under the model, but for a constant; `residual` that of the points; `free` the strokes
+    less what is fitted to them; `zero` what a unit of zero error in each cell does to μ, 0 if offsets are fitted.
+    """
 
     effects: tuple[str, ...]
     values: Floats
-    """μ, ln g if there are both ways, then the effects'; of the force nμ."""
     covariance: Floats
     evidence: float
-    """Log of the probability of the readings under the model, but for a constant."""
     residual: Floats
-    """Of the points."""
     free: int
-    """Strokes less what is fitted to them."""
     zero: tuple[float, float]
-    """What μ changes by per unit of a zero error in each cell; 0 if the offsets are fitted."""
 
     @property
     def friction(self) -> float:

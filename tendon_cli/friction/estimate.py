@@ -55,18 +55,18 @@ _FEW_ROWS, _SOME_ROWS = 0.10, 0.25
 
 @dataclass(frozen=True, eq=False)
 class Estimated:
-    """What the loop ends with."""
+    """What the loop ends with: rows used, strokes that reached their limit, and `points`, means over parts of strokes.
+
+    `shape` is per row what the best model's effects add to the log ratio, `delay` by how much the load's cell was late
+    and was shifted before the last fit.
+    """
 
     average: Average
     points: Log
-    """Means over parts of strokes, on the limit."""
     used: Mask
     reached: Mask
-    """Per stroke."""
     shape: Floats
-    """Per row: what the best model's effects add to the log ratio."""
     delay: float = 0.0
-    """By which the load's cell was late and was shifted before the last fit."""
 
     @property
     def friction(self) -> float:
@@ -80,11 +80,10 @@ def estimate(log: Log, zero: float | None) -> Estimated | None:
     if first is None or DELAY not in first.average.best.effects:
         return first
     delay = first.average.best.value(DELAY)[0]
-    if abs(delay) > _LATE * log.duration:
+    if log.time is None or abs(delay) > _LATE * log.duration:
         return first
     # The late cell's readings at the time they are of.
-    time = np.arange(len(log.way), dtype=float) if log.time is None else log.time
-    moved = np.interp(time + abs(delay), time, log.load if delay > 0.0 else log.motor)
+    moved = np.interp(log.time + abs(delay), log.time, log.load if delay > 0.0 else log.motor)
     shifted = replace(log, load=moved) if delay > 0.0 else replace(log, motor=moved)
     again = _settle(shifted, zero)
     if again is None:

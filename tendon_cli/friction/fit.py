@@ -67,12 +67,11 @@ def fit_friction(
     cells = cells_of(cell_uncertainty, readings.unit)
     # Forces of 1e-320 are above zero, and their ratios overflow: the checks refuse them, and need no other warning.
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-        angles, angle_share, given = bend_angles(readings, bend)
+        angles, angle_share, bend = bend_angles(readings, bend)
         prepared = prepare(readings, angles, motor, zeros)
         result = _estimated(readings, prepared, cells)
         error = uncertainty_of(result, prepared.log, readings.unit or "unit of the file", angle_share, cells)
-        bend = bend or BendAngle(None, 0.0, _angles_text(result.points.bend) if given else "not given")
-        fit = _assembled(readings, prepared, result, error, bend, _rows(readings, prepared, result, angles), given)
+        fit = _assembled(readings, prepared, result, error, bend, _rows(readings, prepared, result, angles))
         seen = Remarks(fit, prepared.log, result, readings.time_unit, any(zeros))
         return replace(fit, checks=tuple(seen.checks), notes=tuple(seen.notes), warnings=tuple(seen.warnings))
 
@@ -104,23 +103,24 @@ def _estimated(readings: Readings, prepared: Prepared, cells: tuple[float, float
 
 
 def _assembled(
-    readings: Readings, prepared: Prepared, result: Estimated, error: FrictionUncertainty, bend: BendAngle,
-    rows: pd.DataFrame, given: bool,
+    readings: Readings, prepared: Prepared, result: Estimated, error: FrictionUncertainty, bend: BendAngle | None,
+    rows: pd.DataFrame,
 ) -> Fit:  # fmt: skip
     """What is reported of an estimate, but for what is remarked of it."""
     log, average, points = prepared.log, result.average, result.points
     ways = {"toward_motor": 1, "toward_load": -1}
     directions = {name: part for name, way in ways.items() if (part := _direction(log, result, way)) is not None}
-    strokes = strokes_of(rows, average.friction, given, readings.files)
+    strokes = strokes_of(rows, average.friction, bend is not None, readings.files)
     mean = float(np.mean(points.bend))
+    about = bend or BendAngle(None, 0.0, "not given")
     return Fit(
         friction_bend=average.friction * mean,
-        bend_angle=mean if given else None,
+        bend_angle=mean if bend else None,
         uncertainty=error,
         gain_ratio=math.exp(average.log_gain),
         by_direction=directions,
         plain=_plain(log, result, directions),
-        bend=bend,
+        bend=about,
         motor=prepared.motor,
         is_log=not log.settled,
         rows=rows,
@@ -130,8 +130,8 @@ def _assembled(
         files=by_file(strokes, readings.files),
         points=_table(result),
         checks=(),
-        notes=(*bend.notes, *prepared.notes),
-        warnings=(*bend.warnings, *prepared.warnings),
+        notes=(*about.notes, *prepared.notes),
+        warnings=(*about.warnings, *prepared.warnings),
         unit=readings.unit,
         source=readings.source,
         sha256=readings.sha256,
@@ -144,11 +144,6 @@ def _table(result: Estimated) -> pd.DataFrame:
     effects = best.shape(points)
     columns = {"way": points.way, "force": points.load, "misfit": best.residual + effects, "effects": effects}
     return pd.DataFrame(columns | ({} if points.rate is None else {"rate": points.rate}))
-
-
-def _angles_text(angles: Floats) -> str:
-    degrees = [f"{math.degrees(angle):.10g} deg" for angle in np.unique(angles)]
-    return ", ".join(degrees) if len(degrees) <= 6 else f"{len(degrees)} angles, {degrees[0]} to {degrees[-1]}"
 
 
 def _direction(log: Log, result: Estimated, way: int) -> DirectionFit | None:

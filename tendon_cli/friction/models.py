@@ -36,16 +36,16 @@ _RIDGE = 1e-14
 
 @dataclass(frozen=True, eq=False)
 class Products:
-    """Cross products of columns within strokes and between them: all that a likelihood needs."""
+    """Cross products of columns within strokes and, by their length, between them: all that a likelihood needs.
+
+    `strokes` is how many there are of each length, `size` the number of independent points.
+    """
 
     within: Floats
     between: Floats
-    """Per length of stroke."""
     lengths: Floats
     strokes: Floats
-    """How many of each length."""
     size: float
-    """Independent points."""
 
     @classmethod
     def of(cls, columns: list[Floats], points: Log, kappa: float) -> Products:
@@ -66,11 +66,10 @@ class Products:
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A line at one ratio of variances between strokes and within."""
+    """A line with its variance within strokes, at one ratio of that between strokes to it."""
 
     values: Floats
     variance: float
-    """Within strokes."""
     ratio: float
     loglik: float
 

@@ -43,17 +43,17 @@ goes against it, correlated by half, is another tendon's."""
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A log, and where its rows are in the file."""
+    """A log, and where it comes from: `rows` are those of the readings that its rows are.
+
+    `codes` say per reading why it is set aside, `USED` for what is in the log; `cells` are the motor's and the load's
+    of all readings, zeros taken off; `motor` is "1" or "2", the cell at the motor.
+    """
 
     log: Log
     rows: Integers
-    """Row of the readings that each row of the log is."""
     codes: npt.NDArray[np.int8]
-    """Per reading: why it is set aside, `USED` for what is in the log."""
     cells: tuple[Floats, Floats]
-    """The motor's and the load's, zeros taken off, of all readings."""
     motor: str
-    """"1" or "2", the cell at the motor."""
     notes: list[str]
     warnings: list[str]
 

@@ -21,52 +21,52 @@ _MOST_STRETCHES = 20
 
 @dataclass(frozen=True)
 class DirectionFit:
-    """μ from the readings of one direction alone, with the gain of the cells taken as 1, as the paper does it."""
+    """μ from the readings of one direction alone, with the gain of the cells taken as 1, as the paper does it.
+
+    The standard error is None if the direction has one stroke only; `plain` is the plain answer, the median of
+    |ln ratio| over the bend angle by rows beyond the middle; `used` counts the readings.
+    """
 
     friction: float
     standard_error: float | None
-    """None if the direction has one stroke only."""
     plain: float
-    """The plain answer: the median of |ln ratio| over the bend angle, by rows beyond the middle."""
     used: int
-    """Readings used."""
 
 
 @dataclass(frozen=True)
 class SetAside:
-    """Readings that are not used, for one reason."""
+    """Readings that are not used, for one reason, with the first and last line of the first 20 stretches of them."""
 
     reason: str
     rows: int
     lines: tuple[tuple[int, int], ...]
-    """First and last line of the file of the first 20 stretches."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that may be wrong with the rig, as the readings show it."""
+    """One thing that may be wrong with the rig, and whether the readings show it; None if they cannot.
+
+    `effect_on_friction` is what it does to μ if it is left out of the fit, as a share of μ.
+    """
 
     name: str
     value: float | None
-    """None if the readings cannot show it."""
     standard_error: float | None
     unit: str
     found: bool | None
-    """Whether the readings show it; None if they cannot."""
     effect_on_friction: float | None
-    """What it does to μ if it is left out of the fit, as a share of μ."""
 
 
 @dataclass(frozen=True)
 class Plain:
-    """The plain answer, to compare the fit with."""
+    """The plain answer: the mean of both directions' medians, in which gains cancel.
+
+    Leaving rows out moves it, and effects and the weights of strokes move it further, each by a share of μ.
+    """
 
     friction: float
-    """Mean of both directions' medians, which gains cancel in."""
     moved_by_rows: float
-    """Share of μ by which leaving rows out moves it."""
     moved_by_fit: float
-    """Share of μ by which effects and the weights of strokes move it further."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

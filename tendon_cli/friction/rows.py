@@ -49,31 +49,29 @@ _SAME_BEND = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """What the estimator sees of a file; a value per row."""
+    """What the estimator sees of a file; a value per row.
+
+    `way` is +1 pulled toward the motor, -1 let go toward the load; `stroke` is 0, 1, ... rising, without gaps; `place`
+    goes along the file from -1/2 to 1/2. `middle` and `half` are the middle and half distance of the log ratio's two
+    limits at the bend of the row, `noise` its standard deviation, rounding included. `steps` are the resolutions of the
+    motor's and of the load's cell; `time` is None if rows are no log in order of time. A power of the force counts
+    from `mean_force`, the mean of ln F at the load; `rate` is d ln F/dt.
+    """
 
     motor: Floats
     load: Floats
     way: Integers
-    """+1 pulled toward the motor, -1 let go toward the load."""
     bend: Floats
     stroke: Integers
-    """0, 1, ... rising, without gaps."""
     place: Floats
-    """Along the file, from -1/2 to 1/2."""
     middle: Floats
     half: Floats
-    """Middle and half distance of the log ratio's two limits at the bend of the row."""
     noise: Floats
-    """Standard deviation of the log ratio, rounding included."""
     steps: tuple[float, float]
-    """Resolution of the motor's and of the load's cell."""
     time: Floats | None
-    """None if rows are no log in order of time."""
     settled: bool
     mean_force: float
-    """Mean of ln F at the load, from which a power of the force counts."""
     rate: Floats | None = None
-    """d ln F/dt."""
 
     @property
     def log_ratio(self) -> Floats:
@@ -81,14 +79,14 @@ class Log:
         return np.asarray(np.log(self.motor / self.load))
 
     @property
-    def first(self) -> Integers:
-        """First row of each stroke, and one past the last row."""
-        return np.searchsorted(self.stroke, np.arange(self.stroke[-1] + 2))
-
-    @property
     def strokes(self) -> int:
         """How many."""
         return int(self.stroke[-1]) + 1
+
+    @property
+    def first(self) -> Integers:
+        """First row of each stroke, and one past the last row."""
+        return np.searchsorted(self.stroke, np.arange(self.strokes + 1))
 
     @property
     def duration(self) -> float:
@@ -104,8 +102,7 @@ class Log:
 
     def taken(self, rows: Mask) -> Log:
         """Some of the rows, their strokes counted anew."""
-        columns = self._columns()
-        columns = {name: column[rows] for name, column in columns.items()}
+        columns = {name: column[rows] for name, column in self._columns().items()}
         columns["stroke"] = np.unique(columns["stroke"], return_inverse=True)[1]
         return replace(self, **columns)
 

@@ -25,10 +25,9 @@ _STICK = (0.05, 0.35)
 
 @dataclass(frozen=True)
 class Speed:
-    """How μ goes with the motor's speed."""
+    """The power of the motor's speed that μ goes with."""
 
     power: float
-    """μ goes with the speed to this power."""
     standard_error: float
     slowest: float
     fastest: float
@@ -36,12 +35,13 @@ class Speed:
 
 @dataclass(frozen=True)
 class Presliding:
-    """What the motor does before the tendon slides: medians over the reversals."""
+    """What the motor does before the tendon slides: medians over the reversals.
+
+    `stiffness` is its force per unit of its position, `backlash` its travel after a reversal before the force follows.
+    """
 
     stiffness: float
-    """Force at the motor per unit of its position."""
     backlash: float
-    """Travel after a reversal before the force follows, in the unit of the position."""
     reversals: int
 
 

@@ -25,11 +25,6 @@ _UNCERTAINTY = {"uncertainty", "std", "sd", "sigma", "error", "unsicherheit"}
 _STROKE, _DIRECTION = {"stroke", "hub"}, {"direction", "dir", "richtung", "case"}
 _ANGLE = {"bend", "wrap", "bending", "wrapping", "contact"}
 _SPEED = {"speed", "velocity", "rate", "rpm", "geschwindigkeit", "drehzahl"}
-_NOT_A_FORCE = _SPEED | _STROKE | _DIRECTION | {
-    "position", "pos", "current", "angle", "torque", "temperature", "temp", "voltage", "status", "displacement",
-    "setpoint", "command", "target", "encoder", "count", "counts", "error", "raw", "stretch", "offset", "x", "y", "z",
-    "id", "number", "no", "note", "comment", "std", "sd",
-}  # fmt: skip
 _FILLERS = {"at", "the", "of", "side", "end", "on", "mean", "measured", "value"}
 _UNDERSTOOD = _FORCE | _FIRST | _SECOND | _MOTOR | _LOAD | _FILLERS
 _WRITTEN_UNITS = {
@@ -49,7 +44,7 @@ class Heading:
     index: int
     header: str
     role: str
-    """"cell", "time", "direction", "stroke", "bend angle", "bend angle uncertainty", or "" if it is not read."""
+    """"cell", "time", "direction", "stroke", "bend_angle", "bend_uncertainty", or "" if it is not read."""
     unit: str | None = None
     cell: int | None = None
     """1 or 2, if the header numbers the load cells."""
@@ -93,7 +88,7 @@ def _heading(index: int, header: str) -> Heading:
     known = _words(text)
     column = Heading(index, header, "", unit)
     if "angle" in known and known & _ANGLE:
-        return replace(column, role="bend angle uncertainty" if known & _UNCERTAINTY else "bend angle")
+        return replace(column, role="bend_uncertainty" if known & _UNCERTAINTY else "bend_angle")
     if unit is None and len(known) == 1 and known <= _STROKE | _DIRECTION:
         return replace(column, role="stroke" if known <= _STROKE else "direction")
     if known & _TIME and not known & (_FORCE | _MOTOR | _LOAD):
@@ -101,10 +96,9 @@ def _heading(index: int, header: str) -> Heading:
     foreign = unit in UNITS and force_factor(unit) is None  # the mm of a motor's position
     cell = 1 if known & _FIRST else 2 if known & _SECOND else None
     end = "motor" if known & _MOTOR else "load" if known & _LOAD else None
-    named = end is not None or (cell is not None and bool(known & _FORCE))
-    if not named or foreign or known & _NOT_A_FORCE or not known <= _UNDERSTOOD:
-        return column
-    return replace(column, role="cell", cell=cell, end=end)
+    is_named = end is not None or (cell is not None and bool(known & _FORCE))
+    is_cell = is_named and not foreign and known <= _UNDERSTOOD
+    return replace(column, role="cell", cell=cell, end=end) if is_cell else column
 
 
 def _take_unit(text: str) -> tuple[str | None, str]:

@@ -26,7 +26,7 @@ LARGEST_BEND = 100.0
 """More than fifteen turns, in rad: no sheath on a rig, but a number in degrees taken for radians."""
 _MANY = 40
 """Rows in which a cell that works reads two values at least."""
-_WEAKEST, _STRONGEST = 1e-9, 1e12
+_STRONGEST = 1e12
 _LARGEST_RATIO = 20.0
 """Of one cell over the other: what a decimal comma leaves of "1,236" is a thousand."""
 _ANGLES = {"deg": math.pi / 180.0, "rad": 1.0, "mrad": 1e-3}
@@ -128,20 +128,17 @@ def _assembled(table: Table, position: str | None) -> Readings:
     """The columns that are read, in one unit."""
     first, second = table.cells
     factors = check_units(first, second, table.place)
-    rows: dict[str, Any] = {"line": table.lines}
-    for name, cell, factor in zip(("cell_1", "cell_2"), (first, second), factors, strict=True):
-        rows[name] = table.numbers(cell) * factor
-    moved = _motion(table, position)
+    rows = {"line": table.lines, "cell_1": table.numbers(first) * factors[0]}
+    rows["cell_2"] = table.numbers(second) * factors[1]
+    moved = None if position is None else named_column(table.columns, position)
     if moved:
         rows["position"] = table.numbers(moved)
-    time = table.find("time")
-    if time:
-        rows["time"] = _times(table, time)
-    rows |= {role: table.names(column) for role in ("direction", "stroke") if (column := table.find(role))}
-    for name in ("bend_angle", "bend_uncertainty") if table.find("bend angle") else ():
-        column = table.find(name.replace("_", " ").replace("uncertainty", "angle uncertainty"))
-        if column:
-            rows[name] = _radians(table, column)
+    elif position is not None:
+        hint = f"the columns are {', '.join(column.shown for column in table.columns[:12])}"
+        raise UsageError(f'there is no column "{shorten(position)}"', where="--position", hint=hint)
+    reads = {"time": _times, "bend_angle": _radians, "bend_uncertainty": _radians}
+    columns = {role: table.find(role) for role in (*reads, "direction", "stroke")}
+    rows |= {role: reads.get(role, Table.names)(table, column) for role, column in columns.items() if column}
     ends = [(first.end, "1", "2"), (second.end, "2", "1")]
     return Readings(
         rows=pd.DataFrame(rows, copy=False),
@@ -151,19 +148,10 @@ def _assembled(table: Table, position: str | None) -> Readings:
         position_name=moved.header if moved else "",
         position_is_speed=bool(moved and moved.is_speed),
         unit=first.unit if first.unit == second.unit else "N",
-        time_unit=time.unit if time else None,
+        time_unit=columns["time"].unit if columns["time"] else None,
         motor=next((this if end == "motor" else other for end, this, other in ends if end), None),
         files=(table.source,),
     )
-
-
-def _motion(table: Table, position: str | None) -> Heading | None:
-    """The column that the option names."""
-    column = None if position is None else named_column(table.columns, position)
-    if position is not None and column is None:
-        hint = f"the columns are {', '.join(column.shown for column in table.columns[:12])}"
-        raise UsageError(f'there is no column "{shorten(position)}"', where="--position", hint=hint)
-    return column
 
 
 def _times(table: Table, column: Heading) -> Floats:
@@ -185,7 +173,7 @@ def _radians(table: Table, column: Heading) -> Floats:
     bad = np.flatnonzero(~(values >= 0.0))
     if len(bad):
         raise InputError("the bend angle is missing or negative", where=table.place(column, int(bad[0])))
-    if column.role == "bend angle" and not 0.0 < values.max() <= LARGEST_BEND:
+    if column.role == "bend_angle" and not 0.0 < values.max() <= LARGEST_BEND:
         problem = f"bend angles reach {values.max():.4g} rad, expected above 0 and at most 100"
         raise InputError(problem, where=table.place(column))
     return values
@@ -228,12 +216,10 @@ def joined(parts: list[Readings]) -> Readings:
 def check_forces(readings: Readings) -> None:
     """Refuse forces that no two working cells give."""
     cells, source = readings.cells, readings.source
-    for cell in cells:
-        pulled, largest = np.nanmax(cell, initial=0.0), np.nanmax(np.abs(cell), initial=0.0)
-        if 0.0 < pulled <= _WEAKEST or largest >= _STRONGEST:
-            reached = largest if largest >= _STRONGEST else pulled
-            problem = f"forces reach {reached:.3g}, which no load cell reads"
-            raise InputError(problem, where=source, hint="is the unit right?")
+    largest = max(float(np.nanmax(np.abs(cell), initial=0.0)) for cell in cells)
+    if largest >= _STRONGEST:
+        problem = f"forces reach {largest:.3g}, which no load cell reads"
+        raise InputError(problem, where=source, hint="is the unit right?")
     fixed = all(np.nanmin(cell, initial=np.inf) == np.nanmax(cell, initial=-np.inf) for cell in cells)
     named = len(readings.codes("direction")[0]) if "direction" in readings.rows else 0
     if fixed and (len(readings.rows) >= _MANY or named > 1):
@@ -241,7 +227,7 @@ def check_forces(readings: Readings) -> None:
         raise InputError("both cells read the same in every row", where=source, hint=hint)
     known = (cells[0] > 0.0) & (cells[1] > 0.0)
     one, two = cells[0][known], cells[1][known]
-    if known.any() and not (np.any(one != np.round(one)) or np.any(two != np.round(two))):
+    if known.any() and np.all(one == np.round(one)) and np.all(two == np.round(two)):
         ratio = float(np.exp(np.median(np.abs(np.log(one / two)))))
         if ratio > _LARGEST_RATIO:
             hint = "a decimal comma read as a separator? separate the columns by semicolons"

@@ -5,9 +5,8 @@ from __future__ import annotations
 import errno
 import hashlib
 import os
-import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +44,7 @@ class Table:
     header: int | None = None
     """Line of the header; None in a frame."""
     separator: str = ""
-    decimal: str = field(default="")
+    decimal: str = ""
     """The decimal sign, known from the first number that has one."""
 
     def place(self, column: Heading, row: int | None = None) -> str:
@@ -59,7 +58,7 @@ class Table:
         alike = [column for column in self.columns if column.role == role]
         if len(alike) > 1:
             where = self.source if self.header is None else f"{self.source}, line {self.header}"
-            raise InputError(f"two columns give the {role}", where=where)
+            raise InputError(f"two columns give the {role.replace('_', ' ')}", where=where)
         return alike[0] if alike else None
 
     def names(self, column: Heading) -> Any:
@@ -67,7 +66,6 @@ class Table:
         data = self.data[column.index]
         if isinstance(data, np.ndarray):
             return pd.Categorical([str(value) for value in data.tolist()])
-
         coded = data.dictionary_encode()
         return pd.Categorical.from_codes(coded.indices.to_numpy(), categories=coded.dictionary.to_pylist())
 
@@ -76,9 +74,7 @@ class Table:
         data = self.data[column.index]
         try:
             values = data.astype(np.float64) if isinstance(data, np.ndarray) else self._parsed(column)
-        except (TypeError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
+        except (TypeError, ValueError):
             raise InputError("is not a column of numbers", where=self.place(column)) from None
         if np.isinf(values).any():
             row = int(np.argmax(np.isinf(values)))
@@ -96,7 +92,10 @@ class Table:
         good = pc.or_(missing, pc.match_substring_regex(text, f"^{_NUMBER}$"))
         if not pc.all(good).as_py():
             row = int(np.argmin(good.to_numpy(zero_copy_only=False)))
-            raise _no_number(text[row].as_py(), self.place(column, row))
+            hint = "numbers stand without unit and without a separator of thousands"
+            raise InputError(
+                f'"{shorten(text[row].as_py())}" is not a number', where=self.place(column, row), hint=hint
+            )
         self._check_signs(text, column)
         plain = pc.utf8_ltrim(pc.replace_substring(text, ",", "."), "+")
         values = pc.cast(pc.if_else(missing, "nan", plain), pa.float64())
@@ -132,17 +131,6 @@ class Table:
                 f" digits after it, and line {self.lines[whole]} has a whole number of 100 or more"
             )
             check(min(signs.values()), problem, "write all numbers of the column with the same number of decimals")
-
-
-def _no_number(text: str, place: str) -> InputError:
-    if re.fullmatch(r"[+-]?(?:inf|infinity|1\.#inf|∞)", text, re.IGNORECASE):
-        return InputError(f'"{shorten(text)}" is not a finite number', where=place)
-    hint = None
-    if re.match(r"[+-]?[\d.,]+\s*[^\d\s.,]", text) or text[:1] in "([{":
-        hint = "units belong in the header"
-    elif re.fullmatch(r"[+-]?\d+[.,][\d.,]+", text):
-        hint = "write numbers without a separator of thousands"
-    return InputError(f'"{shorten(text)}" is not a number', where=place, hint=hint)
 
 
 def name_of(path: Path) -> str:
