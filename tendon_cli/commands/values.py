@@ -87,9 +87,8 @@ def _held(ctx: typer.Context) -> dict[str, str]:
     source = _source(ctx)
     if source is None:
         return {}
-    import pyarrow.parquet as pq
-
     from tendon_cli.cube.source import file_of, table_in
+    from tendon_cli.tables.read import TableFiles
 
     try:
         if source.suffix.lower() == ".csv":
@@ -99,7 +98,7 @@ def _held(ctx: typer.Context) -> dict[str, str]:
             file = min(file.glob("part-*.parquet")) if file.is_dir() else file
             if not file.is_file():  # a pipe would be waited for
                 return {}
-            schema = pq.read_schema(file)
+            schema = TableFiles((file,)).schema
     except (TendonError, OSError, ValueError):  # an error of Arrow is one of the latter two
         return {}
     return {name: (schema.field(name).metadata or {}).get(b"long_name", b"").decode() for name in schema.names}

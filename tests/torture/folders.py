@@ -12,7 +12,6 @@ import tempfile
 import threading
 import zlib
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -54,14 +53,8 @@ maximise = ["tolerance"]
 """Six parts of one choice each; the best lies between two of them, so that a part is written once more."""
 
 
-@dataclass(frozen=True)
-class Verb:
-    task: type
-    study: str
-    record: str
-
-
-VERBS = {"sweep": Verb(Sweep, STUDY, "run.json"), "design": Verb(Choices, QUESTION, "design.json")}
+VERBS = {"sweep": (Sweep, STUDY, "run.json"), "design": (Choices, QUESTION, "design.json")}
+"""What carries it out, a study, its record."""
 WAYS = ("", "resume", "overwrite")
 FIGURE = "figure.png"
 FAST = "/dev/shm" if os.access("/dev/shm", os.W_OK) else None  # noqa: S108 - folders of random names
@@ -74,8 +67,8 @@ def draw(_study, _folder, place, _record):
     return [FIGURE], [], None
 
 
-def outcome(record, _out, *, up_to_date=False, note=None):
-    return SimpleNamespace(record=record, up_to_date=up_to_date, note=note)
+def outcome(record, _out, **more):
+    return SimpleNamespace(record=record, **more)
 
 
 # --- Harm ------------------------------------------------------------------------------------------------------------
@@ -100,21 +93,13 @@ def lengthen(file, chance):
         end.write(chance.randbytes(chance.randrange(1, 600)))
 
 
-def lose_sector(file, chance):
-    """What a disk gives back for a sector that it lost."""
-    content = bytearray(file.read_bytes() or b"\0")
-    start = chance.randrange(len(content)) // 512 * 512
-    content[start : start + 512] = bytes(len(content[start : start + 512]))
-    file.write_bytes(content)
-
-
 def swap(file, _chance):
     """A whole part, but that of another table."""
     other = file.parents[1] / ("designs.parquet" if file.parent.name == "states.parquet" else "states.parquet")
     file.write_bytes((other / file.name).read_bytes() if (other / file.name).exists() else b"")
 
 
-HARMS = [delete, truncate, flip, lengthen, lose_sector, swap]
+HARMS = [delete, truncate, flip, lengthen, swap]
 
 
 def broken(journal, chance):
@@ -180,17 +165,17 @@ class Folder:
     """A run folder, and beside it files of a stranger that nobody may touch."""
 
     def __init__(self, name, *, is_first=False):
-        self.verb, self.name, self.patch = VERBS[name], name, pytest.MonkeyPatch()
+        (self.task, text, record), self.name, self.patch = VERBS[name], name, pytest.MonkeyPatch()
         for part in ("STATES_PER_PART", "STATES_PER_FILE", "DESIGNS_PER_PART"):
             self.patch.setattr(plan, part, 1)
         self.patch.setattr(choices, "CHOICES_PER_PART", 1)
         self.home = Path(tempfile.mkdtemp(dir=FAST))
-        self.run, self.record = self.home / "run", self.home / "run" / self.verb.record
+        self.run, self.record = self.home / "run", self.home / "run" / record
         self.journal, self.stranger = self.run / "journal.jsonl", self.home / "stranger"
         self.stranger.mkdir()
-        (self.home / "study.toml").write_text(self.verb.study, encoding="utf-8")
+        (self.home / "study.toml").write_text(text, encoding="utf-8")
         self.study = load_study(self.home / "study.toml")
-        self.parts = self.verb.task.of(self.study).parts
+        self.parts = self.task.of(self.study).parts
         self.forms = {} if is_first else forms_of(name)
         self.whole = {file: forms[-1] for file, forms in self.forms.items()}
         self.harmed, self.strangers, self.seen = set(), {}, []
@@ -208,7 +193,9 @@ class Folder:
 
     @property
     def hashes(self):
-        return {name_in(self.run, file): file_sha256(file) for file in self.run.rglob("*.parquet") if file.is_file()}
+        return {
+            str(file.relative_to(self.run)): file_sha256(file) for file in self.run.rglob("*.parquet") if file.is_file()
+        }
 
     @property
     def damaged(self):
@@ -219,17 +206,15 @@ class Folder:
     @property
     def kept(self):
         """Parts that need not be made anew."""
-        task, damaged = self.verb.task.of(self.study), {*self.damaged}
-        known = (
-            {entry["part"] for entry in entries(self.journal.read_bytes()) if "part" in entry}
-            if self.journal.exists()
-            else ()
-        )
-        known = range(self.parts) if self.finished else known
-        return [index for index in known if damaged.isdisjoint(task.files(index).values())]
+        files, damaged, journal = self.task.of(self.study).files, {*self.damaged}, self.entries()
+        known = range(self.parts) if self.finished else {entry["part"] for entry in journal if "part" in entry}
+        return [index for index in known if damaged.isdisjoint(files(index).values())]
+
+    def entries(self):
+        return entries(self.journal.read_bytes()) if self.journal.exists() else []
 
     def times(self, parts):
-        task = self.verb.task.of(self.study)
+        task = self.task.of(self.study)
         files = [self.run / name for index in parts for name in task.files(index).values()]
         return {file: file.stat().st_mtime_ns for file in files}
 
@@ -255,7 +240,7 @@ class Folder:
 
     # --- What is done
 
-    def carry_out(self, way="resume", *, lock=True, stop_after=None, jobs=1):
+    def carry_out(self, way="resume", *, lock=True, stop_after=None):
         """The outcome; stopped after so many parts. Raises TendonError or Killed."""
         stop = threading.Event()
 
@@ -263,10 +248,10 @@ class Folder:
             if stop_after is not None and done >= stop_after:
                 stop.set()
 
-        how = How(jobs=jobs, lock=lock, draw=draw, progress=progress, stop=stop)
         ways = {"resume": way == "resume", "overwrite": way == "overwrite"}
+        how = How(jobs=1, lock=lock, draw=draw, progress=progress, stop=stop, **ways)
         try:
-            return carried_out(self.verb.task, outcome, self.study, self.run, How(**vars(how) | ways))
+            return carried_out(self.task, outcome, self.study, self.run, how)
         finally:
             self.seen = self.disk.seen
             self.disk.begin()
@@ -333,7 +318,7 @@ class Folder:
 
     def lose(self, parts):
         """Parts cannot be made: exit 6, all others are kept."""
-        fill, lost = self.verb.task.fill, {*parts} & {*range(self.parts)} - {*self.kept}
+        fill, lost = self.task.fill, {*parts} & {*range(self.parts)} - {*self.kept}
 
         def fails(task, tables, index):
             if index in parts:
@@ -341,7 +326,7 @@ class Folder:
             return fill(task, tables, index)
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(self.verb.task, "fill", fails)
+            patch.setattr(self.task, "fill", fails)
             ended = self.ended()
         if isinstance(ended, TendonError):
             assert (ended.exit, "--resume" in ended.hint) == (6, True)
@@ -356,9 +341,9 @@ class Folder:
         """A file is not any more as it was written."""
         files = sorted(self.run.glob("**/*.parquet"))
         files = [file for file in files if file.is_file() and not file.is_symlink()]
-        if files and (not self.journal.exists() or has_header(entries(self.journal.read_bytes()))):
+        if files and (not self.journal.exists() or has_header(self.entries())):
             file = files[at % len(files)]
-            self.harmed.add(name_in(self.run, file))
+            self.harmed.add(str(file.relative_to(self.run)))
             how(file, chance)
 
     def link(self, at):
@@ -380,27 +365,21 @@ class Folder:
             self.journal.write_bytes(content)
 
     def forge(self, chance):
-        """Somebody changes what a record or a journal says: one message, or a run that stands; never a bug."""
-        file = self.record if self.finished else self.journal
-        if not file.exists() or (self.damaged and self.finished) or self.name == "design":
+        """Somebody changes what a journal says: one message, or a run that stands; never a bug."""
+        lines = self.entries()
+        if self.finished or not lines or self.name == "design":
             return  # notes of an answer's parts decide on its rows: forged ones give another answer
-        before = file.read_bytes()
-        if self.finished:
-            file.write_text(json.dumps(changed(json.loads(before), chance)), encoding="utf-8")
-        else:
-            lines = entries(before)
-            at = chance.randrange(len(lines)) if lines else 0
-            lines[at : at + 1] = [changed(entry, chance) for entry in lines[at : at + 1]]
-            file.write_bytes(b"".join(map(journal_module._line, lines)))
+        before, at = self.journal.read_bytes(), chance.randrange(len(lines))
+        lines[at] = changed(lines[at], chance)
+        self.journal.write_bytes(b"".join(map(journal_module._line, lines)))
         ended = self.ended()
         if isinstance(ended, TendonError):
             assert ended.exit in (5, 7)
         else:
             assert self.hashes == self.whole
-        if file == self.journal and self.finished:
-            self.record.unlink()
-            (self.run / FIGURE).unlink()
-        file.write_bytes(before)
+        for file in (self.record, self.run / FIGURE) if self.finished else ():
+            file.unlink()
+        self.journal.write_bytes(before)
 
     def refuse(self, why, way):
         """Another run writes here, nothing can be locked, no journal can be read: exit 7, and nothing is touched."""
@@ -417,7 +396,7 @@ def forms_of(name):
 
     def noted(source, target):
         if Path(target).suffix == ".parquet":
-            forms.setdefault(name_in(folder.run, Path(target)), []).append(file_sha256(source))
+            forms.setdefault(str(Path(target).relative_to(folder.run)), []).append(file_sha256(source))
         return replace(source, target)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -425,10 +404,6 @@ def forms_of(name):
         folder.carry_out()
     folder.close()
     return forms
-
-
-def name_in(run, file):
-    return str(file.relative_to(run))
 
 
 # --- Why a run may be refused ----------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def fuzzed(folder, *words, warn="error"):
     assert ran.returncode == 0, f"the process itself ended or hung, on the file in its folder: {ran.returncode} {said}"
     tally = json.loads((folder / "tally.json").read_text("utf-8"))
     assert tally["faults"] == {}
-    assert tally["peak_megabytes"] < MOST_MEGABYTES
+    assert tally["peak"] < MOST_MEGABYTES
     assert tally["slowest"] < (LONGEST if "--guided" not in words else 60.0)
     return tally, ran.stderr
 

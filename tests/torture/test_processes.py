@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -150,56 +151,40 @@ for step in first again second; do
 done
 """
 """A command on a small disk, twice, then with more room; what stands on it each time is kept."""
+STEPS = ("first", "again", "second")
+SIZES = some([300], [60, 80, 120, 200, 400, 600])
+"""A whole run takes about 1 MB; the least that is asked for beforehand is under 40 kB."""
 
 
-@pytest.fixture
-def on_a_small_disk(tmp_path):
-    """Run a command three times with a small file system on `disk`, in a name space of mounts of its own."""
+@pytest.mark.parametrize("kilobytes", SIZES)
+def test_a_full_disk_is_exit_5_and_the_run_goes_on_with_more_room(undisturbed, hashes_in, tmp_path, kilobytes):
+    """In a name space of mounts of its own."""
     alone = ["unshare", "--mount", *([] if os.geteuid() == 0 else ["--map-root-user"])]
     probe = [*alone, "mount", "-t", "tmpfs", "tmpfs", "/mnt"]
     if shutil.which("unshare") is None or subprocess.run(probe, check=False, capture_output=True).returncode:
         pytest.skip("no file system can be mounted here")
-
-    def call(kilobytes, *words):
-        (tmp_path / "disk").mkdir()
-        script = [*alone, "sh", "-c", FULL, "sh", str(kilobytes), *command(SMALL, *words)]
-        subprocess.run(script, check=True, cwd=tmp_path, timeout=180)
-        codes = [int((tmp_path / f"{step}.exit").read_text()) for step in ("first", "again", "second")]
-        return codes, lambda step, kind: (tmp_path / f"{step}.{kind}").read_text()
-
-    return call
-
-
-# A whole run takes about 1 MB; the least that is asked for beforehand is under 40 kB.
-SIZES = some([300], [60, 80, 120, 200, 400, 600])
-
-
-@pytest.mark.parametrize("kilobytes", SIZES)
-def test_a_full_disk_is_exit_5_and_the_run_goes_on_with_more_room(
-    on_a_small_disk, undisturbed, hashes_in, tmp_path, kilobytes
-):
-    study, whole = study_in(tmp_path) / "study.toml", undisturbed("sweep")
-    words = ("sweep", study, "--out", "disk/run", "--jobs", "2", "--resume", "--json")
-    codes, said = on_a_small_disk(kilobytes, *words)
-    kept = [hashes_in(tmp_path / step / "run") for step in ("first", "again", "second")]
-    assert codes == [5, 5, 0]
-    for step, tables in zip(("first", "again"), kept, strict=False):
-        error = json.loads(said(step, "out"))["error"]
+    study_in(tmp_path), (tmp_path / "disk").mkdir()
+    words = ("sweep", "study.toml", "--out", "disk/run", "--jobs", "2", "--resume", "--json")
+    script = [*alone, "sh", "-c", FULL, "sh", str(kilobytes), *command(SMALL, *words)]
+    subprocess.run(script, check=True, cwd=tmp_path, timeout=180)
+    assert [int((tmp_path / f"{step}.exit").read_text()) for step in STEPS] == [5, 5, 0]
+    whole, kept = undisturbed("sweep"), [hashes_in(tmp_path / step / "run") for step in STEPS]
+    for step, tables in zip(STEPS[:2], kept, strict=False):
+        error = json.loads((tmp_path / f"{step}.out").read_text())["error"]
         assert (error["exit"], error["kind"], "space" in error["message"]) == (5, "output", True)
-        assert "Traceback" not in said(step, "err")
+        assert "Traceback" not in (tmp_path / f"{step}.err").read_text()
         assert not (tmp_path / step / "run/run.json").exists()
         assert not temporary_files(tmp_path / step)
         assert tables.items() <= whole.items()
     assert kept[0].items() <= kept[1].items()
     assert kept[2] == whole
-    assert json.loads(said("second", "out"))["resumed_parts"] >= len(kept[0]) // 2 - 4
+    assert json.loads((tmp_path / "second.out").read_text())["resumed_parts"] >= len(kept[0]) // 2 - 4
 
 
-def test_a_disk_that_cannot_hold_the_run_is_told_beforehand(on_a_small_disk, tmp_path):
-    words = ("sweep", study_in(tmp_path) / "study.toml", "--out", "disk/run", "--no-figures", "--json")
-    codes, said = on_a_small_disk(16, *words)
-    assert (codes[0], json.loads(said("first", "out"))["error"]["kind"]) == (2, "size")
-    assert not list((tmp_path / "first").iterdir())
+def test_a_disk_that_cannot_hold_the_run_is_told_beforehand(tendon, place, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=16_000))
+    ran = tendon("sweep", place / "study.toml", "--out", place / "run", "--json")
+    assert (ran.exit, ran.json["error"]["kind"], (place / "run").exists()) == (2, "size", False)
 
 
 @pytest.mark.parametrize("kilobytes", some([4], [1, 2, 8, 16]))

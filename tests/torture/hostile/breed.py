@@ -6,6 +6,9 @@ import io
 import json
 import tomllib
 
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from .seeds import PLAIN_TOML, TOKENS
 
 NUMBERS = [None, 0.0, -0.0, 1.0, -1.0, 5e-324, 1e308, -1e308, float("inf"), float("-inf"), float("nan")]
@@ -155,8 +158,6 @@ def in_place(content, chance, change):
 
 def retold(content, chance, change):
     """A sound file that holds other things, or says other things of itself."""
-    import pyarrow.parquet as pq
-
     table = pq.read_table(io.BytesIO(content))
     way = chance.choice((with_facts, with_facts, with_facts, with_units, with_column, with_column, with_rows))
     table = way(table, chance, change)
@@ -182,8 +183,6 @@ def with_facts(table, chance, change):
 
 def with_units(table, chance, change):
     """Another unit or meaning of a column."""
-    import pyarrow as pa
-
     at = chance.randrange(table.num_columns)
     field = table.schema.field(at)
     known = dict(field.metadata or {b"unit": b"N"})
@@ -193,29 +192,23 @@ def with_units(table, chance, change):
 
 
 def with_column(table, chance, _change):
-    """A column of other values, of another type, under another name, twice or not at all."""
-    import pyarrow as pa
-
+    """A column of other values, of another type, twice or not at all."""
     at, rows = chance.randrange(table.num_columns), table.num_rows
-    field = table.schema.field(at)
-    way = chance.randrange(5)
-    if way == 0 and table.num_columns > 1:
-        return table.drop_columns([field.name])
-    if way == 1:
-        return table.append_column(field, table.column(at))
-    if way == 2:
-        kinds = (pa.string(), pa.int32(), pa.float32(), pa.bool_(), pa.null(), pa.list_(pa.float64()), pa.binary())
-        return table.set_column(at, field.name, pa.nulls(rows, chance.choice(kinds)))
+    field, kinds = table.schema.field(at), (pa.string(), pa.int32(), pa.float32(), pa.bool_(), pa.list_(pa.float64()))
+    match chance.randrange(5):
+        case 0 if table.num_columns > 1:
+            return table.drop_columns([field.name])
+        case 1:
+            return table.append_column(field, table.column(at))
+        case 2:
+            return table.set_column(at, field.name, pa.nulls(rows, chance.choice(kinds)))
     if pa.types.is_dictionary(field.type):
-        words = pa.array([chance.choice(WORDS) for _ in range(rows)], pa.string())
-        return table.set_column(at, field, words.dictionary_encode().cast(field.type))
-    if pa.types.is_floating(field.type):
-        return table.set_column(at, field, pa.array([chance.choice(NUMBERS) for _ in range(rows)], field.type))
-    return table.set_column(at, field, pa.nulls(rows, field.type))
+        values = pa.array([chance.choice(WORDS) for _ in range(rows)], pa.string()).dictionary_encode()
+        return table.set_column(at, field, values.cast(field.type))
+    other = [chance.choice(NUMBERS) for _ in range(rows)] if pa.types.is_floating(field.type) else [None] * rows
+    return table.set_column(at, field, pa.array(other, field.type))
 
 
 def with_rows(table, chance, _change):
     """Rows left out, or twice."""
-    import pyarrow as pa
-
     return chance.choice([table.slice(0, chance.randrange(table.num_rows)), pa.concat_tables([table, table])])

@@ -5,28 +5,23 @@
                                                                 of tendon have offspring (atheris, libFuzzer)
     python -W error -m hostile.fuzz replay CORPUS FOLDER        files of a corpus, which once reached something new
 
-    python -m hostile.fuzz minimise KIND CORPUS FOLDER...       keeps in CORPUS/KIND, of what these hold, the few files
-                                                                that between them reach all lines that all do
-
 KIND is `toml`, `yaml`, `csv` or `parquet`. Leaves `tally.json` in FOLDER: how many cases were refused or taken, the
 slowest, the peak of memory, and each kind of fault that is not a refusal, with a file that brings it about; guided also
 `found`, files that reached something new. WORDS are for libFuzzer, for instance folders of a corpus.
 """
 
 import contextlib
-import hashlib
 import os
 import random
 import resource
 import signal
 import sys
-import trace
 from pathlib import Path
 
 from .attempts import ATTEMPTS
 from .breed import breeder
 from .seeds import dictionary, seeds
-from .tally import LONGEST, Tally, too_slow
+from .tally import Tally, too_slow
 
 SECONDS = 60
 MOST_BYTES = {"toml": 8192, "yaml": 4096, "csv": 8192, "parquet": 65536}
@@ -35,7 +30,7 @@ MOST_BYTES = {"toml": 8192, "yaml": 4096, "csv": 8192, "parquet": 65536}
 def by_chance(kind, cases, folder):
     """All cases, one after the other; what is bred is bred from what is good."""
     good, chance = seeds(kind), random.Random(1)  # noqa: S311 - a repeatable sample
-    breed, tally = breeder(kind, good), Tally(folder, ATTEMPTS[kind], LONGEST)
+    breed, tally = breeder(kind, good), Tally(folder, ATTEMPTS[kind])
     for _ in range(cases):
         tally.meet(f".{kind}", breed(chance.choice(good), chance)[: MOST_BYTES[kind]])
     tally.save()
@@ -43,7 +38,7 @@ def by_chance(kind, cases, folder):
 
 def replay(corpus, folder):
     """All kinds, one after the other, in one tally."""
-    tally = Tally(folder, None, LONGEST)
+    tally = Tally(folder, None)
     for kind, tally.attempt in ATTEMPTS.items():
         for file in sorted((corpus / kind).iterdir()):
             tally.meet(file.suffix, file.read_bytes())
@@ -65,7 +60,7 @@ def guided(kind, cases, folder, words):
             with contextlib.suppress(Exception):  # a fault is a matter for the tally
                 attempt(file)
     (folder / "words").write_text(dictionary(kind), encoding="ascii")
-    tally = Tally(folder, attempt, longest=None)
+    tally = Tally(folder, attempt, longest=0)
 
     def one(content):
         tally.meet(f".{kind}", content)
@@ -87,37 +82,10 @@ def guided(kind, cases, folder, words):
     atheris.Fuzz()
 
 
-def minimise(kind, place, folders):
-    """Leave in a corpus what adds to the files that every run starts from; the long go first."""
-    place.mkdir(parents=True, exist_ok=True)
-
-    def lines(content):
-        file = place / f"case.{kind}"
-        file.write_bytes(content)
-        watch = trace.Trace(trace=0)
-        with contextlib.suppress(Exception):
-            watch.runfunc(ATTEMPTS[kind], file)
-        file.unlink()
-        return {line for line in watch.counts if "tendon_cli" in line[0]}
-
-    covered = set().union(*map(lines, seeds(kind)))
-    old = {file: file.read_bytes() for folder in (place, *folders) for file in folder.iterdir()}
-    reached = {content: lines(content) - covered for content in sorted({*old.values()}, key=len, reverse=True)}
-    for content in list(reached):
-        if reached[content] <= set().union(*(more for other, more in reached.items() if other != content)):
-            del reached[content]
-    for file in list(place.iterdir()):
-        file.unlink()
-    for content in reached:
-        (place / f"{hashlib.sha256(content).hexdigest()[:12]}.{kind}").write_bytes(content)
-
-
 def main(kind, cases, folder, *words):
     """One of the above."""
     signal.signal(signal.SIGALRM, too_slow)
-    if kind == "minimise":
-        minimise(cases, Path(folder) / cases, [Path(word) for word in words])
-    elif kind == "replay":
+    if kind == "replay":
         replay(Path(cases), Path(folder))
     elif words:
         guided(kind, int(cases), Path(folder), words[1:])

@@ -1,8 +1,6 @@
 """Hostile files tried one by one: each within its time, and whatever it ends in counted."""
 
-import hashlib
 import json
-import resource
 import signal
 import time
 import traceback
@@ -10,10 +8,6 @@ from pathlib import Path
 
 LONGEST = 10.0
 MOST_MEGABYTES = 500
-
-
-class TooMuchError(Exception):
-    """What a case may end in, too."""
 
 
 class TooSlow(BaseException):
@@ -27,15 +21,12 @@ def too_slow(_number, _frame):
 
 def peak():
     """Most memory that was ever in use, in MB; of this process alone, where getrusage counts its parent's."""
-    try:
-        status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text("utf-8").splitlines())
-        return int(status["VmHWM"].split()[0]) / 1024
-    except (OSError, KeyError):
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text("utf-8").splitlines())
+    return int(status["VmHWM"].split()[0]) / 1024
 
 
 class Tally:
-    """What became of the cases."""
+    """What became of the cases; those that take longer than so many seconds are faults, but for 0 seconds."""
 
     def __init__(self, folder, attempt, longest=LONGEST):
         self.folder, self.attempt, self.longest = folder, attempt, longest
@@ -50,8 +41,7 @@ class Tally:
         file = self.folder / f"case{suffix}"
         file.write_bytes(content)
         began = time.perf_counter()
-        if self.longest is not None:
-            signal.setitimer(signal.ITIMER_REAL, self.longest)
+        signal.setitimer(signal.ITIMER_REAL, self.longest)
         try:
             self.attempt(file)
             self.taken += 1
@@ -62,37 +52,23 @@ class Tally:
         except (Exception, TooSlow) as error:  # noqa: BLE001 - just what is looked for
             self.fault(error, suffix, content)
         finally:
-            if self.longest is not None:
-                signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.setitimer(signal.ITIMER_REAL, 0)
         self.slowest = max(self.slowest, time.perf_counter() - began)
         before, self.peak = self.peak, peak()
         if before < MOST_MEGABYTES <= self.peak:
-            self.fault(TooMuchError(f"{self.peak:.0f} MB, {before:.0f} MB before it"), suffix, content)
+            self.fault(MemoryError(f"{self.peak:.0f} MB, {before:.0f} MB before it"), suffix, content)
 
     def fault(self, error, suffix, content):
-        """Keep the shortest file of each kind of fault."""
+        """Keep the first file of each kind of fault."""
         ours = [frame for frame in traceback.extract_tb(error.__traceback__) if "tendon_cli" in frame.filename]
         where = f"{Path(ours[-1].filename).name}:{ours[-1].name}" if ours else "?"
         name = f"{type(error).__name__} in {where}"
-        kept = self.faults.get(name)
-        if kept is None or len(content) < kept["length"]:
-            file = self.folder / f"fault-{hashlib.sha256(name.encode()).hexdigest()[:8]}{suffix}"
+        if name not in self.faults:
+            file = self.folder / f"fault-{len(self.faults)}{suffix}"
             file.write_bytes(content)
-            count = kept["count"] if kept else 0
-            self.faults[name] = {"count": count, "length": len(content), "file": str(file), "says": str(error)[:300]}
-        self.faults[name]["count"] += 1
-
-    def record(self):
-        """All of it, as one object."""
-        return {
-            "cases": self.cases,
-            "taken": self.taken,
-            "refused": self.refused,
-            "slowest": round(self.slowest, 3),
-            "peak_megabytes": self.peak,
-            "faults": self.faults,
-        }
+            self.faults[name] = {"file": str(file), "says": str(error)[:300]}
 
     def save(self):
         """Leave it in the folder."""
-        (self.folder / "tally.json").write_text(json.dumps(self.record(), indent=1), "utf-8")
+        counts = ("cases", "taken", "refused", "slowest", "peak", "faults")
+        (self.folder / "tally.json").write_text(json.dumps({name: getattr(self, name) for name in counts}), "utf-8")
