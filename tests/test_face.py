@@ -114,15 +114,6 @@ def test_what_is_wrong_is_raised_by_its_kind(workplace):
         tendon.open_run("none")
 
 
-def test_a_damaged_run_is_not_opened(study, workplace):
-    tendon.sweep(study, "run")
-    with Path("run/states.parquet").open("r+b") as file:
-        file.seek(500)
-        file.write(b"\0\0\0\0")
-    with pytest.raises(InputError, match=r"not as it was written"):
-        tendon.open_run("run")
-
-
 def test_designs_that_the_study_leaves_out_are_told_and_states_are_worked_out(workplace):
     run = tendon.sweep(tendon.study({"output": {"tables": ["states"]}}))
     with pytest.raises(UsageError, match="designs"):

@@ -27,12 +27,6 @@ def study(workplace):
     return file
 
 
-def test_a_folder_inside_a_file_is_no_fault_of_stdout(outside, study):
-    ran = outside("sweep", study, "--no-figures", "--out", f"{study}/run", "--json")
-    assert (ran.exit, ran.err, ran.json["error"]["kind"]) == (5, "", "output")
-    assert os.strerror(errno.ENOTDIR) in ran.json["error"]["message"]
-
-
 def test_states_without_equilibrium_are_exit_4_unless_allowed(tendon, study):
     words = ("sweep", study, "--no-figures", "--json", "--set", 'motion.elbow_angle=["10 deg", "170 deg"]')
     first = tendon(*words, "--out", "a")

@@ -157,10 +157,3 @@ def test_what_is_no_study_on_standard_input_is_told(outside, text, said):
     ran = outside("sweep", "-", input=text)
     assert (ran.exit, said in ran.err) == (2, True)
     assert ran.err.startswith("tendon: error: standard input")
-
-
-def test_all_faults_of_a_study_are_told_at_once_with_their_lines_and_the_nearest_names(tendon, workplace):
-    (workplace / "study.toml").write_text('[arm]\nb3 = "1 mm"\na1 = "2 kg"\n[load]\nmass = "-1 kg"\n[lode]\n')
-    ran = tendon("sweep", "study.toml")
-    assert ran.exit == 2
-    assert [word for word in ("line 2", "line 3", "line 5", "line 6", "b3", '"load"') if word not in ran.err] == []

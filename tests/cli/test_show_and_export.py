@@ -128,15 +128,6 @@ def test_what_is_shown_fits_the_terminal_in_units_that_people_read(tendon, run, 
         assert (said.splitlines()[0] == "elbow_angle  motor_torque") is beside
 
 
-def test_a_damaged_table_is_neither_shown_nor_exported(tendon, run):
-    with (run / "designs.parquet").open("r+b") as file:
-        file.seek(600)
-        file.write(b"\0\0\0\0")
-    assert tendon("show", run).exit == 3
-    assert tendon("export", run, "all.csv").exit == 3
-    assert not Path("all.csv").exists()
-
-
 def test_nothing_is_left_is_no_error(tendon, run):
     ran = tendon("show", run, "--where", "load_mass > 5 kg", "--json")
     assert (ran.exit, ran.json["rows"], ran.json["data"]) == (0, 0, [])

@@ -7,16 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 
-from tendon_cli.errors import InputError, UsageError
+from tendon_cli.errors import UsageError
 from tendon_cli.figures.draw import plot
 from tendon_cli.figures.plan import STATE_PAIRS
 from tendon_cli.figures.style import render
 from tendon_cli.studies.figures import FigureSpec, figure_spec
-from tendon_cli.tables.read import TableFiles, open_table
+from tendon_cli.tables.read import open_table
 from tests.figures.runs import LOADS, designs, figures_of, grid, lines, panels, states, sweep, table, words
 
 CONTENT: dict[str, Any] = {"spool": {"ratio": [0.7, 0.8, 1.0]}, "load": {"mass": LOADS}}
@@ -206,24 +204,3 @@ def test_many_angles_are_thinned_and_it_says_so(tmp_path: Path) -> None:
     assert len(line.get_xdata()) == 1000
     assert line.get_xdata()[-1] == pytest.approx(90.0)
     assert "1000 of 5001 values of elbow angle drawn" in words(figure)
-
-
-@pytest.mark.parametrize(
-    "metadata",
-    [
-        {},
-        {"tendon.table": '"limits"'},
-        {"tendon.table": '"designs"', "tendon.study": "{}", "tendon.part": "{}"},
-        {"tendon.table": '"designs"', "tendon.study": "[not json"},
-        {
-            "tendon.table": '"designs"',
-            "tendon.study": '{"study": {}, "axes": ["load.mass"]}',
-            "tendon.part": '{"of": 1}',
-        },
-    ],
-)
-def test_a_foreign_table_is_one_clear_error(tmp_path: Path, metadata: dict[str, str]) -> None:
-    path = tmp_path / "foreign.parquet"
-    pq.write_table(pa.table({"load_mass": [1.0, 2.0]}).replace_schema_metadata(metadata), path)
-    with pytest.raises(InputError, match="not a table of designs or states"):
-        plot(TableFiles((path,)), FigureSpec(), tmp_path / "x.png")

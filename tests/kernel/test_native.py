@@ -68,17 +68,6 @@ def test_a_sweep_writes_the_same_bytes_with_and_without_it(new_sweep, tmp_path, 
 
 
 @needs_code
-def test_the_command_writes_the_same_bytes_without_it(outside, workplace, hashes_in):
-    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    environment = {name: value for name, value in os.environ.items() if name != kernel.UNWANTED}
-    for out, more in (("with", {}), ("without", {kernel.UNWANTED: "1"})):
-        words = ("sweep", "study.toml", "--out", out, "--no-figures", "--allow-no-equilibrium")
-        ran = outside(*words, env=environment | more)
-        assert ran.exit == 0, ran.err
-    assert hashes_in(workplace / "with") == hashes_in(workplace / "without")
-
-
-@needs_code
 def test_a_sweep_goes_by_it_alone_where_it_is_there(new_sweep, tmp_path, wanted, monkeypatch):
     monkeypatch.setattr(kernel, "State", None)
     wanted(code=True)
