@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import fcntl
 import os
 import re
 import stat
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from tendon_cli.errors import OutputError, UsageError
+from tendon_cli.errors import FolderError, OutputError, UsageError
 from tendon_cli.units import described, shorten
 
 _KINDS = {
@@ -21,8 +22,6 @@ _KINDS = {
     stat.S_IFBLK: "a device",
     stat.S_IFSOCK: "a socket",
 }
-
-
 _MOST_BYTES_OF_A_NAME, _MOST_BYTES_OF_A_PATH = 255, 4095
 
 
@@ -40,7 +39,10 @@ def path_of(given: object, *, in_utf8: bool = False) -> Path:
     try:
         longest = max(len(os.fsencode(part)) for part in text.split("/"))
         if in_utf8:
-            text.encode()
+            str(Path(text).absolute()).encode()
+    except FileNotFoundError:
+        hint = "change to one that exists, or name files by their whole path"
+        raise UsageError("the working directory does not exist any more", hint=hint) from None
     except UnicodeEncodeError:
         raise UsageError("the name is not UTF-8, which tables cannot have", where=where) from None
     if longest > _MOST_BYTES_OF_A_NAME or len(os.fsencode(text)) > _MOST_BYTES_OF_A_PATH:
@@ -199,3 +201,49 @@ def output_errors(path: Path) -> Iterator[None]:
         reason = getattr(error, "strerror", None) or str(error)
         hint = "free some space, then start again" if "space" in reason else None
         raise OutputError(f"cannot be written: {reason}", where=str(path), hint=hint) from error
+
+
+LOCK = ".lock"
+"""A file in the folder of a run that whoever writes there holds."""
+
+
+@contextlib.contextmanager
+def locked(folder: Path, *, use_lock: bool = True) -> Iterator[None]:
+    """Make a folder of a run and hold it; raises FolderError if another run does, OutputError if it cannot be made.
+
+    The system gives the lock up when its holder dies, however it dies.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+    except FileExistsError:
+        raise FolderError("is a file, expected a folder for the run", where=str(folder)) from None
+    except OSError as error:
+        raise OutputError(f"cannot be made: {error.strerror}", where=str(folder)) from error
+    try:
+        if use_lock:
+            _lock(handle, folder)
+        yield
+    finally:
+        os.close(handle)
+
+
+def check_unlocked(folder: Path) -> None:
+    """Raises FolderError if another run writes there just now; leaves no trace."""
+    with contextlib.suppress(OSError):  # where no run ever was there is none
+        handle = os.open(folder / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        try:
+            _lock(handle, folder, fcntl.LOCK_SH)
+        finally:
+            os.close(handle)
+
+
+def _lock(handle: int, folder: Path, kind: int = fcntl.LOCK_EX) -> None:
+    try:
+        fcntl.flock(handle, kind | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
+            hint = "wait for it, or choose another folder with --out"
+            raise FolderError("another run is writing here", where=str(folder), hint=hint) from None
+        hint = "--no-lock runs without; make sure yourself that no other run writes here"
+        raise FolderError(f"the file system cannot lock: {error.strerror}", where=str(folder), hint=hint) from None

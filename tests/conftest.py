@@ -19,6 +19,7 @@ from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan
 from tendon_cli.engine.run import worked_out
 from tendon_cli.engine.sweep import Sweep
+from tendon_cli.files import locked
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
 from tendon_cli.tables.read import open_table
@@ -83,7 +84,7 @@ def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"
     file.write_text(text, encoding="utf-8")
     plan = Plan(load_study(file), block_states=block_states)
     target = RunFolder(folder / out, Sweep(plan))
-    with target.locked():
+    with locked(target.path):
         record, _ = worked_out(target, jobs=jobs)
         target.finish(record)
     return Swept(target.path, plan, record)

@@ -1,10 +1,8 @@
-"""The folder of a run: who may write to it, what it holds, and what of that may be replaced."""
+"""The folder of a run: whose it is, who may write to it, what it holds, and what of that may be replaced."""
 
 from __future__ import annotations
 
 import contextlib
-import errno
-import fcntl
 import os
 import re
 import shutil
@@ -14,17 +12,19 @@ from pathlib import Path
 from typing import Any
 
 from tendon_cli.engine.journal import JOURNAL, Journal
-from tendon_cli.engine.records import read_record, stands, write_record
+from tendon_cli.engine.records import TABLES, difference, read_record, stands, write_record
 from tendon_cli.engine.task import PartResult, Task
 from tendon_cli.errors import FolderError, InputError, OutputError, SizeError, WorkersLostError
-from tendon_cli.files import OF_A_RUN, output_errors
+from tendon_cli.files import LOCK, OF_A_RUN, output_errors
 from tendon_cli.tables.read import RECORDS, study_hash_of
 
-LOCK = ".lock"
 OURS = (*RECORDS.values(), JOURNAL, LOCK)
 _PART = re.compile(r"part-(\d{5,})\.parquet", re.ASCII)
+_READ_AS_PART = re.compile(r"part-.*\.parquet")
 _FIGURES = re.compile(r"\.tendon-figures-[0-9a-f]{12}", re.ASCII)
 """Where figures lie until all are drawn."""
+_ELSEWHERE = "choose another folder with --out"
+_NO_JOURNAL = "holds a journal that is not as tendon wrote it"
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,68 @@ class RunFolder:
 
     path: Path
     task: Task
+
+    def check(self, *, resume: bool, overwrite: bool) -> None:
+        """Refuse, without a trace, what may not be written here, replaced or gone on with; raises FolderError."""
+        if not self.path.exists():
+            return
+        if not self.path.is_dir():
+            raise self._refusal("is a file, expected a folder for the run")
+        record, journal = read_record(self.path), Journal.read(self.path)
+        standing = record or journal.header
+        if not standing:
+            self._check_not_foreign(journal)
+        elif overwrite:
+            self._check_replaceable(standing)
+        elif (differs := difference(standing, self.task.verb, self.task.study)) is not None:
+            hint = "--overwrite replaces it, --out writes elsewhere"
+            raise self._refusal(f"holds a run of another study: {differs}", hint)
+        elif record is None and not self.header().items() <= standing.items():
+            raise self._refusal(_NO_JOURNAL, _ELSEWHERE)
+        elif record is None and not resume:
+            done = f"{len(journal.parts)} of {self.task.parts} parts are done"
+            hint = "--resume finishes it (in Python resume=True), --overwrite starts anew"
+            raise self._refusal(f"holds an unfinished run of this study, {done}", hint)
+
+    def _check_not_foreign(self, journal: Journal) -> None:
+        """Raises FolderError unless the folder is empty, or holds what can only be the beginning of this very run."""
+        foreign = sorted(item.name for item in self.path.iterdir() if not _is_ours(item.name))
+        if journal.path.exists():
+            if not (journal.parts or journal.is_beginning_of(self.header())):
+                raise self._refusal(_NO_JOURNAL, _ELSEWHERE)
+            foreign = [name for name in foreign if not self._is_of_this_study(name)]
+        if foreign:
+            raise self._refusal(f"is not a run folder, it holds {foreign[0]}", _ELSEWHERE)
+
+    def _is_of_this_study(self, name: str) -> bool:
+        """Whether a file, or a folder of parts, is a table that this study gives, or was about to become one."""
+        path = self.path / name
+        if path.is_symlink() or name not in {f"{table}.parquet" for table in TABLES}:
+            return False
+        files = [path] if path.is_file() else [file for file in path.iterdir() if not OF_A_RUN.fullmatch(file.name)]
+        return all(study_hash_of(file) == self.task.study.hash for file in files)
+
+    def _check_replaceable(self, standing: dict[str, Any]) -> None:
+        """Raises FolderError if another's file is in the way of the run that is to replace the one standing there."""
+        listed = {entry["path"].partition(".")[0] for entry in standing.get("files", ())} | {
+            *standing.get("tables", ())
+        }
+        for table in TABLES:
+            path, parts = self.path / f"{table}.parquet", self.task.tables.get(table)
+            is_strangers = path.is_symlink() or (parts is not None and path.exists() and table not in listed)
+            in_the_way = [path.name] if is_strangers else []
+            if path.is_dir() and table in listed:
+                others = [item.name for item in path.iterdir() if not _is_part(item.name)]
+                may_stay = parts is not None and parts > 1  # but for what readers take for a part
+                in_the_way += [
+                    f"{path.name}/{name}" for name in others if not may_stay or _READ_AS_PART.fullmatch(name)
+                ]
+            if in_the_way:
+                hint = "move it away, or choose another folder with --out"
+                raise self._refusal(f"holds {in_the_way[0]}, which no run wrote", hint)
+
+    def _refusal(self, message: str, hint: str | None = None) -> FolderError:
+        return FolderError(message, where=str(self.path), hint=hint)
 
     def check_space(self) -> None:
         """Refuse a run that cannot fit, before anything is made of it; raises SizeError."""
@@ -45,49 +107,6 @@ class RunFolder:
                 where=str(self.path),
                 hint='`[output] tables = ["designs"]` leaves the states out; --dry-run tells the size beforehand',
             )
-
-    @contextlib.contextmanager
-    def locked(self, *, use_lock: bool = True) -> Iterator[None]:
-        """Make the folder and hold it; raises FolderError if another run does, OutputError if it cannot be made.
-
-        The system gives the lock up when its holder dies, however it dies.
-        """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            handle = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
-        except FileExistsError:
-            raise FolderError("is a file, expected a folder for the run", where=str(self.path)) from None
-        except OSError as error:
-            raise OutputError(f"cannot be made: {error.strerror}", where=str(self.path)) from error
-        try:
-            if use_lock:
-                self._lock(handle)
-            yield
-        finally:
-            os.close(handle)
-
-    def check_free(self) -> None:
-        """Raises FolderError if another run writes here just now; leaves no trace."""
-        try:
-            handle = os.open(self.path / LOCK, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        except OSError:  # no run was ever here
-            return
-        try:
-            self._lock(handle, fcntl.LOCK_SH)
-        finally:
-            os.close(handle)
-
-    def _lock(self, handle: int, kind: int = fcntl.LOCK_EX) -> None:
-        try:
-            fcntl.flock(handle, kind | fcntl.LOCK_NB)
-        except OSError as error:
-            if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
-                hint = "wait for it, or choose another folder with --out"
-                raise FolderError("another run is writing here", where=str(self.path), hint=hint) from None
-            hint = "--no-lock runs without; make sure yourself that no other run writes here"
-            raise FolderError(
-                f"the file system cannot lock: {error.strerror}", where=str(self.path), hint=hint
-            ) from None
 
     def header(self) -> dict[str, Any]:
         """What the journal of this run begins with."""
@@ -145,7 +164,7 @@ class RunFolder:
         path = self.path / name
         if path.is_dir() and not path.is_symlink():
             for item in path.iterdir():
-                if is_part(item.name):
+                if _is_part(item.name):
                     self._delete(f"{name}/{item.name}")
             with contextlib.suppress(OSError):
                 path.rmdir()
@@ -194,7 +213,7 @@ class RunFolder:
         sizes = {entry["path"]: entry["size"] for entry in record["files"]}
         for table in (table for table, parts in self.task.tables.items() if parts > 1):
             for item in (self.path / f"{table}.parquet").iterdir():
-                if is_part(item.name) and f"{table}.parquet/{item.name}" not in sizes:
+                if _is_part(item.name) and f"{table}.parquet/{item.name}" not in sizes:
                     self._delete(f"{table}.parquet/{item.name}")
         for name, size in sizes.items():
             if (self.path / name).lstat().st_size != size:
@@ -207,12 +226,12 @@ class RunFolder:
             self._delete(JOURNAL)
 
 
-def is_ours(name: str) -> bool:
+def _is_ours(name: str) -> bool:
     """Whether a run gives such names to files in its folder besides tables and figures."""
     return name in OURS or bool(OF_A_RUN.fullmatch(name) or _FIGURES.fullmatch(name))
 
 
-def is_part(name: str) -> bool:
+def _is_part(name: str) -> bool:
     """Whether a run gives such names to files in a folder of parts."""
     return bool(_PART.fullmatch(name) or OF_A_RUN.fullmatch(name))
 

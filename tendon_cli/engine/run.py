@@ -12,12 +12,12 @@ from typing import Any, TypeVar
 
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.journal import Journal
-from tendon_cli.engine.ownership import check_folder
 from tendon_cli.engine.records import lost, read_record, write_record
 from tendon_cli.engine.results import Result
 from tendon_cli.engine.task import InMemory, PartMaker, PartResult, Task
 from tendon_cli.engine.threads import Runner, available_cores, ended_by_keyboard, in_threads, make_parts
 from tendon_cli.errors import FolderError, OutputError, Stopped, UsageError
+from tendon_cli.files import check_unlocked, locked
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.schema import versions
 from tendon_cli.tables.write import WrittenFile
@@ -66,12 +66,10 @@ def carried_out(
             return _in_memory(task.of(study, ended), kind, jobs, how.progress)
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:
-            folder.check_free()
-        check_folder(
-            folder, resume=how.resume, overwrite=how.overwrite
-        )  # before the lock: a refused one stays as it was
+            check_unlocked(out)
+        folder.check(resume=how.resume, overwrite=how.overwrite)  # before the lock: a refused one stays as it was
         folder.check_space()
-        with _cluster(how) as runner, folder.locked(use_lock=how.lock):
+        with _cluster(how) as runner, locked(out, use_lock=how.lock):
             record, stands = worked_out(
                 folder, jobs=jobs, progress=how.progress, resume=how.resume, overwrite=how.overwrite, runner=runner
             )
@@ -116,7 +114,7 @@ def worked_out(
     SizeError, OutputError, WorkersLostError for parts that failed, Stopped; whatever was finished until then is kept
     and can be resumed.
     """
-    check_folder(folder, resume=resume, overwrite=overwrite)
+    folder.check(resume=resume, overwrite=overwrite)
     replaces = overwrite and folder.clear()
     runner = runner or in_threads(min(jobs, folder.task.parts))
     record, maker = read_record(folder.path), PartMaker(folder.task, folder.path)

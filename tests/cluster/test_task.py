@@ -15,6 +15,7 @@ from tendon_cli.engine.journal import Journal
 from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.task import PartMaker, PartResult
+from tendon_cli.files import locked
 from tendon_cli.studies.load import load_study
 
 
@@ -22,7 +23,7 @@ from tendon_cli.studies.load import load_study
 def maker(study):
     """A run that has been begun in a locked folder, as the client sees it."""
     folder = RunFolder(Path("run"), Sweep(Plan(load_study(study))))
-    with folder.locked():
+    with locked(folder.path):
         journal = folder.header()
         (folder.path / "journal.jsonl").write_text("00000000 " + json.dumps(journal, sort_keys=True) + "\n", "utf-8")
         folder.prepare()

@@ -12,6 +12,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.run import worked_out
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.figures.draw import pages_of
+from tendon_cli.files import locked
 from tendon_cli.studies.figures import figure_spec
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.study import Study
@@ -40,7 +41,7 @@ def study_of(content: dict[str, Any]) -> Study:
 def sweep(folder: Path, content: dict[str, Any]) -> Path:
     """Run a study into a folder; axes vary in the order of `content`."""
     target = RunFolder(folder, Sweep(Plan(study_of(content))))
-    with target.locked():
+    with locked(target.path):
         worked_out(target, jobs=1)
     return folder
 
