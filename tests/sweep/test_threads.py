@@ -50,13 +50,6 @@ def settled(count, least):
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
-def test_every_part_comes_once(maker, jobs):
-    results = list(in_threads(jobs)(maker, iter(range(PARTS))))
-    assert sorted(result.index for result in results) == list(range(PARTS))
-    assert {name for result in results for name in result.files} == {str(path) for path in files(maker)}
-
-
-@pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
     rows, place = sweep_module.state_rows, TableFile.place
 
@@ -75,8 +68,9 @@ def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
     results = list(in_threads(jobs)(maker, iter(range(PARTS))))
     failures = {result.index: type(result.error) for result in results if isinstance(result, PartFailure)}
     assert failures == {3: FloatingPointError, 7: OSError}
-    assert len(results) == PARTS
-    assert not list(maker.folder.rglob("*.tmp"))
+    assert sorted(result.index for result in results) == list(range(PARTS))
+    made = {name for result in results if result.index not in failures for name in result.files}
+    assert {name for name in map(str, files(maker)) if "00007" not in name} == made
 
 
 def test_a_slow_disk_holds_up_the_computing(maker, monkeypatch):

@@ -32,15 +32,7 @@ def columns_of(file):
     return {metadata.schema.column(at).path: metadata.row_group(0).column(at) for at in range(metadata.num_columns)}
 
 
-WORDS = {"case", "direction", "status"}
 REPEATING = {"pretension", "load_mass", "elbow_angle", "spring_stiffness", "design"}
-
-
-@pytest.mark.parametrize("table", ["designs", "states"])
-def test_words_are_kept_by_dictionary_and_numbers_are_not(stored, table):
-    columns = columns_of(stored / f"{table}.parquet")
-    by_dictionary = {name for name, column in columns.items() if any("DICTIONARY" in word for word in column.encodings)}
-    assert by_dictionary == WORDS & set(columns)
 
 
 @pytest.mark.parametrize("table", ["designs", "states"])

@@ -48,7 +48,7 @@ def numbers(tool, table, column):
 
 @pytest.mark.parametrize("parts", [1, 4])
 @pytest.mark.parametrize("tool", ["pandas", "xarray", "Arrow", *TORTURE])
-def test_a_tool_reads_what_was_written(workplace, small_parts, tool, parts):
+def test_a_tool_reads_what_was_written_and_its_units(workplace, small_parts, tool, parts):
     small_parts(182 * 8 // parts, 8 // parts)
     (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
     run = tendon.sweep(tendon.load_study("study.toml"), out="run")
@@ -59,12 +59,7 @@ def test_a_tool_reads_what_was_written(workplace, small_parts, tool, parts):
     table = evaluated(tool, code)
     for column in ("margin", "max_tension", "required_pretension"):
         np.testing.assert_array_equal(numbers(tool, table, column), run.designs[column].to_numpy())
-
-
-@pytest.mark.parametrize("tool", ["pandas", "xarray", "Arrow", *TORTURE])
-def test_a_tool_finds_the_units(workplace, tool):
-    (workplace / "study.toml").write_text(STUDY, encoding="utf-8")
-    tendon.sweep(tendon.load_study("study.toml"), out="run")
     units = line_of(tool, 2)
-    found = evaluated(tool, line_of(tool, 1) + units if units.startswith(".") else units)
-    assert (found["pretension"] if isinstance(found, dict) else found) in ("N", b"N")
+    if parts == 1:
+        known = evaluated(tool, code + units if units.startswith(".") else units)
+        assert (known["pretension"] if isinstance(known, dict) else known) in ("N", b"N")
