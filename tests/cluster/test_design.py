@@ -33,9 +33,7 @@ PERSONS += "[people]\ncount = 100\n"
 ROUGH = '[sheath]\nfriction = { mean = 0.07, std = 0.005 }\n[tendon]\nlength = { value = "2 m", tolerance = "5 %" }\n'
 STUDIES = {
     "persons": PERSONS,
-    "persons with a draw each": f"{PERSONS}{ROUGH}[uncertainty]\ndraws = 64\n",
     "persons times draws": PERSONS.replace("100", "10") + f"{ROUGH}[uncertainty]\ndraws = 8\ncross = true\n",
-    "draws": PERSONS.partition("[people]")[0] + f"{ROUGH}[uncertainty]\ndraws = 128\n",
 }
 """300 choices of some 400 conditions each."""
 
@@ -75,7 +73,7 @@ def test_the_answer_is_that_of_this_machine_to_the_byte(same, cluster):
 @pytest.mark.parametrize("name", STUDIES)
 def test_so_it_is_with_people_and_draws(same, cluster, name):
     record = same(STUDIES[name], cluster).json
-    assert record["population"]["kind"] == {"draws": "draws", "persons times draws": "pairs"}.get(name, "persons")
+    assert record["population"]["kind"] == {"persons times draws": "pairs"}.get(name, "persons")
     assert record["population"]["count"] >= 10
 
 

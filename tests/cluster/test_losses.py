@@ -50,7 +50,7 @@ def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
 ):
     cluster = start_cluster(2, nanny=True, kill=12)
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
-    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
+    assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers"), ran.out
     for words in ("1 of 13 parts failed", "part 4 (designs 12 to 14", "tendon.pretension=120", "workers died of it"):
         assert words in ran.json["error"]["message"]
     assert recorded() == PARTS - 1

@@ -49,20 +49,6 @@ def test_every_shipped_study_is_the_same_when_a_worker_rebuilds_it(configs, tmp_
                 assert theirs.layout(table, 0).schema.equals(ours.layout(table, 0).schema, check_metadata=True)
 
 
-def test_an_assignment_is_small_and_survives_the_way(assignment):
-    assert pickle.loads(pickle.dumps(assignment)) == assignment  # noqa: S301 - our own
-    assert len(pickle.dumps(assignment)) < 5000
-    assert Path(assignment.folder).is_absolute()
-
-
-def test_a_part_is_made_under_its_name(assignment, local):
-    result = make_part(assignment, 1)
-    assert isinstance(result, PartResult)
-    assert pickle.loads(pickle.dumps(result)) == result  # noqa: S301 - our own
-    assert names() == ["part-00001.parquet"] * 2
-    assert {name: file.sha256 for name, file in result.files.items()}.items() <= local.hashes.items()
-
-
 @pytest.mark.parametrize("end", ["another study", "gone"])
 def test_a_worker_that_comes_too_late_changes_nothing(assignment, end, monkeypatch):
     """It was thought dead, the run went on without it, and perhaps another study stands in the folder by now."""
@@ -93,8 +79,9 @@ def test_two_workers_on_one_part_do_not_meet(assignment, monkeypatch, local):
         return fill(self, tables, index)
 
     monkeypatch.setattr(Sweep, "fill", meanwhile)
-    result = make_part(assignment, 1)
+    result = make_part(pickle.loads(pickle.dumps(assignment)), 1)  # noqa: S301 - our own
     assert isinstance(result, PartResult)
+    assert {name: file.sha256 for name, file in result.files.items()}.items() <= local.hashes.items()
     assert names() == ["part-00001.parquet"] * 2
     assert RunFolder(Path("run"), Sweep(local.plan)).intact(Journal(Path("run"), parts={1: result}))
 
@@ -108,17 +95,12 @@ def test_a_part_that_is_halted_leaves_nothing(assignment):
     assert names() == []
 
 
-def test_other_versions_or_another_plan_are_refused(assignment, monkeypatch):
-    monkeypatch.setattr(task, "_PATIENCE", 0.0)
+def test_another_plan_is_refused(assignment):
+    """As other versions and a folder that is not seen are, by workers of a cluster."""
     assert unlike(assignment.versions) is None
-    for wrong, words in [
-        ({"versions": assignment.versions | {"numpy": "1.0"}}, "instead of 1.0"),
-        ({"parts": 5}, "understands the study otherwise"),
-        ({"folder": "/nowhere"}, "does not see the run folder"),
-    ]:
-        refusal = make_part(replace(assignment, run=words, **wrong), 0)
-        assert isinstance(refusal, Refusal)
-        assert (refusal.kind, words in refusal.reason) == ("unfit", True)
+    refusal = make_part(replace(assignment, parts=5), 0)
+    assert isinstance(refusal, Refusal)
+    assert (refusal.kind, "understands the study otherwise" in refusal.reason) == ("unfit", True)
     assert names() == []
 
 

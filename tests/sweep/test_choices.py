@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 
-import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folds import choices, feasible_choices, flags, noted
 from tendon_cli.engine.plan import Plan
@@ -68,20 +67,3 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
 def test_what_is_no_note_is_not_taken_for_one(note):
     assert flags(note, 4) is None
     assert flags(noted(np.ones(4, np.bool_)), 4).all()
-
-
-LOADS = {"load": {"mass": ["0 kg", "5 kg"]}}
-CASES = {"cases": [{"name": "short", "arm": {"b1": "140 mm"}}, {"name": "long", "arm": {"b1": "170 mm"}}]}
-
-
-@pytest.mark.parametrize(
-    ("content", "conditions"),
-    [
-        (LOADS, "load"),
-        ({**LOADS, **CASES}, "case and load at once"),
-        ({"arm": {"upper_arm_angle": ["0 deg", "20 deg"]}}, "upper arm angle"),
-    ],
-)
-def test_the_summary_names_the_conditions_that_the_study_has(content, conditions):
-    text = tendon.sweep({"tendon": {"pretension": ["90 N", "160 N"]}, **content}).text
-    assert f"choices feasible at every {conditions}\n" in text

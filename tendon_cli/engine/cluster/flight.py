@@ -12,6 +12,7 @@ import itertools
 import time
 import warnings
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -64,7 +65,7 @@ class Cluster:
         flight = _Flight(self.client, maker, self.jobs)
         try:
             self.loop.run(flight.prepare())
-            while flight.fill(waiting):
+            while self.loop.run(flight.fill(waiting)):
                 yield from self.loop.run(flight.landed())
                 if maker.task.stop.is_set() and flight.parts:
                     yield PartFailure(next(iter(flight.parts.values())), Stopped())
@@ -85,8 +86,10 @@ class _Flight:
     client: Any
     maker: PartMaker
     jobs: int | None
-    parts: dict[Any, int] = field(default_factory=dict)
-    """Parts that are out, by their futures."""
+    parts: dict[asyncio.Task[PartResult | PartFailure | None], int] = field(default_factory=dict)
+    """Parts that are out, by what waits for them."""
+    sent: dict[int, Any] = field(default_factory=dict)
+    """The cluster's futures of parts that are out."""
     suspects: list[int] = field(default_factory=list)
     """Parts whose workers died. Each goes out once more, alone, since another part may have been the cause."""
     alone: bool = False
@@ -100,66 +103,61 @@ class _Flight:
     async def prepare(self) -> None:
         """See that every worker is fit for this run."""
         self.assignment = Assignment.of(self.maker)
-        self.arrivals = library().as_completed(loop=self.client.loop, with_results=True, raise_errors=False)
         await ask_everywhere(self.client, ready, self.assignment)
         self._counted(await self.client.nthreads())
 
-    def fill(self, missing: Iterator[int]) -> bool:
+    async def fill(self, missing: Iterator[int]) -> bool:
         """Send parts out as far as there is room; whether any are out."""
-        while not self.alone and len(self.parts) < self.at_once:
-            index = next(missing, None)
-            if index is None:
-                break
-            self._send(index)
+        while not self.alone and len(self.parts) < self.at_once and (index := next(missing, None)) is not None:
+            self.parts[asyncio.create_task(self._made(index))] = index
         if not self.parts and self.suspects:
-            self.alone = True
-            self._send(self.suspects.pop())
+            self.alone, index = True, self.suspects.pop()
+            self.parts[asyncio.create_task(self._made(index))] = index
         return bool(self.parts)
 
     async def landed(self) -> list[PartResult | PartFailure]:
         """What came back, waiting for a moment at most; raises WorkersLostError."""
-        arrived: list[Any] = []
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(_LOOK):
-                arrived = [await anext(self.arrivals)]
-        arrived += self.arrivals.next_batch(block=False)
-        outcomes = [self._outcome(self.parts.pop(future), future.status, result) for future, result in arrived]
+        done, _ = await asyncio.wait(self.parts, timeout=_LOOK, return_when=asyncio.FIRST_COMPLETED)
+        outcomes = []
+        for waited in done:
+            self.sent.pop(self.parts.pop(waited))
+            outcomes.append(waited.result())
         self._watch()
         return [outcome for outcome in outcomes if outcome is not None]
+
+    async def _made(self, index: int) -> PartResult | PartFailure | None:
+        """What comes of a part that is sent out; nothing if it is to be sent once more.
+
+        A worker that dies before it hands over what it made is no loss: the scheduler has the part made again.
+        """
+        key = (f"tendon-part-{self.assignment.run}{'-alone' if self.alone else ''}", index)
+        self.sent[index] = self.client.submit(make_part, self.assignment, index, key=key, pure=False)
+        try:
+            result: PartResult | Refusal = await self.sent[index]
+        except library().KilledWorker as error:
+            if not self.alone:
+                self.suspects.append(index)
+                return None
+            died, last = error.allowed_failures + 1, error.last_worker.address
+            return PartFailure(index, OnWorkerError(f"{died} workers died of it one after another, the last {last}"))
+        except Exception as error:  # noqa: BLE001 - its worker could not even answer for it
+            if isinstance(error, CancelledError) or self.client.status != "running":
+                raise lost(self.client, "went away, or gave up our parts") from None
+            return PartFailure(index, OnWorkerError(f"{type(error).__name__}: {error}"))
+        return _failure(index, result) if isinstance(result, Refusal) else result
 
     async def recall(self) -> None:
         """Call back what is still out; workers end it at once and leave nothing behind."""
         if self.count is not None:
             self.count.cancel()
+        for waiting in self.parts:
+            waiting.cancel()
         if self.parts and self.client.status == "running":
             with contextlib.suppress(Exception):
                 async with asyncio.timeout(_RECALL):
-                    await self.client.cancel(list(self.parts), force=True)
+                    await self.client.cancel(list(self.sent.values()), force=True)
                     await self.client.run(halt, self.assignment.run, on_error="ignore")
         self.parts.clear()
-
-    def _send(self, index: int) -> None:
-        key = (f"tendon-part-{self.assignment.run}{'-alone' if self.alone else ''}", index)
-        future = self.client.submit(make_part, self.assignment, index, key=key, pure=False)
-        self.parts[future] = index
-        self.arrivals.add(future)
-
-    def _outcome(self, index: int, status: str, result: Any) -> PartResult | PartFailure | None:
-        if status == "finished":
-            return _failure(index, result) if isinstance(result, Refusal) else result
-        if status == "error":
-            return self._died(index, result[1])
-        raise lost(self.client, "went away, or gave up our parts")
-
-    def _died(self, index: int, error: BaseException) -> PartFailure | None:
-        """A part that its worker could not even answer for."""
-        if not isinstance(error, library().KilledWorker):
-            return PartFailure(index, OnWorkerError(f"{type(error).__name__}: {error}"))
-        if not self.alone:
-            self.suspects.append(index)
-            return None
-        died, last = error.allowed_failures + 1, error.last_worker.address
-        return PartFailure(index, OnWorkerError(f"{died} workers died of it one after another, the last {last}"))
 
     def _watch(self) -> None:
         """Count the workers' threads now and then, and see by it that the scheduler lives."""
