@@ -57,7 +57,7 @@ class Folds:
         """Where a block has to be cut in two, if at all: best where pretension goes on along all its values."""
         plan, free, lengths, states = self.plan, self._only_pretension, block.shape[:-2], self.plan.states_per_design
         whole = frozenset(range(len(lengths)))
-        most_of = [(whole, 1, _DESIGNS), (whole, states, _STATES if kernel.kind() else plan.block_states)]
+        most_of = [(whole, 1, _DESIGNS), (whole, states, _STATES if kernel.kind() else 4 * plan.block_states)]
         if kernel.kind():
             most_of += [(self._of_the_arm, len(plan.elbow_angles), VALUES_AT_ONCE), (whole - free, 2, VALUES_AT_ONCE)]
         if plan.of_forms or plan.of_motion or extremes.OVER_STATES:  # NumPy has arrays of all states
