@@ -63,17 +63,11 @@ def test_from_python_it_is_a_tendon_error_too(workplace, given, take):
 
 def test_a_file_that_is_called_as_a_temporary_one_is_not_touched(tendon, study):
     assert tendon("sweep", study, "--out", "run", "--no-figures").exit == 0
-    for name in (".designs.csv.tmp", ".f.png.tmp", ".report.html.tmp", "run/.report.html.tmp"):
+    for name in (".designs.csv.tmp", ".f.png.tmp", "run/.report.html.tmp"):
         Path(name).write_text("mine", encoding="utf-8")
-    for words in (
-        ("export", "run", "designs.csv"),
-        ("plot", "run", "--out", "f.png", "-y", "max_tension"),
-        ("report", "run"),
-    ):
-        ran = tendon(*words)
-        assert ran.exit == 0, ran.err
-    assert all(path.read_text(encoding="utf-8") == "mine" for path in Path().rglob(".*.tmp"))
-    assert len(list(Path().rglob(".*.tmp"))) == 4
+    for line in ("export run designs.csv", "plot run --out f.png -y max_tension", "report run"):
+        assert tendon(*line.split()).exit == 0
+    assert [path.read_text(encoding="utf-8") for path in Path().rglob(".*.tmp")] == ["mine"] * 3
 
 
 def test_of_two_writers_of_one_file_each_writes_it_whole(tmp_path):

@@ -53,11 +53,9 @@ REFUSED = [
     ("init no/such/folder/study.toml", 5, None, "no/such/folder/study.toml"),
     # Studies
     ("sweep none.toml", 2, "study", "none.toml"),
-    *((f"sweep study.toml --set '{text}'", 2, kind, "") for text, kind in (
-        ("arm.b1", "usage"), ("=1", "usage"), ("arm..b1=1", "usage"), ("load.mass=[", "usage"), ("name.x=1", "study"),
-        ("arm.b1=3 kg", "study"), ("arm.bb=1", "study"), ("load.mass=true", "study"), ("x=1", "study"),
-        ("load.mass={ from = 1, to = 2, num = 10000001 }", "study"), ("sheath.path=none.csv", "study"),
-    )),
+    ("sweep study.toml --set arm.b1", 2, "usage", "KEY=VALUE"),
+    ("sweep study.toml --set arm.bb=1", 2, "study", "b1"),
+    ("sweep study.toml --set sheath.path=none.csv", 2, "study", "none.csv"),
     ("sweep study.toml --set sheath.path=route.csv", 3, "input", "route.csv"),
     (f"sweep study.toml --set 'tendon.pretension={LONG}' --set 'spring.stiffness={LONG}'", 2, "size", ""),
     (f"sweep study.toml --set 'tendon.pretension={LONG}' --set 'spring.stiffness={LONG}' --set 'spool.ratio={LONG}'",
@@ -145,7 +143,7 @@ def test_what_cannot_be_done_is_one_message_and_nothing_is_written(tendon, workp
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "expected"),
     [
         ("", "nothing came in"),
         ("[load\n", "not TOML"),
@@ -153,7 +151,7 @@ def test_what_cannot_be_done_is_one_message_and_nothing_is_written(tendon, workp
         ("x" * 300_000, "larger than 256 kB"),
     ],
 )
-def test_what_is_no_study_on_standard_input_is_told(outside, text, said):
+def test_what_is_no_study_on_standard_input_is_refused(outside, text, expected):
     ran = outside("sweep", "-", input=text)
-    assert (ran.exit, said in ran.err) == (2, True)
+    assert (ran.exit, expected in ran.err) == (2, True)
     assert ran.err.startswith("tendon: error: standard input")
