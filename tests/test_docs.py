@@ -10,14 +10,11 @@ import typer
 
 import tendon_cli
 from tendon_cli import cli
-from tendon_cli.quantities import OF_DESIGNS, OF_STATES, QUANTITIES
-from tendon_cli.space.axis import split_side
 from tendon_cli.studies.load import study_from
 from tendon_cli.studies.reading import read_toml
-from tendon_cli.studies.study import keys
-from tendon_cli.units import UNITS
 
 ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "tendon_cli"
 README = (ROOT / "README.md").read_text()
 PAGES = {page.name: page.read_text() for page in (ROOT / "docs").glob("*.md")}
 
@@ -30,9 +27,8 @@ def script(name):
     return module
 
 
-FIGURES = script("figures")
+FIGURES, REFERENCE = script("figures"), script("reference")
 COMMANDS = typer.main.get_command(cli.app).commands
-COMMON_KEYS = [path for path in keys() if split_side(path)[1] is None]
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -42,33 +38,18 @@ def test_every_command_is_in_the_readme(command):
 
 def test_the_page_for_contributors_names_modules_and_functions_that_there_are():
     text = (ROOT / "CONTRIBUTING.md").read_text()
-    sources = (file for ending in ("py", "h") for file in (ROOT / "tendon_cli").rglob(f"*.{ending}"))
-    files = {f"/{file.relative_to(ROOT)}": file.read_text() for file in sources}
-    for path in re.findall(r"`([a-z_/]+\.(?:py|h))`", text):
-        assert [name for name in files if name.endswith(f"/{path}")], path
-    for name, path in re.findall(r"`([\w.]+)`[^`()]{0,12}\(`([a-z_/]+\.py)`\)", text):
-        definition = re.compile(rf"(?:def|class) {name.split('.')[-1]}\b")
-        assert any(definition.search(code) for file, code in files.items() if file.endswith(f"/{path}")), (name, path)
+    sources = {path.as_posix(): path.read_text() for ending in ("py", "h") for path in PACKAGE.rglob(f"*.{ending}")}
 
+    def code_of(name):
+        return [code for path, code in sources.items() if path.endswith(f"/{name}")]
 
-@pytest.mark.parametrize("path", COMMON_KEYS)
-def test_every_key_is_documented_with_its_meaning_and_column(path):
-    row = next(line for line in PAGES["study.md"].splitlines() if line.startswith(f"| `{path}` |"))
-    assert keys()[path].number.quantity.long_name in row
-    assert f"`{keys()[path].column}`" in row
-
-
-@pytest.mark.parametrize("column", [*OF_STATES, *OF_DESIGNS])
-def test_every_result_is_documented_with_its_unit_and_meaning(column):
-    quantity = QUANTITIES[column]
-    assert f"| `{column}` | {quantity.unit} | {quantity.symbol} | {quantity.long_name} |" in PAGES["tables.md"]
-
-
-@pytest.mark.parametrize(
-    "unit", [unit.symbol for unit in UNITS.values() if unit.dimension in ("length", "force", "angle")]
-)
-def test_every_unit_is_documented(unit):
-    assert f"`{unit}`" in PAGES["study.md"]
+    for file in re.findall(r"`([a-z_/]+\.(?:py|h))`", text):
+        assert code_of(file), file
+    pairs = re.findall(r"`(?:\w+\.)?(\w+)`[^`()]{0,12}\(`([a-z_/]+\.py)`\)", text)
+    pairs += [(name, file) for file, name in re.findall(r"`([\w/]+\.py)` `(\w+)`", text)]
+    assert len(pairs) >= 8
+    for name, file in pairs:
+        assert any(re.search(rf"^ *(def|class) {name}\b", code, re.MULTILINE) for code in code_of(file)), (name, file)
 
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
@@ -96,7 +77,14 @@ def test_every_link_leads_somewhere(page):
 @pytest.mark.parametrize("page", PAGES)
 def test_the_tables_of_reference_are_those_of_the_code(page):
     """`python docs/reference.py` writes them anew."""
-    assert script("reference").renewed(PAGES[page]) == PAGES[page]
+    assert REFERENCE.renewed(PAGES[page]) == PAGES[page]
+
+
+def test_every_table_of_reference_has_its_place():
+    placed = [match[2] for page in PAGES.values() for match in REFERENCE.MARKED.finditer(page)]
+    options = {f"options {name}" for name in COMMANDS if name != "schema"}  # which has none
+    assert sorted(placed) == sorted(({*REFERENCE.TABLES} - {"options"}) | options)
+    assert [name for name in COMMANDS if f"\n## `tendon {name}" not in PAGES["commands.md"]] == []
 
 
 @pytest.mark.parametrize("page", ["README.md", *PAGES])
@@ -126,21 +114,6 @@ def test_a_figure_is_made_the_same_each_time(tmp_path):
         FIGURES.make_figures(page)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_a_section_with_its_options(command):
-    section = PAGES["commands.md"].partition(f"\n## `tendon {command}")[2].partition("\n## ")[0]
-    options = [name for parameter in COMMANDS[command].params for name in parameter.opts if name.startswith("--")]
-    assert [name for name in options if f"`{name}" not in section] == []
-
-
-def test_the_exit_codes_are_those_of_the_errors():
-    from tendon_cli import errors
-
-    kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.TendonError)]
-    for kind in {kind for kind in kinds if kind is not errors.InterruptError}:
-        assert re.search(rf"^\| {kind.exit} \|.*`{kind.kind}`", PAGES["commands.md"], re.MULTILINE)
-
-
 def test_the_page_about_python_names_every_function():
     page = PAGES["python.md"]
     plain = {name for name in tendon_cli.__all__ if name.endswith("Error")} | {"__version__", "arms"}
@@ -153,21 +126,6 @@ def test_what_is_to_be_typed_keeps_its_signs():
     assert "smartquotes = False" in (ROOT / "docs/conf.py").read_text()
 
 
-def test_who_walks_from_a_study_to_a_written_part_finds_every_name():
-    """Files that CONTRIBUTING names are there, and what it says that a file has, the file has."""
-    text = (ROOT / "CONTRIBUTING.md").read_text()
-    package = ROOT / "tendon_cli"
-    walk = text.partition("## From a study")[2].partition("\n## ")[0]
-    pairs = re.findall(r"`(?:\w+\.)?(\w+)`(?:'s)? \(`([\w/]+\.py)`\)", walk)
-    pairs += [(name, file) for file, name in re.findall(r"`([\w/]+\.py)` `(\w+)`", walk)]
-    assert len(pairs) >= 8
-    for name, file in pairs:
-        source = next(path for path in (package / file, package / "engine" / file) if path.exists()).read_text()
-        assert re.search(rf"^ *(def|class) {name}\b", source, re.MULTILINE), (name, file)
-    for file in re.findall(r"`([a-z_]+(?:/[a-z_]+)*\.(?:py|h))`", text):
-        assert list(package.rglob(file)), file
-
-
 def test_the_page_of_questions_has_every_message():
     """What is printed in a few known cases stands in the list that the page is built with."""
     found = script("messages").messages()
@@ -176,13 +134,8 @@ def test_the_page_of_questions_has_every_message():
     for known in ('"9" has no unit, expected a length such as "9 mm"', "--resume and --overwrite exclude each other",
                   "144 may be degrees or radians, expected an angle", "holds an unfinished run"):  # fmt: skip
         assert any(re.match(each, known) for each in said), known
-    page = PAGES["questions.md"]
-    for asked in re.findall(r"^\*\*`([^`]+)`", page, re.MULTILINE):
-        words = re.sub(r"\W+", " ", asked.replace("...", " ")).split()[-2:]
-        assert (
-            any(" ".join(words) in re.sub(r"\W+", " ", m) for m, _, _ in found)
-            or "No pretension" in asked
-            or any(
-                " ".join(words) in re.sub(r"\W+", " ", path.read_text()) for path in (ROOT / "tendon_cli").rglob("*.py")
-            )
-        ), asked
+    sources = [*(message for message, _, _ in found), *(path.read_text() for path in PACKAGE.rglob("*.py"))]
+    plain = [re.sub(r"\W+", " ", source) for source in sources]
+    for asked in re.findall(r"^\*\*`([^`]+)`", PAGES["questions.md"], re.MULTILINE):
+        words = " ".join(re.sub(r"\W+", " ", asked.replace("...", " ")).split()[-2:])
+        assert words == "No pretension" or any(words in source for source in plain), asked

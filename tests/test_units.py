@@ -42,6 +42,8 @@ TURNS = {"deg": Fraction(1, 360), "°": Fraction(1, 360), "rev": Fraction(1),
 
 def test_every_unit_is_defined_here():
     assert set(UNITS) - set(DEFINED) - set(TURNS) == {"lbf", "N m/deg"}
+    assert UNITS["lbf"].factor == UNITS["lb"].factor * UNITS["kgf"].factor
+    assert UNITS["N m/deg"].factor * UNITS["rev"].factor / 360 == 1
 
 
 @pytest.mark.parametrize(("symbol", "factor"), DEFINED.items())
@@ -49,10 +51,6 @@ def test_a_unit_is_worth_its_definition_exactly(symbol, factor):
     unit = UNITS[symbol]
     text = "1.25" if symbol == "1" else f"1.25 {symbol}"
     assert parse_measure(text, unit.dimension).exact == Fraction("1.25") * Fraction(factor)
-
-
-def test_a_pound_force_is_the_weight_of_a_pound():
-    assert UNITS["lbf"].factor == UNITS["lb"].factor * UNITS["kgf"].factor
 
 
 @pytest.mark.parametrize(("symbol", "turns"), TURNS.items())
@@ -69,15 +67,14 @@ def test_degrees_are_rounded_once(degrees):
     assert degrees % 90 or parse_measure(f"{degrees} deg", "angle").si == degrees / 90 * (math.pi / 2)
 
 
-def test_a_stiffness_per_degree_is_180_over_pi_per_radian():
-    assert parse_measure("1 N m/deg", "rotational stiffness").si == pytest.approx(180 / math.pi, rel=1e-15)
-
-
 @pytest.mark.parametrize("dimension", SI_UNIT)
 def test_each_dimension_has_its_si_unit_and_an_example(dimension):
     assert UNITS[SI_UNIT[dimension]].factor == 1
     assert SI_UNIT[dimension] in known_units(dimension)
     parse_measure(EXAMPLES[dimension].strip('"'), dimension)
+    if dimension != "number":
+        with pytest.raises(UnitError, match="has no unit"):
+            parse_measure("160", dimension)
 
 
 @pytest.mark.parametrize("unit", UNITS.values(), ids=lambda unit: unit.symbol)
@@ -132,12 +129,6 @@ def test_everything_else_is_refused(text):
 @pytest.mark.parametrize(("text", "si"), [("0.07", 0.07), ("7 %", 0.07), ("7%", 0.07), ("1", 1.0), ("-2e-3", -0.002)])
 def test_a_plain_number_needs_no_unit(text, si):
     assert parse_measure(text, "number").si == si
-
-
-def test_the_hint_gives_the_unit_that_is_missing():
-    with pytest.raises(UnitError, match="has no unit") as caught:
-        parse_measure("160", "length")
-    assert '"160 m"' in caught.value.hint
 
 
 # --- Rounding and round trips ----------------------------------------------------------------------------------------
