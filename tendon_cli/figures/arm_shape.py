@@ -90,14 +90,10 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     cases = [case_axis(study)] if at is not None else []
     space = Space((*cases, *axes), single_numbers(study))
     first = tuple(slice(at, at + 1) if at is not None and axis in cases else slice(0, 1) for axis in space.axes)
-    sizes, remarks = {}, []
-    for name, key in keys.items():
-        values = space.number(key)
-        sizes[name] = np.asarray(values.within(first)).item() * (1.0 if name in ("upper_arm_angle", "ratio") else 1e3)
-        remarks += [
-            f"{key} has {space.shape[axis]} values, the first is drawn."
-            for axis in values.axes if space.axes[axis] in axes and space.shape[axis] > 1
-        ]  # fmt: skip
+    sizes = {name: np.asarray(space.number(key).within(first)).item() for name, key in keys.items()}
+    sizes |= {name: 1e3 * value for name, value in sizes.items() if name not in ("upper_arm_angle", "ratio")}
+    several = [axis.key for axis in axes if len(axis) > 1]
+    remarks = [f"The first of several values of {', '.join(several)} is drawn."] if several else []
     if study.cases and at is None:
         remarks.append("The cases may differ in what is drawn here: it is the study's common arm.")
     anchors = Anchors(*(sizes.pop(name) for name in _ANCHORS))

@@ -78,7 +78,7 @@ def answer_page(
     """A page of an answer's figure; its panels are so many mm high."""
     named = record["title"] or record["name"]
     study = f"{record['name']} {record['study_hash'][:12]}"
-    given = off_default(record["study"], [axis.column for axis in cube.axes], {})
+    given = off_default(cube.asked, [axis.column for axis in cube.axes], {})
     asked = [f"With {', '.join(given)}; all else by default."] if given else []
     return framed(f"{named}: {title}", panels, key, [*notes, *_bench_text(record["best"]), *asked], study=study)
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
 from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
@@ -95,6 +97,7 @@ def _quantities(cube: Cube, spec: FigureSpec) -> tuple[str, ...]:
 def _along_x(cube: Cube, spec: FigureSpec, long: list[Axis]) -> tuple[str, Axis]:
     """The column along x, and the axis that runs along it."""
     usual = [axis for axis in long if axis.column not in (LOAD, DIRECTION)] or long
+    usual.sort(key=lambda axis: axis.is_text)
     angle = next((axis for axis in cube.axes if axis.column in (ANGLE, TIME)), None)
     runs = angle if angle in long or not usual else usual[0]
     if spec.x is not None:
@@ -165,8 +168,9 @@ class MapPlan:
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
-    """Axes other than the load of which more than one value is chosen."""
-    return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
+    """Axes of finite numbers, other than the load, of which more than one value is chosen."""
+    long = [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
+    return [axis for axis in long if not axis.is_text and np.isfinite(axis.values).all()]
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:

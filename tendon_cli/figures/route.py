@@ -26,7 +26,6 @@ from tendon_cli.studies.study import Study
 
 Floats = npt.NDArray[np.float64]
 
-_MOST_DRAWN = 20_000
 _VIEWS = ((0, 1, "seen along z"), (0, 2, "seen along y"), (1, 2, "seen along x"))
 
 
@@ -89,12 +88,11 @@ def route_curve(points: npt.ArrayLike) -> RouteCurve:
 
 def _draw_view(axes: Axes, curve: RouteCurve, marks: Floats, plane: tuple[int, int], colour: Any) -> None:
     """The route seen along one axis, with its way-points."""
-    every, some = (max(1, len(points) // _MOST_DRAWN) for points in (curve.points, marks))
-    axes.plot(*curve.points[::every, plane].T, color=FAINT, linewidth=0.8, zorder=1, gid="route")
-    axes.plot(*marks[::some, plane].T, color=FAINT, marker="+", markersize=3.0, markeredgewidth=0.5, linestyle="none",
+    axes.plot(*curve.points[:, plane].T, color=FAINT, linewidth=0.8, zorder=1, gid="route")
+    axes.plot(*marks[:, plane].T, color=FAINT, marker="+", markersize=3.0, markeredgewidth=0.5, linestyle="none",
               zorder=1.5, gid="way-points")  # fmt: skip
-    inner = curve.points[1:-1:every]
-    axes.scatter(inner[:, plane[0]], inner[:, plane[1]], c=curve.curvature[::every], s=5.0, cmap=colour.cmap,
+    inner = curve.points[1:-1]
+    axes.scatter(inner[:, plane[0]], inner[:, plane[1]], c=curve.curvature, s=5.0, cmap=colour.cmap,
                  norm=colour.norm, linewidths=0.0, zorder=2, rasterized=len(inner) > 2000)  # fmt: skip
     for at, text in ((0, "first"), (-1, "last")):
         end = tuple(curve.points[at, list(plane)])

@@ -10,7 +10,6 @@ from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic_core import PydanticCustomError
 
 from tendon_cli.cube.axes import Ints
 from tendon_cli.cube.columns import Values
@@ -20,8 +19,7 @@ from tendon_cli.figures.engine import Axes, ticker
 from tendon_cli.space.axis import SIDES, Axis
 from tendon_cli.studies.figures import FigureSpec
 from tendon_cli.studies.load import study_from
-from tendon_cli.studies.study import keys
-from tendon_cli.units import described
+from tendon_cli.studies.study import Study, keys
 
 _FEW = 6
 """Up to so many values each one has its tick."""
@@ -129,38 +127,31 @@ def caption(
         values = np.unique(read[name])
         if len(values) == 1 and np.isfinite(values[0]):
             fixed.append(cube.shown(name, spec.units).equation(float(values[0])))
-    fixed += off_default(cube.study, {*known, *varied}, spec.units)
+    fixed += off_default(cube.asked, {*known, *varied}, spec.units)
     lines = [f"Only where {plain(' and '.join(spec.where))}."] if spec.where else []
     return [*lines, *([f"At {', '.join(fixed)}."] if fixed else [])], fixed
 
 
-def off_default(study: Mapping[str, Any], named: Collection[str], units: Mapping[str, str]) -> list[str]:
-    """What a resolved study has otherwise than its defaults, but for columns that are named anyway: "K_A = 10 kN/m"."""
-    usual, texts = dict(_values_of(_defaults())), []
-    for key, value in _values_of(study):
-        number_of = keys().get(key)
-        if usual.get(key) == value or (number_of is not None and number_of.column in named):
+def off_default(study: Study, named: Collection[str], units: Mapping[str, str]) -> list[str]:
+    """What a study has otherwise than its defaults, but for columns that are named anyway: "K_A = 10 kN/m"."""
+    document, usual, texts = study.document(), dict(_values_of(_defaults())), []
+    for key, value in _values_of(document):
+        known, values = keys().get(key), study.numbers.get(key)
+        if usual.get(key) == value or (known is not None and known.column in named):
             continue
-        if number_of is None:
+        if known is None:
             texts.append(plain(f"{key} = {value}" if isinstance(value, str) else f"{key} as in the study"))
             continue
-        shown = Shown.of(number_of.column, as_read(number_of.number.quantity, study), units)
-        try:
-            read: Any = number_of.number.read(value)
-        except PydanticCustomError:  # a table whose study somebody changed
-            texts.append(plain(f"{key} = {described(value)}"))
-            continue
-        values = getattr(read, "array", None)
-        if values is None:  # a curve over the angle
+        shown = Shown.of(known.column, as_read(known.number.quantity, document), units)
+        if values is None:
             texts.append(f"{shown.symbol} over the angle")
-            continue
-        if read.uncertain is not None:
-            uniform = " (uniform)" if read.uncertain.kind == "uniform" else ""
-            texts.append(f"{shown.equation(read.uncertain.middle)} ± {shown.text(read.uncertain.spread)}{uniform}")
-            continue
-        text, last = shown.equation(float(values[0])), shown.text(float(values[-1]))
-        of_load = " load" if text.endswith(" load") else ""
-        texts.append(f"{text.removesuffix(of_load)} to {last}{of_load}" if len(values) > 1 else text)
+        elif values.uncertain is not None:
+            uniform = " (uniform)" if values.uncertain.kind == "uniform" else ""
+            texts.append(f"{shown.equation(values.uncertain.middle)} ± {shown.text(values.uncertain.spread)}{uniform}")
+        else:
+            text, last = shown.equation(float(values.array[0])), shown.text(float(values.array[-1]))
+            of_load = " load" if text.endswith(" load") else ""
+            texts.append(f"{text.removesuffix(of_load)} to {last}{of_load}" if len(values) > 1 else text)
     return texts
 
 

@@ -53,7 +53,8 @@ def test_what_the_drawing_says() -> None:
     words = "\n".join(text.get_text() for text in figure.findobj(Text))
     for text in ("b₁ = 150 mm", "b₂ = 150 mm", "a₁ = 40 mm", "a₂ = 20 mm", "$d_{load}$ = 320 mm", "$d_{com}$ = 174 mm",
                  "$R_{elb}$ = 45 mm", "$R_{f}$ = 30 mm", "$R_{e}$ = 21 mm", "η = $R_e$ / $R_f$ = 0.7", "ψ = 30 deg",
-                 "θ = 60 deg", "J = 101.1 mm", "J ≤ 0: no equilibrium", "spool.ratio has 2 values"):  # fmt: skip
+                 "θ = 60 deg", "J = 101.1 mm", "J ≤ 0: no equilibrium",
+                 "The first of several values of spool.ratio is drawn."):  # fmt: skip
         assert text in words
     arms = [axes for axes in figure.axes if "spools" not in axes.get_title()]
     assert len(arms) == 4

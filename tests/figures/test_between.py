@@ -118,8 +118,8 @@ def test_the_command_and_the_page_show_it_too(answer: tendon.Answer, tmp_path: P
     ],
 )
 def test_what_is_off_its_default_is_named(content: dict[str, object], says: list[str]) -> None:
-    assert off_default(study_from(content).document(), (), {}) == says
-    assert off_default(study_from(content).document(), {"anchor_stiffness", "load_mass"}, {}) == [
+    assert off_default(study_from(content), (), {}) == says
+    assert off_default(study_from(content), {"anchor_stiffness", "load_mass"}, {}) == [
         text for text in says if "K_{t}" not in text and "load" not in text
     ]
 
