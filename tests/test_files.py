@@ -10,7 +10,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.files import open_file, read_file
 from tendon_cli.tables.read import open_table
 
-from .study.malformed.guard import at_most
+from .study.malformed.row import at_most
 
 
 def test_a_file_is_read_whole_up_to_what_is_allowed(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from tendon_cli.errors import StudyError
 from tendon_cli.studies.load import load_study
 
-from .malformed.guard import LONGEST_TIME, at_most
+from .malformed.row import LONGEST_TIME, at_most
 
 TEN_FAULTS = """\
 name = "a/b"

@@ -9,7 +9,7 @@ from tendon_cli.errors import InputError, SizeError, StudyError, TendonError, Us
 from tendon_cli.studies.load import load_study
 
 from .malformed import ROWS
-from .malformed.guard import LONGEST_TIME, at_most
+from .malformed.row import LONGEST_TIME, at_most
 
 MOST_MEMORY_KB = 300_000
 LONGEST_MESSAGE = 4000
@@ -59,11 +59,7 @@ def check_it_is_fit_for_a_terminal(row, error):
         assert [word for word in OF_PYTHON if word in text and word not in given] == []
 
 
-@pytest.mark.parametrize(
-    "row",
-    ROWS,
-    ids=lambda row: row.label,
-)
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.label)
 def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
     path = written(row, tmp_path)
     before, memory = content_of(tmp_path), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -76,19 +72,6 @@ def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_p
     check_it_is_fit_for_a_terminal(row, error)
 
 
-def test_the_kinds_of_malformed_study_are_many_and_each_is_named_once():
-    labels = [row.label for row in ROWS]
-    assert len(set(labels)) == len(labels) >= 110
-
-
-def test_every_study_at_fault_carries_its_faults(tmp_path):
-    path = tmp_path / "study.toml"
-    path.write_text("[arm]\nb1 = '1 kg'\nb2 = true\n")
-    with pytest.raises(StudyError) as caught:
-        load_study(path)
-    assert [(fault.key, fault.line) for fault in caught.value.faults] == [("arm.b1", 2), ("arm.b2", 3)]
-
-
 # --- Files that are not there or cannot be read ----------------------------------------------------------------------
 
 
@@ -98,9 +81,6 @@ def test_a_missing_file_is_named_with_what_lies_beside_it(tmp_path):
         load_study(tmp_path / "fig08.toml")
     assert "fig07.toml" in str(caught.value)
     assert "fig08.toml" in caught.value.where
-
-
-def test_a_missing_file_in_a_missing_folder_is_no_such_file(tmp_path):
     with pytest.raises(StudyError, match="no such file"):
         load_study(tmp_path / "nowhere" / "study.toml")
 
@@ -124,32 +104,22 @@ def test_an_unreadable_file_is_one_fault(tmp_path):
         load_study(path)
 
 
-@pytest.mark.parametrize("suffix", [".toml", ".yaml"])
-def test_a_pipe_is_no_study_and_is_not_waited_for(tmp_path, suffix):
-    os.mkfifo(tmp_path / f"study{suffix}")
-    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="it is a pipe, expected a file"):
-        load_study(tmp_path / f"study{suffix}")
-
-
-@pytest.mark.parametrize("key", ["path", "friction_from"])
-def test_a_study_waits_for_no_pipe_that_it_names(tmp_path, key):
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "study.toml").write_text(f"[sheath]\n{key} = 'pipe'\n")
-    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="it is a pipe, expected a file") as caught:
-        load_study(tmp_path / "study.toml")
-    assert [(fault.key, fault.line) for fault in caught.value.faults] == [(f"sheath.{key}", 2)]
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="there is no endless file here")  # noqa: PTH110
-@pytest.mark.parametrize("text", ["", "[sheath]\npath = 'endless'\n", "[sheath]\nfriction_from = 'endless'\n"])
-def test_an_endless_file_is_not_read(tmp_path, text):
-    (tmp_path / "endless").symlink_to("/dev/zero")
-    (tmp_path / "study.toml").write_text(text)
-    with at_most(LONGEST_TIME), pytest.raises(StudyError, match="it is a device, expected a file"):
-        load_study(tmp_path / ("study.toml" if text else "endless"))
+@pytest.mark.parametrize("key", [None, "path", "friction_from"])
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_nothing_that_never_ends_is_waited_for_or_read(tmp_path, key, kind):
+    endless = tmp_path / "endless.toml"
+    if kind == "pipe":
+        os.mkfifo(endless)
+    else:
+        endless.symlink_to("/dev/zero")
+    (tmp_path / "study.toml").write_text(f"[sheath]\n{key} = 'endless.toml'\n")
+    with at_most(LONGEST_TIME), pytest.raises(StudyError, match=f"it is a {kind}, expected a file") as caught:
+        load_study(tmp_path / "study.toml" if key else endless)
+    assert [(fault.key, fault.line) for fault in caught.value.faults] == [(f"sheath.{key}", 2) if key else ("", None)]
 
 
-@pytest.mark.parametrize("suffix", [".toml", ".yaml", ".yml", ".TOML", ".txt"])
+@pytest.mark.parametrize("suffix", [".toml", ".yaml", ".txt"])
 def test_an_empty_file_is_the_baseline(tmp_path, suffix):
     (tmp_path / f"empty{suffix}").touch()
     assert load_study(tmp_path / f"empty{suffix}").name == "empty"
@@ -163,7 +133,7 @@ def fit_to_print(error):
 
 
 @pytest.mark.parametrize("name", [f"{HOSTILE}.toml", f"{HOSTILE}.yaml", os.fsdecode(b"a\xff.toml")])
-@pytest.mark.parametrize("text", [None, "colour = 3", "colour: 3", "\x1b[31m = 3", "[sheath]\npath = 'r\\u001b.csv'\n"])
+@pytest.mark.parametrize("text", [None, "colour = 3", "\x1b[31m = 3", "[sheath]\npath = 'r\\u001b.csv'\n"])
 def test_names_of_files_come_out_harmless(tmp_path, name, text):
     (tmp_path / f"other{HOSTILE}.toml").touch()
     if text is not None:
@@ -173,9 +143,7 @@ def test_names_of_files_come_out_harmless(tmp_path, name, text):
     assert fit_to_print(caught.value)
 
 
-@pytest.mark.parametrize(
-    "content", ["", "x,y\n", "x,y,z\n0,0,0\n", "x,y,z\n\x1b[31m,0,0\n", "x,y,\x1b[2J\n", "x,y,z\n9e9,0,0\n"]
-)
+@pytest.mark.parametrize("content", ["", "x,y,z\n\x1b[31m,0,0\n", "x,y,\x1b[2J\n"])
 @pytest.mark.parametrize("key", ["path", "friction_from"])
 def test_names_and_lines_of_named_files_come_out_harmless(tmp_path, key, content):
     (tmp_path / HOSTILE).write_text(content)

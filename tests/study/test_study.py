@@ -2,7 +2,6 @@
 
 import json
 import math
-from fractions import Fraction
 from itertools import permutations
 
 import numpy as np
@@ -83,15 +82,9 @@ def test_the_baseline_bends_and_extends_over_91_angles_with_tendons_that_cannot_
     assert (study.axes, study.cases, study.title, study.sources) == ((), (), "", {})
 
 
-@pytest.mark.parametrize("stem", ["fig07", "a.b_c-D9", "x" * 64])
-def test_the_name_is_the_stem_of_the_file_unless_given(load, stem):
-    assert load("", stem=stem).name == stem
-    assert load("name = 'other'", stem=stem).name == "other"
-
-
-@pytest.mark.parametrize("name", ["a", "A.b-c_9", "...a", "-", "a" * 64])
-def test_letters_digits_points_dashes_and_underlines_make_a_name(load, name):
-    assert load(f'name = "{name}"').name == name
+@pytest.mark.parametrize("name", ["fig07", "A.b-c_9", "...a", "-", "a" * 64])
+def test_the_name_is_the_stem_of_the_file_unless_given(load, name):
+    assert load("", stem=name).name == load(f'name = "{name}"').name == name
 
 
 # --- TOML and YAML say the same --------------------------------------------------------------------------------------
@@ -123,7 +116,7 @@ TWINS = [
 
 
 @pytest.mark.parametrize(("toml", "yaml"), TWINS)
-@pytest.mark.parametrize("suffix", [".yaml", ".yml", ".YAML"])
+@pytest.mark.parametrize("suffix", [".yaml", ".YML"])
 def test_toml_and_yaml_twins_are_the_same_study(load, toml, yaml, suffix):
     assert load(toml).hash == load(yaml, suffix=suffix).hash
 
@@ -154,11 +147,10 @@ def test_a_unit_and_a_bare_number_in_si_are_the_same():
     assert one("load.mass", ["1 kg", "500 g"]).hash == one("load.mass", [1, 0.5]).hash
 
 
-@pytest.mark.parametrize(("start", "stop"), [("0 g", "1000 g"), ("0.0 kg", "1.0 kg"), ("0.00 kg", "1 kg")])
-def test_a_grid_in_another_unit_is_the_same_study(start, stop):
-    written = one("load.mass", {"from": start, "to": stop, "num": 5})
+def test_a_grid_in_another_unit_is_the_same_study():
+    written = one("load.mass", {"from": "0 g", "to": "1000 g", "num": 5})
     assert bits(written.load.mass.array) == bits([0, 0.25, 0.5, 0.75, 1])
-    assert written.hash == one("load.mass", {"from": "0 kg", "to": "1 kg", "num": 5}).hash
+    assert written.hash == one("load.mass", {"from": "0.0 kg", "to": 1, "num": 5}).hash
 
 
 @pytest.mark.parametrize("key", list(keys()))
@@ -195,17 +187,12 @@ def test_the_hash_knows_everything_else(content):
         ("arm.a1", "4.5 cm", 0.045),
         ("arm.a1", "1 in", 0.0254),
         ("motion.elbow_angle", "90 deg", math.pi / 2),
-        ("motion.elbow_angle", "90°", math.pi / 2),
         ("sheath.bend_angle", "0.5 rev", math.pi),
-        ("sheath.bend_angle", "180 deg", math.pi),
         ("sheath.friction", "7 %", 0.07),
         ("sheath.friction", "0.07", 0.07),
         ("tendon.youngs_modulus", "145 GPa", 145e9),
-        ("spring.stiffness", "3 kN/m", 3000.0),
         ("spring.stiffness", "3 N/mm", 3000.0),
         ("load.mass", "700 g", 0.7),
-        ("tendon.pretension", "0.1 kN", 100.0),
-        ("load.mass", 0.1, 0.1),
         ("load.mass", 3, 3.0),
     ],
 )
@@ -214,22 +201,13 @@ def test_a_quantity_is_the_nearest_float_of_what_is_written(key, written, si):
     assert getattr(getattr(one(key, written), table), name).single == si
 
 
-def test_a_list_and_a_grid_agree_bit_for_bit():
-    grid = one("spool.ratio", {"from": 0.7, "to": 1.0, "num": 4}).spool.ratio.array
-    assert bits(grid) == bits([0.7, 0.8, 0.9, 1.0]) == bits(one("spool.ratio", [0.7, "0.8", 0.9, 1]).spool.ratio.array)
+FACTORS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "in": 0.0254}
 
 
-@given(st.integers(0, 1000), st.integers(1, 1000), st.integers(2, 200), st.sampled_from(["mm", "cm", "m", "um", "in"]))
+@given(st.integers(0, 1000), st.integers(1, 1000), st.integers(2, 200), st.sampled_from([*FACTORS]))
 def test_a_grid_holds_the_numbers_that_a_list_would_say(first, step, num, unit):
-    factor = {
-        "mm": Fraction(1, 1000),
-        "cm": Fraction(1, 100),
-        "m": 1,
-        "um": Fraction(1, 10**6),
-        "in": Fraction("0.0254"),
-    }
     last = first + step * (num - 1)
-    assume(last * factor[unit] <= 100)
+    assume(last * FACTORS[unit] <= 99)
     texts = [f"{first + step * i} {unit}" for i in range(num)]
     grid = one("arm.a1", {"from": texts[0], "to": texts[-1], "num": num}).arm.a1.array
     assert bits(grid) == bits(one("arm.a1", texts).arm.a1.array)
@@ -244,21 +222,15 @@ def test_a_grid_starts_and_ends_exactly_and_goes_one_way(start, stop, num, spaci
 
 
 def test_a_log_grid_has_a_constant_factor():
-    array = one(
-        "spring.stiffness", {"from": "1 N/m", "to": "1 kN/m", "num": 4, "spacing": "log"}
-    ).spring.stiffness.array
-    np.testing.assert_allclose(array, [1, 10, 100, 1000], rtol=1e-15)
+    grid = {"from": 0.1, "to": 100, "num": 4, "spacing": "log"}
+    np.testing.assert_allclose(one("spool.ratio", grid).spool.ratio.array, [0.1, 1, 10, 100], rtol=1e-15)
 
 
-def test_a_grid_of_one_is_its_start_and_an_axis():
-    study = one("load.mass", {"from": "2 kg", "to": "5 kg", "num": 1})
-    assert study.load.mass.array.tolist() == [2.0]
-    assert study.axes == ("load.mass",)
-
-
-def test_a_list_of_one_is_an_axis_and_a_single_value_is_not():
-    assert one("load.mass", [5]).axes == ("load.mass",)
-    assert one("load.mass", 5).axes == ()
+def test_a_list_or_a_grid_of_one_is_an_axis_and_a_single_value_is_not():
+    for value in ([2], {"from": "2 kg", "to": "5 kg", "num": 1}):
+        study = one("load.mass", value)
+        assert (study.load.mass.array.tolist(), study.axes) == ([2.0], ("load.mass",))
+    assert one("load.mass", 2).axes == one("motion.elbow_angle", ["0 deg", "10 deg"]).axes == ()
 
 
 # --- Axes ------------------------------------------------------------------------------------------------------------
@@ -273,10 +245,6 @@ def an_axis(key):
 def test_any_number_may_be_an_axis(key):
     common = key.replace(".flexor.", ".").replace(".extensor.", ".")
     assert one(key, an_axis(common)).axes == (key,)
-
-
-def test_the_elbow_angle_is_no_axis_of_the_designs():
-    assert one("motion.elbow_angle", ["0 deg", "10 deg"]).axes == ()
 
 
 @pytest.mark.parametrize("order", list(permutations(["spool.ratio", "tendon.length", "load.mass", "arm.b1"]))[::3])
@@ -338,40 +306,30 @@ def test_the_order_of_the_axes_is_part_of_the_study(load):
 # --- --set -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_new_set_axis_comes_last(load):
-    assert load(REOPENED, "arm.b1=['1 mm', '2 mm']").axes[-1] == "arm.b1"
-    assert load("[arm]\nb1 = 0.1\n[load]\nmass = [1, 2]\n", "arm.b1=[0.1, 0.2]").axes == ("load.mass", "arm.b1")
+RATIO, B1 = "spool.ratio=[0.9, 1.0]", "arm.b1=[0.1, 0.2]"
 
 
-def test_new_set_axes_stand_in_the_order_of_the_command_line(load):
-    settings = ("spool.ratio=[0.9, 1.0]", "arm.b1=[0.1, 0.2]")
-    assert load("load.mass = [1, 2]", *settings).axes == ("load.mass", "spool.ratio", "arm.b1")
-    assert load("load.mass = [1, 2]", *settings[::-1]).axes == ("load.mass", "arm.b1", "spool.ratio")
-
-
-def test_an_axis_that_is_set_to_another_axis_keeps_its_place(load):
-    study = load(REOPENED, "tendon.length={from=1, to=2, num=5}")
-    assert study.axes == ("tendon.length", "spool.ratio", "tendon.flexor.pretension")
-    assert len(study.tendon.length) == 5
-
-
-def test_an_axis_that_is_set_to_one_value_disappears(load):
-    study = load(REOPENED, "spool.ratio=0.9")
-    assert study.axes == ("tendon.length", "tendon.flexor.pretension")
-    assert study.spool.ratio.single == 0.9
+@pytest.mark.parametrize(
+    ("text", "settings", "axes"),
+    [
+        ("arm.b1 = 0.1\nload.mass = [1, 2]\n", [B1], "load.mass arm.b1"),
+        ("load.mass = [1, 2]", [RATIO, B1], "load.mass spool.ratio arm.b1"),
+        ("load.mass = [1, 2]", [B1, RATIO], "load.mass arm.b1 spool.ratio"),
+        (REOPENED, ["tendon.length={from=1, to=2, num=5}"], "tendon.length spool.ratio tendon.flexor.pretension"),
+        (REOPENED, ["spool.ratio=0.9"], "tendon.length tendon.flexor.pretension"),
+    ],
+)
+def test_new_set_axes_come_last_others_keep_their_place_and_one_value_is_none(load, text, settings, axes):
+    assert load(text, *settings).axes == tuple(axes.split())
 
 
 @pytest.mark.parametrize(
     ("setting", "content"),
     [
         ("arm.b1=160 mm", {"arm": {"b1": 0.16}}),
-        (" arm.b1 = 160 mm ", {"arm": {"b1": 0.16}}),
-        ("arm.b1='160 mm'", {"arm": {"b1": 0.16}}),
-        ('arm.b1="160 mm"', {"arm": {"b1": 0.16}}),
+        (" arm.b1 = '160 mm' ", {"arm": {"b1": 0.16}}),
         ('load.mass=["3 kg","5 kg"]', {"load": {"mass": [3.0, 5.0]}}),
-        ("load.mass=[3, 5]", {"load": {"mass": [3.0, 5.0]}}),
         ("arm={b1='160 mm', b2=0.14}", {"arm": {"b1": 0.16, "b2": 0.14}}),
-        ("spool.ratio=0.7", {"spool": {"ratio": 0.7}}),
         ("spool.ratio=70 %", {"spool": {"ratio": 0.7}}),
         ("model.slack=bilateral", {"model": {"slack": "bilateral"}}),
         ("motion.direction=flexion", {"motion": {"direction": ["flexion"]}}),
@@ -379,8 +337,6 @@ def test_an_axis_that_is_set_to_one_value_disappears(load):
         ("tendon.flexor.pretension=90 N", {"tendon": {"flexor": {"pretension": 90.0}}}),
         ("title=a = b", {"title": "a = b"}),
         ("title= 3 ", {"title": "3"}),
-        ("name=other", {"name": "other"}),
-        ("cases=[{name='a'}, {name='b'}]", {"cases": [{"name": "a"}, {"name": "b"}]}),
         ("cases=[{name='b', arm={b1='160 mm'}}]", {"cases": [{"name": "b", "arm": {"b1": 0.16}}]}),
     ],
 )  # fmt: skip
@@ -416,24 +372,18 @@ def test_a_side_overrides_the_common_value_and_leaves_it(key):
 
 
 def test_cases_say_only_what_they_override(load):
-    study = load("[[cases]]\nname = 'a'\n[[cases]]\nname = 'b b'\narm.b1 = '160 mm'\nmodel.slack = 'bilateral'\n")
+    study = load("[[cases]]\nname = 'a'\n[[cases]]\nname = 'b b'\narm.b1 = '160 mm'\nmodel.slack = 'bilateral'\n"
+                 "tendon.flexor.pretension = '90 N'\n[cases.sheath.extensor]\nfriction = 0.1\n")  # fmt: skip
     first, second = study.cases
     assert (first.name, first.arm, second.name) == ("a", None, "b b")
     assert (second.arm.b1.single, second.arm.b2, second.model.slack) == (0.16, None, "bilateral")
-
-
-def test_a_case_may_override_one_side(load):
-    study = load("[[cases]]\nname = 'a'\ntendon.flexor.pretension = '90 N'\n[cases.sheath.extensor]\nfriction = 0.1\n")
-    assert study.cases[0].tendon.flexor.pretension.single == 90.0
-    assert study.cases[0].sheath.extensor.friction.single == 0.1
+    assert second.tendon.flexor.pretension.single == 90.0
+    assert second.sheath.extensor.friction.single == 0.1
 
 
 def test_each_side_has_its_own_friction_and_bend():
-    sheath = {
-        "flexor": {"friction": 9, "bend_angle": "1 rad"},
-        "extensor": {"friction": 0.01, "bend_angle": "50 rad"},
-    }
-    assert study_from({"name": "a", "sheath": sheath}).axes == ()
+    of_flexor, of_extensor = {"friction": 9, "bend_angle": "1 rad"}, {"friction": 0.01, "bend_angle": "50 rad"}
+    assert study_from({"name": "a", "sheath": {"flexor": of_flexor, "extensor": of_extensor}}).axes == ()
 
 
 # --- Studies of every shape ------------------------------------------------------------------------------------------
@@ -491,7 +441,8 @@ def _encodes(text):
 @given(contents())
 def test_a_document_reads_back_as_the_same_study(content):
     study = study_from(content)
-    again = study_from(json.loads(json.dumps(study.document())), order=study.axes)
+    record = json.loads(json.dumps(study.record))
+    again = study_from(record["study"], order=tuple(record["axes"]))
     assert (again.hash, again.axes) == (study.hash, study.axes)
     for key, values in study.numbers.items():
         assert bits(again.numbers[key].array) == bits(values.array)
@@ -505,16 +456,12 @@ def test_the_product_is_the_one_of_the_axes(content):
     assert (study.axes[:1] == ("case",)) is bool(content["cases"])
 
 
-@given(contents())
-def test_a_record_can_be_kept_as_json(content):
-    study = study_from(content)
-    assert json.loads(json.dumps(study.record))["axes"] == list(study.axes)
-
-
-def test_extremes_are_those_of_the_values():
-    for value in (5, [3, 1, 2], {"from": 9, "to": 2, "num": 4}, {"from": 2, "to": 9, "num": 4, "spacing": "log"}):
-        values = one("load.mass", value).load.mass
-        assert values.extremes == (values.array.min(), values.array.max())
+@pytest.mark.parametrize("value", [5, [3, 1, 2], {"from": 9, "to": 2, "num": 4}])
+def test_extremes_are_those_of_the_values_which_are_read_only(value):
+    values = one("load.mass", value).load.mass
+    assert values.extremes == (values.array.min(), values.array.max())
+    with pytest.raises(ValueError, match="read-only"):
+        values.array[0] = 9.0
 
 
 # --- Nothing changes after it is read --------------------------------------------------------------------------------
@@ -525,12 +472,6 @@ def test_a_study_is_frozen():
     for part, name in ((study, "name"), (study.arm, "b1"), (study.tendon, "flexor"), (study.model, "slack")):
         with pytest.raises(ValidationError, match="frozen"):
             setattr(part, name, "x")
-
-
-def test_the_values_of_a_study_are_read_only():
-    for value in (1.0, [1, 2], {"from": 1, "to": 2, "num": 3}):
-        with pytest.raises(ValueError, match="read-only"):
-            one("load.mass", value).load.mass.array[0] = 9.0
 
 
 # --- Routes ----------------------------------------------------------------------------------------------------------
@@ -550,28 +491,24 @@ def bend_of(study):
     return study.sheath.bend_angle.single
 
 
-@pytest.mark.parametrize("separator", [",", ";", "\t"])
-@pytest.mark.parametrize("header", ["x,y,z", "X,Y,Z", "x_m,y_m,z_m", "x [m],y [m],z [m]", "x (m),y (m),z (m)"])
-def test_a_half_circle_bends_by_pi_however_it_is_separated(load, separator, header):
-    text = half_circle(separator=separator, header=header, comment="# digitised\n")
-    assert bend_of(load(ROUTE, r_csv=text)) == pytest.approx(math.pi, rel=1e-4)
+WRITTEN = [
+    *({"separator": separator} for separator in ",;\t"),
+    *({"header": header} for header in ("X,Y,Z", "x_m,y_m,z_m", "x [m],y [m],z [m]", "x (m),y (m),z (m)")),
+    {"scale": 1000, "header": "x_mm,y_mm,z_mm", "comment": "# digitised\n"},
+    {"scale": 1e-3, "header": "x_km,y_km,z_km"},
+]
 
 
-@pytest.mark.parametrize(("unit", "scale"), [("mm", 1000), ("cm", 100), ("m", 1), ("um", 1e6), ("km", 1e-3)])
-def test_the_unit_in_the_header_changes_nothing_for_the_bend(load, unit, scale):
-    route = half_circle(scale, header=f"x_{unit},y_{unit},z_{unit}")
-    assert bend_of(load(ROUTE, r_csv=route)) == pytest.approx(bend_of(load(ROUTE, r_csv=half_circle())), rel=1e-12)
+@pytest.mark.parametrize("how", WRITTEN)
+def test_a_half_circle_bends_by_pi_however_it_is_written(load, how):
+    assert bend_of(load(ROUTE, r_csv=half_circle(**how))) == pytest.approx(math.pi, rel=1e-4)
 
 
-def test_a_decimal_comma_may_stand_beside_semicolons(load):
-    text = half_circle(separator=";").replace(".", ",")
-    assert bend_of(load(ROUTE, r_csv=text)) == bend_of(load(ROUTE, r_csv=half_circle()))
-
-
-def test_columns_may_stand_in_any_order_among_others(load):
-    rows = half_circle().splitlines()[1:]
+def test_decimal_commas_stand_between_semicolons_and_columns_in_any_order_among_others(load):
+    plain, rows = bend_of(load(ROUTE, r_csv=half_circle())), half_circle().splitlines()[1:]
+    assert bend_of(load(ROUTE, r_csv=half_circle(separator=";").replace(".", ","))) == plain
     turned = "\n".join(["t,z,x,y", *(f"0,{z},{x},{y}" for x, y, z in (row.split(",") for row in rows))])
-    assert bend_of(load(ROUTE, r_csv=turned)) == bend_of(load(ROUTE, r_csv=half_circle()))
+    assert bend_of(load(ROUTE, r_csv=turned)) == plain
 
 
 def test_a_route_stands_for_its_bend_angle_and_is_remembered(load):
@@ -586,15 +523,12 @@ def test_a_route_stands_for_its_bend_angle_and_is_remembered(load):
     assert study.hash == one("sheath.bend_angle", {"mean": known.middle, "std": known.spread}).hash
 
 
-def test_a_route_of_one_side_leaves_the_other(load):
-    study = load("[sheath.flexor]\npath = 'r.csv'\n", r_csv=half_circle())
+def test_a_route_of_one_side_or_of_a_case_leaves_the_others(load):
+    text = "[sheath.flexor]\npath = 'r.csv'\n[[cases]]\nname = 'a'\nsheath.path = 'r.csv'\n"
+    study = load(text, r_csv=half_circle())
+    bends = study.numbers["sheath.flexor.bend_angle"], study.cases[0].sheath.bend_angle
+    assert [bend.single for bend in bends] == pytest.approx([math.pi] * 2, rel=1e-4)
     assert study.numbers["sheath.bend_angle"].single == math.pi
-    assert study.numbers["sheath.flexor.bend_angle"].single == pytest.approx(math.pi, rel=1e-4)
-
-
-def test_a_route_of_a_case_gives_the_case_its_bend(load):
-    study = load("[[cases]]\nname = 'a'\nsheath.path = 'r.csv'\n", r_csv=half_circle())
-    assert study.cases[0].sheath.bend_angle.single == pytest.approx(math.pi, rel=1e-4)
 
 
 def noisy():
@@ -618,19 +552,11 @@ def test_noise_that_dominates_is_warned_of_and_taken_off(load):
     assert abs(bend_of(study) - math.pi) < 2 * source["standard_error"] < 0.2
 
 
-@pytest.mark.parametrize("stated", ["1 mm", "0.8 mm"])
-def test_the_noise_that_is_stated_is_what_was_found(load, stated):
+@pytest.mark.parametrize(("stated", "within"), [("0.8 mm", 0.2), ("0.1 mm", 0.2), ("5 mm", 1.0)])
+def test_a_stated_noise_that_is_not_that_of_the_points_is_warned_of(load, stated, within):
     study = load(ROUTE + f"path_smoothing = '{stated}'\n", r_csv=noisy())
-    (source,) = study.sources.values()
-    assert abs(bend_of(study) - math.pi) < 2 * source["standard_error"]
-    assert study.warnings == ()
-
-
-@pytest.mark.parametrize(("stated", "within"), [("0.1 mm", 0.2), ("0.5 mm", 0.2), ("5 mm", 1.0)])
-def test_a_stated_noise_that_is_not_the_points_own_is_warned_of(load, stated, within):
-    study = load(ROUTE + f"path_smoothing = '{stated}'\n", r_csv=noisy())
-    assert f"not by the {stated} that path_smoothing says" in study.warnings[0]
     assert bend_of(study) == pytest.approx(math.pi, abs=within)
+    assert (f"not by the {stated} that path_smoothing says" in str(study.warnings)) == (stated != "0.8 mm")
 
 
 CORNER = "x,y,z\n0,0,0\n1,0,0\n1,1,0\n"
@@ -657,7 +583,6 @@ def test_a_route_that_no_sheath_follows_is_refused(load):
     ("key", "said", "understood"),
     [
         ("arm.a1", 40, "arm.a1 = 40 is 40 m"),
-        ("tendon.diameter", "1.5 cm", "tendon.diameter = 0.015 is 0.015 m"),
         ("tendon.youngs_modulus", [145e9, 145e3], "tendon.youngs_modulus = 145000 is 145000 Pa"),
         ("spring.flexor.stiffness", {"from": 3, "to": 300, "num": 3}, "spring.flexor.stiffness = 3 is 3 N/m"),
         ("motion.speed", 60, "motion.speed = 60 is 60 rad/s"),
@@ -669,18 +594,11 @@ def test_a_number_far_from_any_arm_is_said_as_it_was_understood(key, said, under
     assert warning.startswith(f"{understood}, far from any arm")
 
 
-def test_a_strange_number_of_a_case_is_said():
-    (warning,) = study_from({"cases": [{"name": "a", "load": {"mass": 5000}}]}).warnings
-    assert warning.startswith("cases.0.load.mass = 5000 is 5000 kg")
-
-
-def test_a_distribution_that_is_cut_off_is_said():
-    (warning,) = study_from({"load": {"mass": {"mean": "1 kg", "std": "1 kg"}}}).warnings
-    assert "15.9% of its distribution is cut off" in warning
-
-
-def test_nothing_is_said_of_the_baseline_and_of_the_ends_of_what_is_plausible():
-    assert study_from({}).warnings == ()
+def test_a_strange_number_of_a_case_and_a_distribution_that_is_cut_off_are_said():
+    case, mass = {"name": "a", "arm": {"a1": 40}}, {"mean": "1 kg", "std": "1 kg"}
+    cut, strange = study_from({"load": {"mass": mass}, "cases": [case]}).warnings
+    assert strange.startswith("cases.0.arm.a1 = 40 is 40 m")
+    assert "15.9% of its distribution is cut off" in cut
     assert study_from({"arm": {"a1": 0.3, "b1": [0.01, 0.6]}, "load": {"mass": 100}}).warnings == ()
 
 
@@ -690,13 +608,6 @@ def test_relative_paths_are_relative_to_the_study(tmp_path, monkeypatch):
     (tmp_path / "r.csv").write_text(half_circle())
     monkeypatch.chdir("/")
     assert bend_of(load_study(tmp_path / "deep" / "study.toml")) == pytest.approx(math.pi, rel=1e-4)
-
-
-def test_a_damaged_route_is_an_error_of_input_with_its_line(load):
-    with pytest.raises(InputError) as caught:
-        load(ROUTE, r_csv=half_circle() + "0,zero,0\n")
-    assert (caught.value.exit, caught.value.where) == (3, "r.csv, line 42")
-    assert caught.value.hint.endswith("the line reads: 0,zero,0")
 
 
 # --- Fitted friction -------------------------------------------------------------------------------------------------
@@ -713,11 +624,7 @@ def test_a_fragment_gives_the_friction_and_is_remembered(load):
     assert study.hash == one("sheath.friction", {"mean": 0.073, "std": 0.002}).hash
 
 
-def test_a_fragment_of_one_side_leaves_the_other(load):
-    study = load("[sheath.extensor]\nfriction_from = 'f.toml'\n", f_toml=FRAGMENT)
+def test_a_setting_may_name_a_fragment_and_one_of_one_side_leaves_the_other(load):
+    study = load("", "sheath.extensor.friction_from=f.toml", f_toml=FRAGMENT)
     assert study.numbers["sheath.friction"].single == 0.07
     assert study.numbers["sheath.extensor.friction"].single == 0.073
-
-
-def test_a_setting_may_name_a_fragment(load):
-    assert load("", "sheath.friction_from=f.toml", f_toml=FRAGMENT).sheath.friction.single == 0.073

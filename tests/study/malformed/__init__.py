@@ -1,28 +1,13 @@
 """Studies that cannot be used, of every kind, with what their one error says."""
 
-from .designs import DESIGNS
-from .files import ATTACHMENTS, FILES
-from .numbers_and_grids import ANGLES, GRIDS, NUMBERS, UNCERTAIN
+from . import designs, files, numbers_and_grids, settings, syntax, tables
 from .row import Malformed
-from .settings import SETTINGS
-from .syntax import LIMITS, TOML_SYNTAX, YAML_SYNTAX
-from .tables import CASES, TABLES, WORDS
 
-ROWS = (
-    *NUMBERS,
-    *GRIDS,
-    *ANGLES,
-    *UNCERTAIN,
-    *TABLES,
-    *WORDS,
-    *CASES,
-    *TOML_SYNTAX,
-    *YAML_SYNTAX,
-    *LIMITS,
-    *DESIGNS,
-    *FILES,
-    *ATTACHMENTS,
-    *SETTINGS,
+ROWS = tuple(
+    row
+    for module in (numbers_and_grids, tables, syntax, designs, files, settings)
+    for rows in vars(module).values()
+    if isinstance(rows, tuple)
+    for row in rows
+    if isinstance(row, Malformed)
 )
-
-__all__ = ["ROWS", "Malformed"]

@@ -1,8 +1,12 @@
-"""What is known of a malformed study: its text, and what its error must say."""
+"""What is known of a malformed study: its text, and what its error must say, and soon."""
 
+import signal
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from tendon_cli.errors import StudyError, TendonError
+
+LONGEST_TIME = 60.0  # seconds; only what hangs needs them
 
 
 @dataclass(frozen=True)
@@ -26,3 +30,19 @@ def toml(label, text, *says, line=None, **more):
 
 def yaml(label, text, *says, line=None, **more):
     return Malformed(f"yaml {label}", text, says, line, suffix=".yaml", **more)
+
+
+@contextmanager
+def at_most(seconds):
+    """Interrupts what takes longer."""
+
+    def stop(*_):
+        raise TimeoutError(f"longer than {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
