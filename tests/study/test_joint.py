@@ -107,37 +107,32 @@ def test_travels_are_proportional_to_a_dimension_of_the_body(write):
 
 
 def test_noise_of_a_tape_is_smoothed_on_request(write):
-    excursion, _ = first()
-    rng = np.random.default_rng(1)
-    lines = excursion.splitlines()
-    noisy = [lines[0]]
-    for line in lines[1:]:
-        angle, flexor, extensor = map(float, line.split(","))
-        noisy.append(f"{angle!r},{flexor + rng.normal(0, 0.5)!r},{extensor + rng.normal(0, 0.5)!r}")
-    text = STUDY.replace('excursion = "exc.csv"', 'excursion = "exc.csv"\nsmoothing = "0.5 mm"')
-    exact = tendon.sweep(load_study(write())).states["flexor_moment_arm"]
-    smooth = tendon.sweep(load_study(write(text, exc="\n".join(noisy)))).states["flexor_moment_arm"]
-    rough = tendon.sweep(load_study(write(exc="\n".join(noisy)))).states["flexor_moment_arm"]
+    header, *lines = first()[0].splitlines()
+    table = np.array([line.split(",") for line in lines], float)
+    table[:, 1:] += np.random.default_rng(1).normal(0.0, 0.5, (len(lines), 2))
+    noisy, text = rows(header, *table.T), STUDY.replace('"exc.csv"', '"exc.csv"\nsmoothing = "0.5 mm"')
+    exact, smooth, rough = (
+        tendon.sweep(load_study(write(text, **files))).states["flexor_moment_arm"]
+        for text, files in ((STUDY, {}), (text, {"exc": noisy}), (STUDY, {"exc": noisy}))
+    )
     assert np.abs(smooth - exact).max() < 0.1 * exact.max() < np.abs(rough - exact).max()
+
+
+HEADER = "angle (deg),flexor (mm),extensor (mm)\n0,0,0\n"
 
 
 @pytest.mark.parametrize(
     ("content", "problem", "line"),
     [
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n90,9,9\n", "2 rows, expected 3 at least", 3),
-        ("angle,flexor (mm),extensor (mm)\n0,0,0\n9,1,1\n", "the column angle has no unit", 1),
-        ("angle (deg),flexor (N),extensor (mm)\n0,0,0\n", 'the column flexor has the unit "N"', 1),
+        (HEADER + "90,9,9\n", "2 rows, expected 3 at least", 3),
+        (HEADER.replace(" (deg)", ""), "the column angle has no unit", 1),
+        (HEADER.replace("flexor (mm)", "flexor (N)"), 'the column flexor has the unit "N"', 1),
         ("angle (deg),flexor (mm)\n0,0\n", "no column extensor", 1),
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,1,1\n40,2,2\n120,3,3\n", "angles that go back and forth", 4),
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,1,1\n50,2,2\n120,3,3\n", "the same angle twice", 4),
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,nan,1\n120,3,3\n", 'flexor is "nan"', 3),
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n50,x,1\n120,3,3\n", 'flexor is "x", expected a number', 3),
-        (
-            "angle (deg),flexor (mm),extensor (mm)\n0,0,0\n30,1,1\n60,2,2\n",
-            "elbow_angle asks for 108.862 deg",
-            0,
-        ),
-        ("angle (deg),flexor (mm),extensor (mm)\n0,0,0\n60,-9,9\n120,-20,20\n", "the flexor falls throughout", 0),
+        (HEADER + "50,1,1\n40,2,2\n120,3,3\n", "angles that go back and forth", 4),
+        (HEADER + "50,1,1\n50,2,2\n120,3,3\n", "the same angle twice", 4),
+        (HEADER + "50,nan,1\n120,3,3\n", 'flexor is "nan", expected a number', 3),
+        (HEADER + "30,1,1\n60,2,2\n", "elbow_angle asks for 108.862 deg", 0),
+        (HEADER + "60,-9,9\n120,-20,20\n", "the flexor falls throughout", 0),
     ],
 )
 def test_each_fault_of_a_file_is_refused_with_its_line(write, content, problem, line):
@@ -165,24 +160,16 @@ def test_where_a_travel_does_not_rise_a_warning_names_the_angles(write):
 
 
 @pytest.mark.parametrize(
-    ("more", "problem"),
+    ("settings", "problem"),
     [
-        ('[arm]\na1 = "40 mm"\n', "stands beside joint.excursion"),
-        (
-            '[limits]\nmax_contact_pressure = "30 kPa"\n[arm]\ncontact_width = "40 mm"\n',
-            "needs the radius of the strap",
-        ),
-        ("[joint]\nstiffness = 1\nrest_angle = '70 deg'\n", "stands beside stiffness"),
+        (["arm.a1=40 mm"], "stands beside joint.excursion"),
+        (["limits.max_contact_pressure=30 kPa", "arm.contact_width=40 mm"], "needs the radius of the strap"),
+        (["joint.stiffness=1 N m/rad", "joint.rest_angle=70 deg"], "stands beside stiffness"),
     ],
 )
-def test_what_contradicts_a_curve_is_refused(write, more, problem):
-    text = STUDY
-    for block in more.split("[")[1:]:
-        name, _, keys = block.partition("]\n")
-        head = f"[{name}]\n"
-        text = text.replace(head, head + keys, 1) if head in text else text + head + keys
+def test_what_contradicts_a_curve_is_refused(write, settings, problem):
     with pytest.raises(tendon.TendonError, match=problem):
-        load_study(write(text))
+        load_study(write(), settings)
 
 
 def test_moment_arms_of_opensim_are_integrated_into_the_same_joint():
