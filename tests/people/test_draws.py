@@ -74,26 +74,19 @@ def test_a_sweep_over_draws_is_the_model_of_each():
     people, draws = plan.axes
     for person in range(3):
         for draw in range(4):
-            p = {
-                name.removeprefix("arm."): values[person]
-                for name, values in people.numbers.items()
-                if name in study.of_the_body
-            }
+            p = {name.removeprefix("arm."): people.numbers[name][person] for name in study.of_the_body}
             for name in ("a1", "a2", "b2", "elbow_radius"):
                 p[name] = designs.BASELINE[name] * people.numbers[scale_of(f"arm.{name}")][person]
             p["b1"] = draws.numbers["arm.b1"][draw] * people.numbers[scale_of("arm.b1")][person]
             p["spring_stiffness"] = draws.numbers["spring.stiffness"][draw]
-            state = actuator.evaluate(
-                designs.design(designs.baseline(**p)), plan.elbow_angles[np.newaxis], np.array([[True], [False]])
-            )  # fmt: skip
+            one, both_ways = designs.design(designs.baseline(**p)), np.array([[True], [False]])
+            state = actuator.evaluate(one, plan.elbow_angles[np.newaxis], both_ways)
             np.testing.assert_allclose(found.balance.flexor[person, draw], state.balance.flexor, rtol=1e-12)
 
 
 def test_one_side_of_an_uncertain_number_is_its_own():
-    study = study_from(
-        {"sheath": {"friction": {"mean": 0.07, "std": 0.01}, "extensor": {"friction": 0.1}}, "uncertainty": {}}
-    )
-    space = space_of(study)
+    sheath = {"friction": {"mean": 0.07, "std": 0.01}, "extensor": {"friction": 0.1}}
+    space = space_of(study_from({"sheath": sheath, "uncertainty": {}}))
     assert space.number("sheath.friction", "extensor").within(space.whole) == 0.1
     assert space.number("sheath.friction", "flexor").within(space.whole).shape == (256, 1, 1)
 

@@ -119,15 +119,9 @@ def test_german_headers_are_refused_with_what_they_would_be(header, meant):
     assert "wrist_circumference" in error.value.hint
 
 
-def test_weighting_counts_as_given():
-    people = read("weight (kg),weighting\n70,1\n80,0\n90,2.5")
-    assert people.weighting.tolist() == [1.0, 0.0, 2.5]
-
-
-def test_one_person_is_enough():
-    people = read("weight (kg)\n70")
-    assert len(people) == 1
-    assert "1 person" in people.notes[0]
+def test_weighting_counts_as_given_and_one_person_is_enough():
+    assert read("weight (kg),weighting\n70,1\n80,0\n90,2.5").weighting.tolist() == [1.0, 0.0, 2.5]
+    assert "1 person" in read("weight (kg)\n70").notes[0]
 
 
 @pytest.mark.parametrize(
@@ -136,7 +130,6 @@ def test_one_person_is_enough():
         ("stature (m)\n1.7\n3", r"line 3.*stature is 3000 mm, expected 800 to 2500 mm"),
         ("stature (m)\n1.7\n175", r"line 3.*175 cm would be possible: are units mixed"),
         ("weight (kg)\n70\n-1", "line 3.*weight is -1 kg"),
-        ("weight (kg)\n70\ninf", 'line 3.*weight is "inf", expected a number'),
         ("weight (kg)\n70\n9 kg", 'line 3.*weight is "9 kg", expected a number.*units belong in the header'),
         ("weight (kg),weighting\n70,1\n80,-0.5", "line 3.*weighting is -0.5"),
         ("weight (kg),weighting\n70,1\n80,", 'line 3.*weighting is ""'),
@@ -145,18 +138,14 @@ def test_one_person_is_enough():
         ("name,weight (kg)\nAda,70\n,80", "line 3.*without a name"),
         ("name,age\nAda,30", "no column is a dimension"),
         ("weight\n70", "the column weight has no unit.*kg"),
-        ("weight (stone)\n11", 'weight has the unit "stone"'),
         ("weight (mm)\n70", 'the unit "mm".*units of mass: kg'),
         ("wieght (kg)\n70", r'not known.*write "weight \(kg\)"'),
         ("weight (kg),weight (lb)\n70,154", "stands in two columns"),
         ("weight (kg)", "holds no persons"),
-        ("", "the file is empty"),
-        ("weight (kg),stature (m)\n70,1.7\n80", "line 3.*1 cell where the header has 2"),
         ("weight (kg),stature (m)\n70,1.7\n80,1,8", "line 3.*3 cells.*decimal comma"),
         ("weight (kg),stature (m)\n70,1.7\nNA,", "line 3.*without any dimension"),
         ("sex,weight (kg)\nx,70", 'line 2.*sex is "x"'),
         (b"weight (kg)\n\x00\x01", "a zero byte"),
-        ('weight (kg),"name\n70,Ada', "line 1.*not a row of CSV"),
     ],
 )
 def test_files_that_cannot_be_are_refused_with_line_and_reason(text, said):

@@ -28,19 +28,14 @@ def test_the_page_begins_with_the_body_and_its_arm_and_goes_on_with_its_state():
     assert list(from_body.values()) == pytest.approx(list(arm.values()), rel=1e-9)
 
 
-def test_the_mean_man_has_the_studys_own_anchors():
-    study = study_from({"arm": {"a1": "50 mm", "b1": ["140 mm", "160 mm"]}})
-    worn = worn_by(study, "mean-man").study
-    assert worn.numbers["arm.a1"].single == 0.05
-    assert worn.numbers["arm.b1"].array.tolist() == [0.14, 0.16]
-    assert worn.numbers["arm.b1"].is_axis
-
-
-def test_what_the_study_states_stays(tmp_path):
-    study = study_from(AT_75 | {"arm": {"forearm_mass": "1.2 kg"}})
-    page = state_page(study, person="mean-man")
-    line = next(line for line in page.lines if line.symbol == "m_f")
-    assert (line.values, line.formula) == ((1.2,), "as the study states it")
+def test_the_mean_man_has_the_anchors_of_the_study_and_what_it_states_stays():
+    study = study_from(AT_75 | {"arm": {"forearm_mass": "1.2 kg", "a1": "50 mm", "b1": ["140 mm", "160 mm"]}})
+    worn = worn_by(study, "mean-man")
+    assert worn.study.numbers["arm.a1"].single == 0.05
+    assert worn.study.numbers["arm.b1"].array.tolist() == [0.14, 0.16]
+    assert worn.study.axes == ("arm.b1",)
+    (mass,) = [step for step in worn.arm if step.quantity == "forearm_mass"]
+    assert (mass.value, mass.formula) == (1.2, "as the study states it")
 
 
 def test_a_study_of_people_shows_its_first_person_or_the_one_asked_for(tmp_path):

@@ -61,17 +61,15 @@ def test_few_persons_are_served_by_the_share_of_their_draws():
     assert "128 pairs of 4 persons and 32 draws" in " ".join(answer.text.split())
 
 
-def test_one_person_meets_every_draw_and_the_sentence_says_so():
-    text = " ".join(tendon.design(tendon.study({**FEW, "people": {"count": 1}})).text.split())
-    assert "this person's 32 draws" in text
-    assert "1 person" not in text
-
-
-def test_one_person_without_draws_is_this_person():
-    text = " ".join(tendon.design(tendon.study({**SUIT, "people": {"count": 1}})).text.split())
-    assert "N suits this person; anything from" in text
-    assert "N works for this person" in text
-    assert "%" not in text.split("For whom")[1].split("Sizes")[0].split("Note")[0]
+def test_one_person_is_this_person_with_and_without_draws():
+    of_draws, alone = (
+        " ".join(tendon.design(tendon.study({**suit, "people": {"count": 1}})).text.split()) for suit in (FEW, SUIT)
+    )
+    assert "this person's 32 draws" in of_draws
+    assert "1 person" not in of_draws
+    assert "N suits this person; anything from" in alone
+    assert "N works for this person" in alone
+    assert "%" not in alone.split("For whom")[1].split("Sizes")[0].split("Note")[0]
 
 
 def test_a_person_of_several_bodies_has_one_row_over_them(tmp_path):
@@ -108,17 +106,11 @@ def test_shares_by_sex_are_those_of_the_table():
     assert "women (" in answer.text
 
 
-def test_a_person_of_whom_bodies_are_drawn_is_one_row_over_all_of_them(tmp_path):
+def test_the_reading_that_is_set_is_the_same_on_everyone_and_the_other_one_is_not(tmp_path):
     (tmp_path / "people.csv").write_text("name,weight (kg),stature (cm)\nAda,62,168\nBob,85,181\n")
     people = {"file": str(tmp_path / "people.csv"), "completions": 16}
     answer = tendon.design(tendon.study({**SUIT, "people": people, "setting": {"read": "flexor at joint"}}))
     persons, population = answer.persons, answer.record["population"]
-    assert list(persons["person"]) == ["Ada", "Bob"]
-    assert persons["weight"].tolist() == pytest.approx([62.0, 85.0])
-    assert persons["weighting"].nunique() == 1
-    assert persons["served"].mean() == pytest.approx(population["served"], abs=1e-12)
-    assert ((persons["served"] * 16) % 1.0 < 1e-9).all()
-    # The reading that is set is the same on everyone, the other one is not.
     np.testing.assert_allclose(persons["set_flexor_tension"], population["pretension"], rtol=1e-12)
     assert persons["set_extensor_tension"].nunique() == 2
     low, high = population["set"]["set_extensor_tension"]

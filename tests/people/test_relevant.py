@@ -59,13 +59,10 @@ def test_a_goal_that_no_bound_serves_has_all_worked_out(answered):
     assert choices["max_tension"][choices["feasible"]].max() == choices["max_tension"][choices["on_front"]].max()
 
 
-def test_without_people_or_draws_nothing_is_left_out(monkeypatch):
+def test_nothing_is_left_out_without_people_and_a_choice_that_serves_nobody_has_no_worst(monkeypatch):
     monkeypatch.setattr(candidates_module, "STATES_FOR_ALL", 0)
     choices = tendon.design(tendon.study({"load": {"mass": [0.0, 5.0]}, "spring": {"stiffness": [1e3, 3e3]}})).choices
     assert not choices["max_tension"].isna().any()
-
-
-def test_a_choice_that_serves_nobody_has_no_worst():
     nobody = {"limits": {"max_pretension": 1.0}, "people": {"count": 3}, "spring": {"stiffness": [3e3, 5e3]}}
     choices = tendon.design(tendon.study(nobody)).choices
     assert choices[list(WORST)].isna().all(axis=None)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tendon_cli.engine.plan import Plan
-from tendon_cli.errors import InputError, StudyError
+from tendon_cli.errors import StudyError
 from tendon_cli.model import actuator, body
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.load import study_from
@@ -19,6 +19,9 @@ from tendon_cli.studies.people.survey import ansur2
 from tests.model import designs
 
 FILE = "name,weight (kg),stature (cm),weighting\nAda,62.5,168,1\nBo,90,181.5,3\n"
+
+
+BOTH_WAYS = np.array([[True], [False]])
 
 
 def from_file(tmp_path, text=FILE, **content):
@@ -49,14 +52,10 @@ def test_a_sweep_over_persons_is_the_model_of_each_ones_arm():
                 a2=0.020 * one.forearm_circumference / reference.forearm_circumference,
                 b2=0.150 * one.radiale_stylion_length / reference.radiale_stylion_length,
                 elbow_radius=0.045 * one.forearm_circumference / reference.forearm_circumference,
-                forearm_mass=0.022 * one.weight,
-                forearm_com=0.682 * one.radiale_stylion_length,
-                load_distance=one.forearm_grip_length,
-                load_mass=5.0,
-            )
-            state = actuator.evaluate(
-                designs.design(p), plan.elbow_angles[np.newaxis], np.array([[True], [False]])
+                forearm_mass=0.022 * one.weight, forearm_com=0.682 * one.radiale_stylion_length,
+                load_distance=one.forearm_grip_length, load_mass=5.0,
             )  # fmt: skip
+            state = actuator.evaluate(designs.design(p), plan.elbow_angles[np.newaxis], BOTH_WAYS)
             np.testing.assert_allclose(found.balance.flexor[person, at], state.balance.flexor, rtol=1e-12)
             np.testing.assert_allclose(found.motor_torque[person, at], state.motor_torque, rtol=1e-9)
 
@@ -95,11 +94,7 @@ def test_the_hash_knows_who_they_are(tmp_path):
     ("people", "said"),
     [
         ({"count": 0}, "people.count: 0 is out of range, expected 1"),
-        ({"count": 10**7}, "people.count.*out of range"),
-        ({"count": 2.5}, "people.count: 2.5 is not a whole number"),
         ({"count": True}, "people.count.*not a whole number"),
-        ({"seed": -1}, "people.seed.*out of range"),
-        ({"sex": "men"}, 'people.sex: "men" is not possible'),
         ({"source": "anzur"}, "people.source.*ansur2"),
         ({"women": 1.5}, "people.women.*out of range"),
         ({"women": 0.5, "sex": "male"}, "people.women: is a share among both sexes"),
@@ -107,8 +102,6 @@ def test_the_hash_knows_who_they_are(tmp_path):
         ({"file": "people.csv", "count": 5}, "people.count: cannot be given with file"),
         ({"statistics": "none.toml"}, 'people.statistics: there is no file "none.toml"'),
         ({"statistics": "people.csv", "source": "ansur2"}, "people.source: cannot be given with statistics"),
-        ({"statistics_content": "nonsense!"}, "people.statistics_content: not the packed content"),
-        ({"persons": 5}, "people.persons: unknown key"),
         ({"content": "nonsense!"}, "people.content: not the packed content"),
         ("everyone", "people.*is not a table"),
     ],
@@ -118,12 +111,6 @@ def test_people_that_cannot_be_are_refused(people, said, tmp_path):
     with pytest.raises(StudyError) as error:
         study_from({"people": people}, folder=tmp_path)
     assert re.search(said, error.value.message), error.value.message
-
-
-def test_a_file_that_cannot_be_is_an_error_of_input(tmp_path):
-    with pytest.raises(InputError, match="stature is 3000 mm") as error:
-        from_file(tmp_path, "stature (m)\n3\n")
-    assert error.value.where == "people.csv, line 2"
 
 
 def test_a_case_cannot_give_what_comes_from_the_body():

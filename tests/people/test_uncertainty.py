@@ -60,12 +60,6 @@ def test_what_never_changes_or_is_not_finite_has_no_indices():
     assert found["end"] == "fine"
 
 
-def test_a_single_input_is_all_of_it():
-    for found in sobol(lambda points: np.stack([points[:, 0], points[:, 0] ** 2]), ("a",), ("low", "high"), 256, 1):
-        assert indices_in(found, "first")[0] == pytest.approx([1.0], abs=0.05)
-        assert indices_in(found, "total")[0] == pytest.approx([1.0], abs=0.05)
-
-
 UNCERTAIN = {
     "spring": {"stiffness": {"value": "5 kN/m", "tolerance": "10 %"}},
     "sheath": {"friction": {"mean": 0.07, "std": 0.02}},
