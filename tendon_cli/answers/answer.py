@@ -45,8 +45,7 @@ class Named:
     """The choices that an answer names, with their windows proved."""
 
     problem: Problem
-    goals: tuple[Goal, ...]
-    """Of the study; none if it leaves them open."""
+    goals: tuple[Goal, ...]  # of the study; none if it leaves them open
     best: dict[str, Solutions] = field(default_factory=dict)
     """The best choice by each goal's column; if several goals make a front, its best compromise under an empty name."""
     gains: dict[str, float] = field(default_factory=dict)

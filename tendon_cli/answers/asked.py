@@ -27,10 +27,8 @@ LINEAR = (
     "joint.rest_angle",
 )  # fmt: skip
 """Every limit on states is linear in each of these, so that what suits both ends suits all between."""
-LOADS = LINEAR[:2]
-"""Of these a list is meant with all between; of others that hold an interval alone is."""
-LEAN = "arm.upper_arm_angle"
-"""And linear in sine and cosine of this."""
+LOADS = LINEAR[:2]  # of these a list is meant with all between; of others that hold an interval alone is
+LEAN = "arm.upper_arm_angle"  # and linear in sine and cosine of this
 _ENDS_SUFFICE = (*LINEAR, LEAN, PRETENSION)
 
 
@@ -55,8 +53,7 @@ USUAL = (
     Goal("peak_motor_torque", maximise=False),
 )
 """Where a study names no goal, the best by each of these."""
-SERVED = Goal("served", maximise=True)
-"""Before them where there are people or draws: the most universal choice."""
+SERVED = Goal("served", maximise=True)  # before them where there are people or draws: the most universal choice
 
 
 def goals_of(study: Study) -> tuple[Goal, ...]:
@@ -73,19 +70,14 @@ class Asked:
     choices: Space
     conditions: Space
     bounds: Bounds
-    enough: float = 1.0
-    """The share that a window must serve."""
-    middle: bool = True
-    """A choice is set in the middle of its window, else at its least pretension."""
-    given: float | None = None
-    """The pretension of every choice, N, if the question has one; its window is solved, too."""
+    enough: float = 1.0  # the share that a window must serve
+    middle: bool = True  # a choice is set in the middle of its window, else at its least pretension
+    given: float | None = None  # the pretension of every choice, N, if the question has one; its window is solved, too
     near: float = 0.01
     """The share within which ends of conditions are sought between the angles, which may set those of their choice; the
     grid is off by a thousandth. Below 0 none is, and with infinity every one."""
-    notes: tuple[str, ...] = ()
-    """What was left out of the question, and why."""
-    stop: threading.Event = field(default_factory=threading.Event)
-    """Set when whoever asked wants no answer any more."""
+    notes: tuple[str, ...] = ()  # what was left out of the question, and why
+    stop: threading.Event = field(default_factory=threading.Event)  # set when whoever asked wants no answer any more
 
     @property
     def goals(self) -> tuple[Goal, ...]:

@@ -29,22 +29,18 @@ from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axi
 SET = tuple(f"set_{side}_tension{end}" for end in ("", "_motor") for side in SIDES)
 """Columns of what to set: the tensions at the joint, and at the motor, N."""
 
-FEW = 20
-"""Persons of whom no share says more than all of them."""
-STRAP = 0.04
-"""Width of a strap if the study gives none, m."""
+FEW = 20  # persons of whom no share says more than all of them
+STRAP = 0.04  # width of a strap if the study gives none, m
 DISCOMFORT, PAIN = 30.4e3, 52.9e3
 """Pressure under a cuff at the knee that is uncomfortable for a while, and that hurts, Pa."""
 OF_CUFFS = "cuffs at the knee, Ergonomics 63(5):618, 2020; nothing is known of elbows"
 BREAKING, ROPE, SAFETY = 2.1e3, 1.5875e-3, 10.0
 """A stainless rope of 1/16 inch, 7x7, breaks at so many N; the customary factor."""
 OF_ROPES = "makers' tables for stainless 7x7 rope"
-SPRINGS = ((3e3, 5e3), (0.084, 0.073))
-"""Stiffness, N/m, and unloaded length of springs that are made for 300 N, m."""
+SPRINGS = ((3e3, 5e3), (0.084, 0.073))  # stiffness, N/m, and unloaded length of springs that are made for 300 N, m
 OF_SPRINGS = "extension springs made for 300 N: 73 mm at 5 kN/m, 84 mm at 3 kN/m"
 
-BEYOND = 1.1
-"""Times the upper end of a window, where the drift is worked out."""
+BEYOND = 1.1  # times the upper end of a window, where the drift is worked out
 
 
 # --- What to set -----------------------------------------------------------------------------------------------------
@@ -101,8 +97,7 @@ def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
     }
 
 
-Remark = tuple[str, str, str]
-"""What it is about, the remark, and its source."""
+Remark = tuple[str, str, str]  # what it is about, the remark, and its source
 
 
 def remarks(problem: Problem, choice: Solutions) -> Iterator[Remark]:

@@ -24,17 +24,14 @@ from tendon_cli.space.axis import PRETENSION, Numbers
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.trajectory import at_times
 
-_DENSER, _MOST_NEAR = 16, 16
-"""How much, and for how many of the conditions that are tightest at either end."""
-_MOST_SAMPLES = 2**16
-"""Of a trajectory, times the conditions."""
+_DENSER, _MOST_NEAR = 16, 16  # how much, and for how many of the conditions that are tightest at either end
+_MOST_SAMPLES = 2**16  # of a trajectory, times the conditions
 _SAFE, _MISSED, _LEAST = 1.1, 0.05, 1e-6
 """The dense grid misses at most 3 % of what is missed near an end, and elsewhere 1.2 % of the worst; the rest is
 room. N for what is rounded."""
 _BESIDE, _AT_ONCE = 0.01, 2**8
 """Conditions that come so near to the worst, as a share of that and of all between, may be it at other angles."""
-_STEPS = 16
-"""Between two angles."""
+_STEPS = 16  # between two angles
 METHOD = (
     "interval arithmetic with outward rounding on Taylor forms of second order over cells of the angle and of numbers"
     " in a box, in both directions, at both ends of the window and of the loads"

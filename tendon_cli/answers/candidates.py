@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tendon_cli.answers.asked import SERVED, USUAL, Columns, Goal, goals_of
+from tendon_cli.answers.asked import SERVED, USUAL, Columns, Goal, goals_of, of_some
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import WORST, Solutions, of_columns, of_rows, severest, without_worst, worst
 from tendon_cli.engine.task import Note
@@ -25,12 +25,10 @@ _PENALTY = 1e3
 _AT_ONCE_PER_RANGE = 10
 _GENERATIONS = 120
 _FEWEST_GENERATIONS = 20
-_STATES = 4e7
-"""Most states of one search."""
+_STATES = 4e7  # most states of one search
 _NEAR_AN_EDGE = 1e-4
 _SEVEREST = 8
-_UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))
-"""Better than any worst there is."""
+_UNKNOWN = dict(zip(WORST, (-np.inf, -np.inf, 0.0, np.inf, -np.inf), strict=True))  # better than any worst there is
 
 
 def conflicts_of(solutions: Solutions) -> dict[Pair, Rows]:
@@ -60,7 +58,7 @@ def nearest(solutions: Solutions) -> Solutions:
 
 def best_of(solutions: Solutions, scores: Array) -> int:
     """The place of the highest score; of equals, such as all that serve everyone, that of the largest tolerance."""
-    return best(scores, solutions.scores((Goal("tolerance", maximise=True),))[:, 0])
+    return int(np.lexsort((-solutions.scores((Goal("tolerance", maximise=True),))[:, 0], -scores))[0])
 
 
 def relevant(solutions: Solutions, goals: tuple[Goal, ...]) -> Rows:
@@ -98,7 +96,7 @@ def solved_part(problem: Problem, rows: Rows) -> Solutions:
     solved = Solutions(solved.results, rows, problem.choices.columns(rows))
 
     def given(chosen: Rows) -> tuple[Numbers, Array]:
-        return {key: values[chosen] for key, values in numbers.items()}, solved["pretension"][chosen]
+        return of_some(numbers, chosen), solved["pretension"][chosen]
 
     first = np.array([np.argmax(solved["served"])])
     few = severest(problem, *given(first), served[first], _SEVEREST)
@@ -126,11 +124,6 @@ def summarised(choices: Solutions, goals: tuple[Goal, ...]) -> Note:
 
 
 # --- Comparing -------------------------------------------------------------------------------------------------------
-
-
-def best(scores: Array, tolerance: Array) -> int:
-    """The row of the largest scores, (rows,); of equals the one of the largest tolerance, then the first."""
-    return int(np.lexsort((-tolerance, -scores))[0])
 
 
 def front(scores: Array) -> Rows:

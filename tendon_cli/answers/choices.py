@@ -38,10 +38,8 @@ from tendon_cli.tables.write import Rows
 
 CHOICES_PER_PART = 2**17
 WINDOWS_PER_PART = 2**19
-MOST_IN_MEMORY = 2**21
-"""Choices of an answer without a folder."""
-_LEAST_BYTES = 40
-"""Of a choice."""
+MOST_IN_MEMORY = 2**21  # choices of an answer without a folder
+_LEAST_BYTES = 40  # of a choice
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,24 +22,18 @@ from tendon_cli.model.kinematics import Array
 
 Flags = npt.NDArray[np.bool_]
 
-ROUNDING = 1e-12
-"""Shares that are equal but for the rounding of sums."""
+ROUNDING = 1e-12  # shares that are equal but for the rounding of sums
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
     """What one pretension can serve, for each choice."""
 
-    low: Array
-    """Where the widest interval that serves enough begins, N; NaN where no pretension serves enough."""
-    high: Array
-    """And where it ends, N; infinite where nothing bounds it."""
-    windows: npt.NDArray[np.int64]
-    """How many such intervals there are."""
-    served: Array
-    """The largest share that one pretension serves."""
-    best_low: Array
-    """The widest interval of those pretensions, N; NaN where none serves any."""
+    low: Array  # where the widest interval that serves enough begins, N; NaN where no pretension serves enough
+    high: Array  # and where it ends, N; infinite where nothing bounds it
+    windows: npt.NDArray[np.int64]  # how many such intervals there are
+    served: Array  # the largest share that one pretension serves
+    best_low: Array  # the widest interval of those pretensions, N; NaN where none serves any
     best_high: Array
 
 
@@ -88,6 +82,12 @@ def grouped(low: Array, high: Array, groups: npt.NDArray[np.int64]) -> tuple[Arr
     return np.maximum.reduceat(low, firsts, axis=1), np.minimum.reduceat(high, firsts, axis=1)
 
 
+def serves(low: Array, high: Array, pretension: Array | float) -> Flags:
+    """Whether pretensions are in windows, but for rounding."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((low <= pretension * (1 + ROUNDING)) & (pretension <= high * (1 + ROUNDING)))
+
+
 def normalised(weighting: Array) -> Array:
     """Weights that add up to 1, whatever their size."""
     scaled = weighting / np.max(weighting)
@@ -119,12 +119,9 @@ def _summed(at: Array, ends: Array, weighting: Array, side: Literal["left", "rig
 class Curve:
     """The share that is served over pretension: constant between ends of windows, which belong to the windows."""
 
-    pretension: Array
-    """Every end of a window, ascending, each twice, N."""
-    share: Array
-    """First at that end, then between it and the next."""
-    low: Array
-    """The 95 % interval of each share."""
+    pretension: Array  # every end of a window, ascending, each twice, N
+    share: Array  # first at that end, then between it and the next
+    low: Array  # the 95 % interval of each share
     high: Array
 
     @property
@@ -154,12 +151,9 @@ def curve(low: Array, high: Array, weighting: Array) -> Curve:
 class Sizes(NamedTuple):
     """The suits that together serve most."""
 
-    choices: tuple[int, ...]
-    """Rows of the windows, ascending."""
-    pretensions: tuple[float, ...]
-    """One for each suit, N: the middle of those at which it serves the same persons."""
-    share: float
-    """Of the weighting."""
+    choices: tuple[int, ...]  # rows of the windows, ascending
+    pretensions: tuple[float, ...]  # one for each suit, N: the middle of those at which it serves the same persons
+    share: float  # of the weighting
 
 
 def best_sizes(

@@ -39,8 +39,7 @@ _SECTIONS = 16
 _ROUNDS = 14
 _MOST = 250_000
 """Work of one choice under all conditions for which changes are tried; beyond it, some conditions stand for all."""
-_OF_MOTOR = 50
-"""States that take as long as one does with limits on the motor."""
+_OF_MOTOR = 50  # states that take as long as one does with limits on the motor
 _FEW = 8
 
 First = Callable[[Array], tuple[int | None, int]]

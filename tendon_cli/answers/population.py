@@ -12,7 +12,7 @@ from tendon_cli import say
 from tendon_cli.answers import coverage
 from tendon_cli.answers.asked import Flags
 from tendon_cli.answers.bench import FEW, settings, study_arm
-from tendon_cli.answers.coverage import ROUNDING, Sizes, best_sizes, effective_count, grouped, normalised
+from tendon_cli.answers.coverage import Sizes, best_sizes, effective_count, grouped, normalised, serves
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.sensitivity import indices
 from tendon_cli.answers.solve import Solutions
@@ -25,10 +25,8 @@ from tendon_cli.studies.people.population import Population as People
 from tendon_cli.studies.values import RIGID
 
 MOST_SIZES = 3
-_MOST_ALONG = 16
-"""Values of an axis among which sizes are chosen."""
-_MOST_PERSONS = 1000
-"""Persons by whom sizes are chosen: the first so many, as the search grows with their square."""
+_MOST_ALONG = 16  # values of an axis among which sizes are chosen
+_MOST_PERSONS = 1000  # persons by whom sizes are chosen: the first so many, as the search grows with their square
 _MOST_OF_CURVE = 1000
 _MOST_NAMES = 100
 
@@ -37,14 +35,11 @@ _MOST_NAMES = 100
 class GroupWindows:
     """The windows of groups, such as persons, of one choice over their other conditions, each of shape (groups,)."""
 
-    low: Array
-    """N; empty where low > high, NaN where no pretension could do."""
+    low: Array  # N; empty where low > high, NaN where no pretension could do
     high: Array
-    low_by: Codes
-    """Index into `LIMIT_NAMES`, or -1."""
+    low_by: Codes  # index into `LIMIT_NAMES`, or -1
     high_by: Codes
-    low_condition: Rows
-    """The row of conditions that binds."""
+    low_condition: Rows  # the row of conditions that binds
     high_condition: Rows
 
     @classmethod
@@ -60,7 +55,7 @@ class GroupWindows:
 
     def served(self, pretension: float) -> Flags:
         """Which of them a pretension serves."""
-        return (self.low <= pretension * (1 + ROUNDING)) & (pretension <= self.high * (1 + ROUNDING))
+        return serves(self.low, self.high, pretension)
 
 
 def people_of(problem: Problem) -> People | None:
@@ -130,48 +125,41 @@ def _by_sex(problem: Problem, people: People, served: Flags) -> list[dict[str, A
         share = 1.0 if served[of_sex].all() else float(min(weights[served[of_sex]].sum(), 1.0))
         persons = len(np.unique(rows[of_sex] // people.completions))
         effective = effective_count(weighting[of_sex]) * persons / len(of_sex)
-        interval = list(say.interval(share, effective))
-        shares.append({"sex": sex, "persons": persons, "served": share, "interval_95": interval})
+        shares.append(
+            {"sex": sex, "persons": persons, "served": share, "interval_95": [*say.interval(share, effective)]}
+        )
     return shares
 
 
-Reason = tuple[str, list[str], list[int], Rows]
-"""What some need who are not served; the limit that is not kept, or if no pretension would do, both that conflict; for
-each the condition under which most of them meet it, a row of conditions; and who they are, the farthest first."""
-
-
-def left_out(problem: Problem, windows: GroupWindows, pretension: float) -> Iterator[Reason]:
-    """Those whom a pretension (N) does not serve, by reason."""
-    out = np.flatnonzero(~windows.served(pretension))
-    needs = np.where(windows.low[out] > pretension, MORE, LESS)
-    needs = np.where(windows.low[out] <= windows.high[out], needs, NEITHER)
-    missing = np.fmax(windows.low[out] - pretension, pretension - windows.high[out])
-    by_reason: dict[tuple[str, int, int], list[int]] = {}
-    each = zip(needs.tolist(), windows.low_by[out].tolist(), windows.high_by[out].tolist(), strict=True)
-    for at, (need, low, high) in enumerate(each):
-        by_reason.setdefault((need, -1 if need == LESS else low, -1 if need == MORE else high), []).append(at)
-    for (need, low, high), places in by_reason.items():
-        members = out[places][np.argsort(-missing[places], kind="stable")]
-        limits = dict.fromkeys(LIMIT_NAMES[code] for code in (low, high) if code >= 0)
-        ends = {MORE: ("low",), LESS: ("high",), NEITHER: ("low", "high")}[need]
-        conditions = [_usual(problem, getattr(windows, f"{end}_condition")[members]) for end in ends]
-        yield need, list(limits), conditions[: len(limits)], members
-
-
 def not_served(problem: Problem, windows: GroupWindows, pretension: float) -> list[dict[str, Any]]:
-    """Those whom a pretension (N) does not serve, as recorded, the most frequent reason first."""
-    people, weighting = people_of(problem), problem.weighting
-    reasons = []
-    for need, limits, conditions, members in left_out(problem, windows, pretension):
-        share, names = float(normalised(weighting)[members].sum()), list[str]()
+    """Those whom a pretension (N) does not serve, by reason, the most frequent first, as recorded.
+
+    Of each reason the limit that is not kept, or if no pretension would do, both that conflict; for each limit the
+    condition under which most of them meet it; and who they are, the farthest first.
+    """
+    people, weights = people_of(problem), normalised(problem.weighting)
+    out = np.flatnonzero(~windows.served(pretension))
+    low, high = windows.low[out], windows.high[out]
+    needs = np.where(low <= high, np.where(low > pretension, MORE, LESS), NEITHER)
+    missing = np.fmax(low - pretension, pretension - high)
+    above, below = np.where(needs == LESS, -1, windows.low_by[out]), np.where(needs == MORE, -1, windows.high_by[out])
+    kinds, reasons = [*zip(needs.tolist(), above.tolist(), below.tolist(), strict=True)], []
+    for need, *codes in dict.fromkeys(kinds):
+        places = [at for at, kind in enumerate(kinds) if kind == (need, *codes)]
+        members = out[places][np.argsort(-missing[places], kind="stable")]
+        by = {LIMIT_NAMES[code]: end for code, end in zip(codes[::-1], ("high", "low"), strict=True) if code >= 0}
+        limits = [*by][::-1]
+        conditions = [_usual(problem, getattr(windows, f"{by[limit]}_condition")[members]) for limit in limits]
+        share, names, bodies = float(weights[members].sum()), list[str](), dict[str, dict[str, float]]()
         if people is not None:
             rows = person_of(problem, members)
             names = list(dict.fromkeys(people.persons[at] for at in (rows // people.completions).tolist()))
+            bodies = dict(_differences(people, rows))
         reasons.append({
             "text": why_not(problem, limits, conditions), "needs": need, "limits": limits, "conditions": conditions,
             "count": len(members), "share": share,
-            "interval_95": list(say.interval(share, effective_count(weighting))), "first": names[:_MOST_NAMES],
-            "bodies": {} if people is None else dict(_differences(people, rows)),
+            "interval_95": list(say.interval(share, effective_count(weights))), "first": names[:_MOST_NAMES],
+            "bodies": bodies,
         })  # fmt: skip
     return sorted(reasons, key=lambda reason: (-reason["share"], -reason["count"]))
 
@@ -220,12 +208,9 @@ def _sizes(problem: Problem, chosen: Solutions) -> Iterator[tuple[str, list[dict
 
 def _size(axis: Axis, along: Rows, sizes: Sizes, persons: int) -> dict[str, Any]:
     values = [axis.names[at] if axis.names else float(axis.values[at]) for at in along.tolist()]
-    suits = zip(sizes.choices, sizes.pretensions, strict=True)
+    suits = [(values[at], pretension) for at, pretension in zip(sizes.choices, sizes.pretensions, strict=True)]
     return {
-        "choices": [
-            {"value": RIGID if values[at] == np.inf else values[at], "pretension": pretension}
-            for at, pretension in suits
-        ],
+        "choices": [{"value": RIGID if value == np.inf else value, "pretension": at} for value, at in suits],
         "served": sizes.share,
         "interval_95": list(say.interval(sizes.share, persons)),
         "persons": persons,

@@ -36,10 +36,8 @@ class Certificate:
 
     status: str
     cells: int
-    margin: float
-    """N."""
-    estimate: float | None = None
-    """By how much its ends may be off that are not proved, N."""
+    margin: float  # N
+    estimate: float | None = None  # by how much its ends may be off that are not proved, N
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,8 +31,7 @@ from tendon_cli.units import shorten
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
 _MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
 _REFINED_AT_ONCE = 2**12
-_MOST_PROVED, _MOST_NAMED = 256, 2**24
-"""Choices that one name may stand for, and among which."""
+_MOST_PROVED, _MOST_NAMED = 256, 2**24  # choices that one name may stand for, and among which
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
 

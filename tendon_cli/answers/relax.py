@@ -1,15 +1,14 @@
 """What it would take that some choice has a window: the least change of one thing that is asked for, all else equal.
 
 Eased as far as is plausible, each thing leaves some choices with a window or none; half as far, fewer. So the least
-change is found by bisection over the choices that still have one. What is eased more never takes a window away, but for
-postures and anchors, of which that is not proved.
+change is sought by bisection over the choices that still have one. What is eased more never takes a window away, but
+for postures and anchors, of which that is not proved.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,33 +25,40 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.units import parse_measure
 
-_MOST = 2**28
-"""States of all choices under all conditions; of more choices some are tried, evenly taken."""
+_MOST = 2**28  # states of all choices under all conditions; of more choices some are tried, evenly taken
 _ROUNDS = 12
-_FARTHEST = 10.0
-"""Times a limit."""
-_SOFTER = 40.0
-"""By how much less stiffness than asked for is tried, N m/rad."""
-_WIDEST, _FIRMEST = 0.2, 1e5
-"""Of a strap, m; of tissue and cuff behind an anchor, N/m."""
-_WIDTH, _ANCHOR = "arm.contact_width", "anchor.stiffness"
-
-Eased = Callable[[float, Numbers], tuple[Problem, Numbers]]
-"""The question for some choices, whose numbers are given, with a value in the place of what is asked for."""
+_FARTHEST = 10.0  # times a limit
+_SOFTER = 40.0  # by how much less stiffness than asked for is tried, N m/rad
+_WIDTH, _WIDEST = "arm.contact_width", 0.2  # of a strap, m
+_ANCHOR, _FIRMEST = "anchor.stiffness", 1e5  # of tissue and cuff, N/m
 
 
-@dataclass(frozen=True, eq=False)
-class Ask:
+class Ask(NamedTuple):
     """Something that is asked for, and could be asked less of."""
 
     key: str
-    quantity: Quantity
-    before: float
-    """SI; of several values the largest magnitude."""
+    before: float  # SI; of several values the largest magnitude
     farthest: float
-    eased: Eased
-    of: Rows
-    """The choices for which it counts."""
+    rows: Rows  # the choices for which it counts
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it is."""
+        return _quantity_of(self.key)
+
+    def eased(self, problem: Problem, value: float, numbers: Numbers, count: int) -> tuple[Problem, Numbers]:
+        """The question for `count` choices with a value in its place; those of a condition drawn together toward 0."""
+        if self.key.startswith("limits."):
+            return problem.bounded(self.key.removeprefix("limits."), value), numbers
+        given = problem.condition_numbers.get(self.key)
+        if given is None:
+            return problem, {**numbers, self.key: np.full(count, value)}
+        return problem.saying({self.key: given * (value / np.abs(given).max())}), numbers
+
+
+def _quantity_of(key: str) -> Quantity:
+    limit = key.removeprefix("limits.")
+    return keys()[key].number.quantity if limit == key else QUANTITIES.get(limit, QUANTITIES["pretension"])
 
 
 def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
@@ -72,49 +78,29 @@ def _asks(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Ask]:
         value, is_stiffness = float(problem.bounds[name]), name == "min_elbow_stiffness"
         farthest = value - _SOFTER if is_stiffness else 0.0 if name.startswith("min_") else _FARTHEST * value
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
-            quantity = QUANTITIES.get(name, QUANTITIES["pretension"])
-            yield Ask(f"limits.{name}", quantity, value, farthest, _bounded(problem, name), rows)
-    widths = problem.choices.numbers(rows).get(_WIDTH)
+            yield Ask(f"limits.{name}", value, farthest, rows)
+    single = problem.choices.single
+    widths = np.asarray(problem.choices.numbers(rows).get(_WIDTH, np.full(len(rows), single.get(_WIDTH, np.nan))))
+    of_choices = [Ask(_ANCHOR, float(single.get(_ANCHOR, np.inf)), _FIRMEST, rows)]
     if "max_contact_pressure" in limits:
-        given = problem.choices.single.get(_WIDTH, np.nan) if widths is None else widths.max()
-        of = rows if widths is None else rows[widths == widths.max()]
-        yield from _of_number(problem, _WIDTH, given, _WIDEST, of)
-    yield from _of_number(problem, _ANCHOR, problem.choices.single.get(_ANCHOR, np.inf), _FIRMEST, rows)
+        of_choices.insert(0, Ask(_WIDTH, float(widths.max()), _WIDEST, rows[widths == widths.max()]))
+    for ask in of_choices:
+        if 0.0 < ask.before < ask.farthest and ask.key not in problem.condition_numbers:
+            yield ask
     for key in ("load.mass", "arm.upper_arm_angle"):
         values = problem.condition_numbers.get(key)
         if values is not None and np.ptp(values) > 0.0:
-            yield Ask(key, keys()[key].number.quantity, float(np.abs(values).max()), 0.0, _scaled(problem, key), rows)
-
-
-def _of_number(problem: Problem, key: str, given: float, farthest: float, rows: Rows) -> Iterator[Ask]:
-    if 0.0 < given < farthest and key not in problem.condition_numbers:
-
-        def eased(value: float, numbers: Numbers) -> tuple[Problem, Numbers]:
-            count = len(next(iter(numbers.values()), rows[:1]))
-            return problem, {**numbers, key: np.full(count, value)}
-
-        yield Ask(key, keys()[key].number.quantity, float(given), farthest, eased, rows)
-
-
-def _bounded(problem: Problem, name: str) -> Eased:
-    return lambda value, numbers: (problem.bounded(name, value), numbers)
-
-
-def _scaled(problem: Problem, key: str) -> Eased:
-    """The values of a condition drawn together toward zero."""
-    values = problem.condition_numbers[key]
-    largest = np.abs(values).max()
-    return lambda value, numbers: (problem.saying({key: values * (value / largest)}), numbers)
+            yield Ask(key, float(np.abs(values).max()), 0.0, rows)
 
 
 def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
     def tried(value: float, rows: Rows) -> Solutions:
-        asked, numbers = ask.eased(value, problem.choices.numbers(rows))
+        asked, numbers = ask.eased(problem, value, problem.choices.numbers(rows), len(rows))
         solved = solve(asked, numbers, len(rows), with_worst=False)
         return Solutions(solved.results, rows, problem.choices.columns(rows))
 
     record: dict[str, Any] = {"key": ask.key, "before": ask.before, "farthest": ask.farthest, "after": None}
-    solved = tried(ask.farthest, ask.of)
+    solved = tried(ask.farthest, ask.rows)
     if not solved["feasible"].any():
         return record | {"printed": "", "choice": None, "served": float(solved["served"].max())}
     rows = solved.row[solved["feasible"]]
@@ -126,9 +112,8 @@ def _least(problem: Problem, ask: Ask) -> dict[str, Any]:
         return 0 if some.any() else None, 0
 
     spaced = np.geomspace if ask.key == _ANCHOR else np.linspace
-    open_ = edge(first, ask.before, ask.farthest, 3, _ROUNDS, spaced)
-    toward = np.inf if ask.farthest > ask.before else -np.inf
-    printed = say.quantity(ask.quantity, open_, toward=toward)
+    least = edge(first, ask.before, ask.farthest, 3, _ROUNDS, spaced)
+    printed = say.quantity(ask.quantity, least, toward=np.inf if ask.farthest > ask.before else -np.inf)
     after = parse_measure(printed.replace(",", ""), ask.quantity.dimension).si
     solved = tried(after, rows)
     best = solved.taken([int(np.lexsort((-solved["tolerance"], -solved["served_at"]))[0])])
@@ -153,9 +138,8 @@ def relaxations_in_words(problem: Problem, relaxations: list[Row]) -> Iterator[s
     """What each thing that is asked for would have to become."""
     idle = []
     for each in relaxations:
-        key, limit = each["key"], each["key"].removeprefix("limits.")
-        of = QUANTITIES.get(limit, QUANTITIES["pretension"]) if key != limit else keys()[key].number.quantity
-        text = _WORDS.get(key, f"{limit} = {{}} instead of {{}}")
+        key, of = each["key"], _quantity_of(each["key"])
+        text = _WORDS.get(key, f"{key.removeprefix('limits.')} = {{}} instead of {{}}")
         if each["after"] is None:
             idle.append(text.partition(" instead of")[0].format(say.quantity(of, each["farthest"])))
             continue

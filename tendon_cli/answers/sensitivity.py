@@ -27,15 +27,11 @@ from tendon_cli.space.space import Space
 from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import quantile
 
-_STEP = 1e-30
-"""Of an imaginary change: a complex step has no error of difference, so it may be as small as can be."""
-_FACTORS = (0.99, 1.01)
-"""By which a number is changed to see whether its derivative says enough."""
-_NEAR = 3
-"""States apart that count as the same, for the angle that binds moves with most numbers."""
+_STEP = 1e-30  # of an imaginary change: a complex step has no error of difference, so it may be as small as can be
+_FACTORS = (0.99, 1.01)  # by which a number is changed to see whether its derivative says enough
+_NEAR = 3  # states apart that count as the same, for the angle that binds moves with most numbers
 
-Slope = Callable[[Design, Bounds], float]
-"""How an end moves with what is complex in a design or in the bounds, N."""
+Slope = Callable[[Design, Bounds], float]  # how an end moves with what is complex in a design or in the bounds, N
 
 
 def sensitivities(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
@@ -154,16 +150,13 @@ def _binds(problem: Problem, numbers: Numbers, count: int, end: str, binding: tu
 
 # --- Sobol indices ---------------------------------------------------------------------------------------------------
 
-BODY = "body"
-"""All dimensions of a body together: they are correlated, so that none has an index of its own."""
+BODY = "body"  # all dimensions of a body together: they are correlated, so that none has an index of its own
 
-_STATES = 2e7
-"""Most states that are worked out for the indices."""
+_STATES = 2e7  # most states that are worked out for the indices
 _MOST, _FEWEST = 4096, 64
 _RESAMPLES = 200
 
-Ends = Callable[[Array], Array]
-"""From points of the unit cube, (points, inputs), to results, (results, points)."""
+Ends = Callable[[Array], Array]  # from points of the unit cube, (points, inputs), to results, (results, points)
 
 
 def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: int, seed: int) -> Iterator[Any]:

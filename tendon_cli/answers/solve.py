@@ -11,14 +11,14 @@ import numpy.typing as npt
 
 from tendon_cli import kernel
 from tendon_cli.answers.asked import Columns, Flags, Goal, of_some
-from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, share_served
+from tendon_cli.answers.coverage import ROUNDING, grouped, normalised, serves, share_served
 from tendon_cli.answers.question import Problem
 from tendon_cli.model import extremes, window
 from tendon_cli.model.actuator import State
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import contact_pressure
 from tendon_cli.model.window import Ends, Window
-from tendon_cli.space.axis import Numbers, Rows, over
+from tendon_cli.space.axis import Numbers, Rows
 
 WORST = (
     "max_tension", "max_spring_extension", "peak_motor_torque", "min_elbow_stiffness", "max_contact_pressure",
@@ -40,10 +40,8 @@ class Solutions:
     """
 
     results: Columns
-    row: Rows
-    """Their rows in `choices.parquet`; -1 for one between the points of the grid that has none yet."""
-    columns: Columns
-    """Their values of each axis: SI, or of named values the position among their names."""
+    row: Rows  # their rows in `choices.parquet`; -1 for one between the points of the grid that has none yet
+    columns: Columns  # their values of each axis: SI, or of named values the position among their names
 
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         """An axis or a result by its column's name."""
@@ -111,13 +109,15 @@ def solve(problem: Problem, numbers: Numbers, count: int, *, with_worst: bool = 
 def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | None = None) -> tuple[Solutions, Flags]:
     """Choices solved but for the worst at their pretensions, and which conditions each serves; by ends, if known."""
     ends = problem.ends(numbers, count) if ends is None else ends
-    results, best = _common(problem, ends)
+    of_groups = grouped(ends.low, ends.high, problem.groups)
+    results, best = _common(problem, ends, *of_groups)
     low, high = results["pretension_from"], results["pretension_to"]
     pretension = np.where(low <= high, _within(problem, low, high), _within(problem, *best))
     if problem.given is not None:
         pretension = np.full(count, problem.given)
-    held = _held(problem, ends, pretension)
-    served = _share(problem, held)
+    held = serves(*of_groups, pretension[:, np.newaxis])
+    # Exactly 1 if all groups are served.
+    served = np.where(held.all(axis=1), 1.0, np.minimum(held @ normalised(problem.weighting), 1.0))
     named = _named(problem, numbers, ends, np.concatenate([results["from_condition"], results["to_condition"]]))
     results |= {"from_by": named.low_by[:count], "to_by": named.high_by[count:]}
     for end, name in (("from", "low"), ("to", "high")):
@@ -128,23 +128,23 @@ def without_worst(problem: Problem, numbers: Numbers, count: int, ends: Ends | N
     results |= {**dict.fromkeys(WORST, np.full(count, np.nan)), "has_worst": np.zeros(count, dtype=np.bool_)}
     results["between_samples"] = np.zeros(count, dtype=np.int64)
     results["feasible"] = low <= high if problem.given is None else served >= problem.enough - ROUNDING
-    return Solutions(results, np.full(count, -1), {}), held
+    return Solutions(results, np.full(count, -1), {}), held[:, problem.groups]
 
 
-def _common(problem: Problem, ends: Ends) -> tuple[Columns, tuple[Array, Array]]:
+def _common(problem: Problem, ends: Ends, of_low: Array, of_high: Array) -> tuple[Columns, tuple[Array, Array]]:
     """The widest interval that serves enough, its binding conditions, how many there are, and what is best served.
 
-    If there is none, its ends are those of the window over all conditions, which is empty.
+    `of_low` and `of_high` are the ends of groups. If there is none, its ends are those over all conditions, and it is
+    empty.
     """
     # A condition that no pretension suits leaves no window at all, and is the reason: argmax takes the first NaN.
     from_condition, to_condition = np.argmax(ends.low, axis=1), np.argmin(ends.high, axis=1)
     low, high = _taken(ends.low, from_condition), _taken(ends.high, to_condition)
-    of_groups = grouped(ends.low, ends.high, problem.groups)
-    covered = share_served(*of_groups, problem.weighting, enough=problem.enough)
+    covered = share_served(of_low, of_high, problem.weighting, enough=problem.enough)
     windows, served = (low <= high).astype(np.int64), np.where(low <= high, 1.0, covered.served)
     if problem.enough < 1.0:
         windows, some = covered.windows, np.flatnonzero(~np.isnan(covered.low))
-        has_window = np.repeat(of_groups[0] <= of_groups[1], np.bincount(problem.groups), axis=1)
+        has_window = (of_low <= of_high)[:, problem.groups]
         for end, of_conditions, value, condition in (
             (low, ends.low, covered.low, from_condition),
             (high, ends.high, covered.high, to_condition),
@@ -161,13 +161,11 @@ def _common(problem: Problem, ends: Ends) -> tuple[Columns, tuple[Array, Array]]
 def _named(problem: Problem, numbers: Numbers, ends: Ends, condition: Rows) -> Window:
     """Of the ends of choices the windows, each under one condition; all choices as often as there are conditions."""
     rows = np.arange(len(condition)) % len(ends.low)
+    picked = {name: values[rows, condition] for name, values in vars(ends).items()}
     if isinstance(ends, Window):
-        return Window(**{name: values[rows, condition] for name, values in vars(ends).items()})
-    under = {key: values[condition] for key, values in problem.condition_numbers.items()}
-    picked = Ends(**{name: values[rows, condition, np.newaxis] for name, values in vars(ends).items()})
-    design = problem.choices.at(over({key: values[rows] for key, values in numbers.items()}, under), {}).design()
-    each = window.named(picked, design, problem.angles, problem.flexion, problem.bounds)
-    return Window(**{name: values[:, 0] for name, values in vars(each).items()})
+        return Window(**picked)
+    design = problem.paired(numbers, rows, condition)
+    return window.named(Ends(**picked), design, problem.angles, problem.flexion, problem.bounds)
 
 
 def _taken(values: npt.NDArray[Any], condition: Rows) -> npt.NDArray[Any]:
@@ -188,23 +186,6 @@ def _within(problem: Problem, low: Array, high: Array) -> Array:
     if not problem.middle:
         return low
     return np.where(np.isinf(high), 2.0 * low, 0.5 * (low + high))
-
-
-def _held(problem: Problem, ends: Ends, pretension: Array) -> Flags:
-    """Which conditions a pretension serves, (choices, conditions): those of the groups that it serves altogether."""
-    at = pretension[:, np.newaxis]
-    with np.errstate(invalid="ignore"):
-        served = (ends.low <= at * (1 + ROUNDING)) & (at <= ends.high * (1 + ROUNDING))
-    if len(problem.weighting) == served.shape[1]:
-        return served
-    firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
-    return np.repeat(np.logical_and.reduceat(served, firsts, axis=1), np.bincount(problem.groups), axis=1)
-
-
-def _share(problem: Problem, held: Flags) -> Array:
-    """The share of groups all of whose conditions are served, (choices,); exactly 1 if these are all."""
-    firsts = np.flatnonzero(np.diff(problem.groups, prepend=-1))
-    return np.where(held.all(axis=1), 1.0, np.minimum(held[:, firsts] @ normalised(problem.weighting), 1.0))
 
 
 # --- The worst at a pretension ---------------------------------------------------------------------------------------

@@ -24,8 +24,7 @@ from tendon_cli.studies.study import keys
 from tendon_cli.studies.values import RIGID
 from tendon_cli.tables.schema import Column
 
-_LIMITS = ("", *LIMIT_NAMES)
-"""By a limit's code and one: NOTHING is -1."""
+_LIMITS = ("", *LIMIT_NAMES)  # by a limit's code and one: NOTHING is -1
 _BINDS = tuple(Column(f"{end}_condition", "count", "1", "row of conditions that binds") for end in ("from", "to"))
 _SEX = Column("sex", "text", "1", "sex", choices=("male", "female"))
 

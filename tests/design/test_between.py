@@ -79,19 +79,14 @@ def test_what_the_cells_do_not_suffice_for_is_open(monkeypatch):
     assert "Not proved for every angle from 0 to 90 deg" in answer.text
 
 
-def test_an_end_that_the_grid_misses_is_found_by_the_proof(monkeypatch):
+def test_an_end_that_the_grid_misses_is_caught_by_the_proof(monkeypatch):
     """As if a peak between two of the grid's angles had not been climbed."""
     content, load, last, limits, low, high, _ = FIVE["tension"]
     monkeypatch.setattr(questions.Problem, "_may_bind", lambda _, ends: (np.zeros(ends.low.shape, bool),) * 2)
-    found = answered(
-        content,
-        load={"mass": [0.0, load]},
-        limits=limits,
-        motion={"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}},
-    )
+    motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}
+    found = answered(content, load={"mass": [0.0, load]}, limits=limits, motion=motion)
     assert found.between_samples == "proven"
-    assert found.pretension_from == pytest.approx(low, abs=1e-6)
-    assert found.pretension_to == pytest.approx(high, abs=1e-6)
+    assert (found.pretension_from, found.pretension_to) == pytest.approx((low, high), abs=1e-6)
 
 
 def test_what_is_asked_for_is_proved_and_what_names_nothing_refused():
@@ -110,31 +105,39 @@ def test_the_worst_of_what_is_named_is_that_of_all_angles():
     for number in range(8):
         content = random_study(rng, number)
         content["arm"]["contact_width"] = 0.06
-        asked, best = tendon.study(content), tendon.design(content).best
+        best = tendon.design(content).best
         if best is None:
             continue
         compared += 1
-        state = evaluate_all(asked, best["pretension"])
-        x, y = state.balance.flexor, state.balance.extensor
-        flexor, extensor = state.flexor, state.extensor
-        pull = np.maximum(np.maximum(x, x / flexor.capstan), np.maximum(y, y / extensor.capstan)).max()
-        torque = state.motor_torque.ravel()
+        state, _ = evaluate_all(tendon.study(content), best["pretension"])
+        x, y, torque = state.balance.flexor, state.balance.extensor, state.motor_torque.ravel()
         expected = {
-            "max_tension": pull, "max_spring_extension": np.maximum(x * flexor.spring, y * extensor.spring).max(),
-            "peak_motor_torque": torque[np.abs(torque).argmax()], "min_elbow_stiffness": state.elbow_stiffness.min(),
-            "max_contact_pressure": y.max() / 0.045 / 0.06,
+            "max_tension": pull_of(state).max(), "peak_motor_torque": torque[np.abs(torque).argmax()],
+            "max_spring_extension": np.maximum(x * state.flexor.spring, y * state.extensor.spring).max(),
+            "min_elbow_stiffness": state.elbow_stiffness.min(), "max_contact_pressure": y.max() / 0.045 / 0.06,
         }  # fmt: skip
         for name, value in expected.items():
             assert best[name] == pytest.approx(value, rel=1e-8), name
     assert compared > 3
 
 
+def under_both(asked, **numbers):
+    """The designs of a question under its two conditions."""
+    return asked.paired(numbers, np.zeros(2, dtype=np.int64), np.arange(2))
+
+
 def evaluate_all(study, pretension):
-    """States at very many angles under both loads, at a pretension."""
-    asked, rows = question(study), np.arange(2)
-    design = asked.paired({"tendon.pretension": np.array([pretension])}, np.zeros_like(rows), rows)
+    """States at very many angles under both conditions, at a pretension; the angles, rad."""
+    asked = question(study)
     angles = np.linspace(asked.angles.min(), asked.angles.max(), 20001)[np.newaxis]
-    return State.of(design, angles, asked.flexion)
+    design = under_both(asked, **{"tendon.pretension": np.array([pretension])})
+    return State.of(design, angles, asked.flexion), angles.ravel()
+
+
+def pull_of(state):
+    """The largest tension of each state."""
+    x, y = state.balance.flexor, state.balance.extensor
+    return np.maximum(np.maximum(x, x / state.flexor.capstan), np.maximum(y, y / state.extensor.capstan))
 
 
 # --- Two nearly equal peaks ------------------------------------------------------------------------------------------
@@ -169,13 +172,9 @@ def test_of_two_nearly_equal_peaks_the_higher_one_is_the_worst(apart):
         return tendon.study({**content, "motion": motion, "cases": both, "design": {"pretension": "130 N"}})
 
     def peaks(mass):
-        problem, rows = question(asked(mass)), np.arange(2)
-        design = problem.paired({"tendon.pretension": np.array([130.0])}, np.zeros_like(rows), rows)
-        angles = np.linspace(problem.angles.min(), problem.angles.max(), 20001)[np.newaxis]
-        state = State.of(design, angles, problem.flexion)
-        x, y = state.balance.flexor, state.balance.extensor
-        pull = np.maximum(np.maximum(x, x / state.flexor.capstan), np.maximum(y, y / state.extensor.capstan))
-        return pull.max(axis=(1, 2)), np.degrees(angles.ravel()[pull.max(axis=1).argmax(axis=1)])
+        state, angles = evaluate_all(asked(mass), 130.0)
+        pull = pull_of(state)
+        return pull.max(axis=(1, 2)), np.degrees(angles[pull.max(axis=1).argmax(axis=1)])
 
     mass = brentq(lambda mass: np.subtract(*peaks(mass)[0]) + apart, 4.0, 8.0, xtol=1e-9)
     (one, other), where = peaks(mass)
@@ -202,9 +201,8 @@ def test_an_interval_of_postures_is_proved_and_that_of_very_many(stiffness, rati
     assert answer.record["between_samples"]["status"] == "proven"
     assert f"every upper arm angle from {low} to {high} deg" in answer.record["between_samples"]["scope"]
     postures = [f"{angle} deg" for angle in np.linspace(low, high, 301)]
-    many = question(tendon.study(content | {"load": {"mass": [0.0, load]}, "arm": {"upper_arm_angle": postures}})).ends(
-        {}, 1
-    )
+    each = {"load": {"mass": [0.0, load]}, "arm": {"upper_arm_angle": postures}}
+    many = question(tendon.study(content | each)).ends({}, 1)
     assert answer.choices.pretension_from[0] == pytest.approx(many.low.max(), abs=2e-6)
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
@@ -230,33 +228,35 @@ def test_the_power_of_a_load_between_two_is_found():
     assert few.pretension_to < alone - 1.0
 
 
+def limited(rng, asked, name, low, high):
+    """The question with a limit at what the motion comes to at a pretension in the window."""
+    motor = Motor(under_both(asked), asked.angles, asked.flexion, (2,), asked.bounds.speed)
+    at, limit = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low)), LIMITS[name]
+    value = limit.excess(motor, 0.0)(at).max() if limit.lines is None else np.abs(limit.lines(motor).at(at)).max()
+    return asked.bounded(name, float(value))
+
+
+def estimate_of(asked):
+    return estimated(asked, {}, solve(asked, {}, 1), asked.ends_over_angles({}, 1))
+
+
 def check_estimates(seed, count):
     """Of windows within limits of the motor, what eight thousand angles take from them."""
     rng, compared = np.random.default_rng(seed), 0
     for number in range(count):
         name = ("peak_motor_power", "max_spool_travel", "max_backlash", "max_torque_band")[number % 4]
-        content = random_study(rng, number) | {
-            "limits": {name: 1e6 if "power" in name or "band" in name else "1e5 rad"}
-        }
+        limits = {name: 1e6 if "power" in name or "band" in name else "1e5 rad"}
+        content = random_study(rng, number) | {"limits": limits}
         content["motion"]["speed"] = "60 deg/s"
-        asked, rows = question(tendon.study(content)), np.arange(2)
+        asked = question(tendon.study(content))
         of_states = replace(asked, bounds=asked.bounds.of_states).windows({}, 1)
-        low, high = of_states.low.max(), min(of_states.high.min(), 1e3)
-        # What the motion comes to at a pretension in the window becomes the limit.
-        motor = Motor(
-            asked.paired({}, np.zeros_like(rows), rows), asked.angles, asked.flexion, (2,), asked.bounds.speed
-        )
-        at = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
-        lines = None if LIMITS[name].lines is None else np.abs(LIMITS[name].lines(motor).at(at)).max()
-        asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max() if lines is None else lines))
-        windows = asked.windows({}, 1)
-        estimate = estimated(asked, {}, solve(asked, {}, 1), asked.ends_over_angles({}, 1))
+        asked = limited(rng, asked, name, of_states.low.max(), min(of_states.high.min(), 1e3))
+        windows, estimate = asked.windows({}, 1), estimate_of(asked)
         if estimate is None or not np.all(windows.is_open):
             continue
         some = Window(**{name: values[0] for name, values in vars(of_states).items()})
         angles = np.linspace(asked.angles.min(), asked.angles.max(), 8001)[np.newaxis]
-        design = asked.paired({}, np.zeros_like(rows), rows)
-        finest = narrowed(some, design, angles, asked.flexion, asked.bounds, asked.loads)
+        finest = narrowed(some, under_both(asked), angles, asked.flexion, asked.bounds, asked.loads)
         missed = finest.low.max() - windows.low.max(), windows.high.min() - finest.high.min()
         assert np.max([0.0, *missed]) <= estimate
         compared += max(missed) > 0.0
@@ -308,9 +308,10 @@ def refined_motion(trajectory, times):
     return Trajectory(time, each[0], np.array(each[1:]), trajectory.reversal)
 
 
-def ends_along(asked, design, trajectory):
+def ends_along(asked, trajectory):
     """The window along a trajectory."""
-    at = replace(design, trajectory=trajectory), trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
+    design = replace(under_both(asked), trajectory=trajectory)
+    at = design, trajectory.angle[np.newaxis], trajectory.flexion[np.newaxis]
     each = narrowed(window(*at, asked.bounds), *at, asked.bounds, asked.loads)
     return each.low.max(), min(each.high.min(), 1e3)
 
@@ -325,18 +326,16 @@ def check_estimates_along(seed, count):
         content["limits"] = {"min_elbow_stiffness": -200.0} | (
             {name: "1e5 rad" if "travel" in name else 1e5} if name else content["limits"]
         )
-        asked, rows = question(tendon.study(content)), np.arange(2)
-        design, trajectory = asked.paired({}, np.zeros_like(rows), rows), asked.study.trajectory
-        low, high = ends_along(asked, design, trajectory)
-        if name is not None:  # what the motion comes to at a pretension in the window becomes the limit
-            motor = Motor(design, asked.angles, asked.flexion, (2,), asked.bounds.speed)
-            at = np.full(2, low + rng.uniform(0.2, 0.8) * (high - low))
-            asked = asked.bounded(name, float(LIMITS[name].excess(motor, 0.0)(at).max()))
-            low, high = ends_along(asked, design, trajectory)
-        estimate = estimated(asked, {}, solve(asked, {}, 1), asked.ends_over_angles({}, 1)) if low <= high else None
+        asked = question(tendon.study(content))
+        trajectory = asked.study.trajectory
+        low, high = ends_along(asked, trajectory)
+        if name is not None:
+            asked = limited(rng, asked, name, low, high)
+            low, high = ends_along(asked, trajectory)
+        estimate = estimate_of(asked) if low <= high else None
         if estimate is None:
             continue
-        finest = ends_along(asked, design, refined_motion(trajectory, 50))
+        finest = ends_along(asked, refined_motion(trajectory, 50))
         missed = finest[0] - low, high - finest[1]
         assert np.max([0.0, *missed]) <= estimate, (number, name, missed, estimate)
         compared += max(missed) > 0.0
