@@ -89,19 +89,15 @@ def bench_record(problem: Problem, choice: Solutions) -> dict[str, Any]:
     beyond, posture = drift_of(problem, choice), problem.study.setting
     angles = {name: float(getattr(posture, name).array[0]) for name in ("angle", "upper_arm_angle", "load")}
     added = {"newtons_per_metre": float(_each(per_length(design), 1)[0])}
-    names = ("about", "text", "source")
     return {
         "setting": {**angles, "after": posture.after, "read": posture.read, **added},
         "drift": None if beyond is None else {"pretension": beyond[0], **asdict(beyond[1])},
-        "remarks": [dict(zip(names, each, strict=True)) for each in remarks(problem, choice)],
+        "remarks": [*remarks(problem, choice)],
     }
 
 
-Remark = tuple[str, str, str]  # what it is about, the remark, and its source
-
-
-def remarks(problem: Problem, choice: Solutions) -> Iterator[Remark]:
-    """What a suit would do that no limit forbids and nobody would want, at its pretension over all it serves."""
+def remarks(problem: Problem, choice: Solutions) -> Iterator[Row]:
+    """What a suit would do that no limit forbids and nobody would want, at its pretension, with the sources."""
     if np.isnan(choice["pretension"][0]) or not choice["served_at"][0] > 0.0:
         return
     numbers = problem.numbers_of(choice.columns)
@@ -122,23 +118,22 @@ def remarks(problem: Problem, choice: Solutions) -> Iterator[Remark]:
         yield from _of_spring(few, few.design(numbers, pretension=choice["pretension"]))
 
 
-def _of_strap(pressure: float, width: str) -> Iterator[Remark]:
+def _of_strap(pressure: float, width: str) -> Iterator[Row]:
     begins, limit = ("pain begins", PAIN) if pressure > PAIN else ("discomfort begins", DISCOMFORT)
     if pressure > limit:
-        shown = say.quantity("max_contact_pressure", pressure)
-        known = f"{begins} at {1e-3 * limit:.1f} kPa"
-        yield "strap", f"the strap presses the elbow with up to {shown}{width}; {known}", OF_CUFFS
+        text = f"the strap presses the elbow with up to {say.quantity('max_contact_pressure', pressure)}{width}"
+        yield {"about": "strap", "text": f"{text}; {begins} at {1e-3 * limit:.1f} kPa", "source": OF_CUFFS}
 
 
-def _of_rope(tension: float, diameter: float) -> Iterator[Remark]:
+def _of_rope(tension: float, diameter: float) -> Iterator[Row]:
     breaking = BREAKING * (diameter / ROPE) ** 2
     if tension > breaking / SAFETY:
         rope = f"a rope of {say.number(1e3 * diameter, 3)} mm breaks at about {say.number(breaking, 2)} N"
         factor = f"{say.number(breaking / tension, 2)} times the largest tension, where {SAFETY:.0f} is customary"
-        yield "rope", f"{rope}, {factor}", OF_ROPES
+        yield {"about": "rope", "text": f"{rope}, {factor}", "source": OF_ROPES}
 
 
-def _of_spring(problem: Problem, design: Design) -> Iterator[Remark]:
+def _of_spring(problem: Problem, design: Design) -> Iterator[Row]:
     """By how much the flexor's spring is stretched, against the room between its anchors."""
     state = evaluate(design, problem.angles, problem.flexion)
     extension: Array = np.asarray(state.balance.flexor / design.flexor.spring_stiffness)
@@ -150,7 +145,8 @@ def _of_spring(problem: Problem, design: Design) -> Iterator[Remark]:
         values = (float(each) for each in (room[at], extension[at], room[at] + extension[at]))
         left, stretched, apart = (say.quantity("max_spring_extension", each) for each in values)
         text = f"the flexor's spring is stretched by {stretched} between anchors {apart} apart"
-        yield "spring", f"{text}: {left} are left for the spring itself" if room[at] > 0.0 else text, OF_SPRINGS
+        text += f": {left} are left for the spring itself" if room[at] > 0.0 else ""
+        yield {"about": "spring", "text": text, "source": OF_SPRINGS}
 
 
 def drift_of(problem: Problem, choice: Solutions) -> tuple[float, Drift] | None:
@@ -180,7 +176,12 @@ def on_whom(problem: Problem) -> str:
 
 def posture(problem: Problem, setting: Row) -> str:
     """The posture in which a pretension is set."""
-    joint, (angle, tilt, load) = say.joint_word(problem.study), (setting[name] for name in _POSTURE)
+    joint, angle, tilt, load = (
+        say.joint_word(problem.study),
+        setting["angle"],
+        setting["upper_arm_angle"],
+        setting["load"],
+    )
     if joint != "elbow":
         limb, hand = f"{joint} at {say.quantity('elbow_angle', angle)}", "without a load"
     else:
@@ -189,9 +190,6 @@ def posture(problem: Problem, setting: Row) -> str:
         hand = "hand empty"
     held = hand if load == 0.0 else f"a load of {say.quantity('load_mass', load)}"
     return f"{limb}, {held}, after {setting['after']}"
-
-
-_POSTURE = ("angle", "upper_arm_angle", "load")
 
 
 def to_set(problem: Problem, record: Row) -> Iterator[str]:

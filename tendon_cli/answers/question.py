@@ -23,15 +23,14 @@ from tendon_cli.model.window import Ends, Window
 from tendon_cli.space.axis import PRETENSION, Numbers, Rows, split_side
 from tendon_cli.studies.axes import space_of
 from tendon_cli.studies.contents import case_numbers
-from tendon_cli.studies.filters import read_filter
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Values
 from tendon_cli.units import shorten
 
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
 _MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
 _REFINED_AT_ONCE = 2**12
-_MOST_PROVED, _MOST_NAMED = 256, 2**24  # choices that one name may stand for, and among which
+_MOST_DIGITS = 18
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
 
@@ -174,26 +173,11 @@ def _left_out(problem: Problem) -> Iterator[str]:
 
 
 def rows_to_prove(problem: Problem) -> Rows:
-    """The choices that the study names in `[design] prove`; raises UsageError for what names none."""
-    count, rows = len(problem.choices), list[int]()
-    for text in problem.study.design.prove:
-        if text.strip().isdecimal() and int(text) < count:
-            rows.append(int(text))
-            continue
-        if text.strip().isdecimal() or count > _MOST_NAMED:
-            raise UsageError(f'"{text}" is no row of choices.parquet', where="--prove", hint=f"0 to {count - 1}")
-        kept, columns = np.ones(count, dtype=np.bool_), problem.choices.columns(np.arange(count))
-        for part in text.split(";"):
-            asked = read_filter(part)
-            axis = next((axis for axis in problem.choices.axes if asked.name in (axis.column, axis.key)), None)
-            if axis is None:
-                names = ", ".join(axis.column for axis in problem.choices.axes) or "this study has one choice"
-                raise UsageError(f'"{shorten(asked.name)}" is no axis of the choices', where="--prove", hint=names)
-            words = np.array(axis.names, dtype=object)[columns[axis.column]] if axis.names else columns[axis.column]
-            quantity = None if axis.names else keys()[axis.key].number.quantity
-            kept &= asked.on(axis.column, quantity).holds(words, of_axis=True)
-        if not 0 < kept.sum() <= _MOST_PROVED:
-            counted = say.counted(int(kept.sum()), "choice")
-            raise UsageError(f'"{shorten(text)}" names {counted}, expected 1 to {_MOST_PROVED}', where="--prove")
-        rows += np.flatnonzero(kept).tolist()
-    return np.unique(np.array(rows, dtype=np.int64))
+    """The choices that the study names in `[design] prove`; raises UsageError for what is no row of the choices."""
+    count, rows = len(problem.choices), problem.study.design.prove
+    for text in rows:
+        if not text.isdecimal() or len(text) > _MOST_DIGITS or int(text) >= count:
+            raise UsageError(
+                f'"{shorten(text)}" is no row of choices.parquet', where="--prove", hint=f"0 to {count - 1}"
+            )
+    return np.unique(np.array([int(text) for text in rows], dtype=np.int64))

@@ -14,7 +14,6 @@ from tendon_cli.answers.fixes import fixes_table
 from tendon_cli.answers.question import Problem
 from tendon_cli.answers.relax import relaxations_in_words
 from tendon_cli.answers.words import COSTS, Row, costs, ends_of, parameter, row_words
-from tendon_cli.space.axis import PRETENSION, split_side
 from tendon_cli.studies.study import keys
 
 _MOST_ALTERNATIVES, _MOST_MOVES = 8, 5
@@ -124,17 +123,12 @@ def _name(column: str) -> str:
 
 
 def _why(problem: Problem, record: Row) -> Iterator[str]:
-    """What binds at both ends and the worst in between; whether the study's pretension would do; ends of ranges."""
+    """What binds at both ends, the worst in between, and ranges at whose ends the best is."""
     best = record["best"]
     yield words.end_words(problem, best, "from")
     yield f"{words.end_words(problem, best, 'to')}{drift_in_words(record['drift'])}"
     worst = [f"{word} {say.quantity(name, best[name])}" for name, word in _WORST.items() if best[name]]
     yield f"at {_set(best)} the worst is {say.listed(worst)}"
-    given = {key: values for key, values in problem.study.numbers.items() if split_side(key)[0] == PRETENSION}
-    if record["choices"] == 1 and list(given) == [PRETENSION] and not given[PRETENSION].is_axis:
-        value, (low, high) = given[PRETENSION].single, ends_of(best)
-        verdict = "is too little" if value < low else "is too much" if value > high else "suits, too"
-        yield f"the study's pretension of {say.number(value)} N {verdict}"
     yield from _edges(problem, best)
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 Prove = Annotated[
     list[str] | None,
     options.option(
-        "CHOICE", "prove its window, too: a row of choices.parquet or values such as 'spool_ratio = 0.6'; repeatable",
+        "CHOICE", "prove its window, too: a row of choices.parquet; repeatable",
         "--prove",
     ),
 ]  # fmt: skip

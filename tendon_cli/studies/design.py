@@ -91,9 +91,7 @@ class Goals(Part):
     serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
     minimise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
     maximise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
-    prove: Words = Field(
-        default=(), description="choices to prove besides the best: rows of choices.parquet, or values of their axes"
-    )
+    prove: Words = Field(default=(), description="choices to prove besides the best, by their rows in choices.parquet")
     by: Literal["sex"] | None = Field(default=None, description="shares by a column of the people, too")
     pretension: Annotated[str | Values, _Placed("pretension", 0.0, 1e5)] = Field(
         default="middle",

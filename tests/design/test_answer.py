@@ -208,14 +208,6 @@ def test_a_screen_of_80_columns_holds_the_answer(text, tmp_path):
     assert len(lines) <= 48
 
 
-@pytest.mark.parametrize(
-    ("given", "verdict"), [("100 N", "is too little"), ("150 N", "suits, too"), ("180 N", "is too much")]
-)
-def test_the_pretension_of_the_study_is_judged(given, verdict):
-    suit = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}, "tendon": {"pretension": given}}
-    assert f"the study's pretension of {given} {verdict}" in tendon.design(tendon.study({**PAPER, **suit})).text
-
-
 UNCERTAIN = {"sheath": {"friction": {"value": 0.07, "tolerance": "10 %"}}}
 DRAWN = {"uncertainty": {"draws": 4}}
 

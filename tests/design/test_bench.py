@@ -63,26 +63,26 @@ def test_the_text_says_what_to_set_and_how_far_the_arm_drifts(answer):
     assert "snap" not in text
 
 
-def test_what_exceeds_what_is_known_is_remarked_with_its_source(answer):
-    about = {each["about"]: each for each in answer.record["remarks"]}
-    assert set(about) == {"strap", "rope"}
-    assert "111 kPa if it is 40 mm wide; pain begins at 52.9 kPa" in about["strap"]["text"]
-    assert all(each["source"] for each in about.values())
+LIMITS = {"max_contact_pressure": "150 kPa", "max_tension": "450 N", "max_spring_extension": "80 mm"}
+LIGHT = {
+    "load": {"mass": 0.0}, "arm": {"forearm_mass": "0.3 kg", "contact_width": "200 mm"},
+    "spring": {"stiffness": "1 kN/m"}, "tendon": {"diameter": "2 mm"},
+}  # fmt: skip
 
 
-def test_a_spring_stretched_beyond_its_room_is_not_recommended_without_a_word():
-    about = {each["about"] for each in answered(spring={"stiffness": "3 kN/m"}).record["remarks"]}
-    assert "spring" in about
-
-
-def test_a_limit_that_is_set_is_not_remarked_on():
-    limits = {"max_contact_pressure": "150 kPa", "max_tension": "450 N", "max_spring_extension": "80 mm"}
-    given = answered(limits=limits, arm={"contact_width": "40 mm"})
-    assert given.record["remarks"] == []
-    assert "Before you build it" not in given.text
-
-
-def test_a_light_suit_has_no_remarks():
-    light = {"load": {"mass": 0.0}, "arm": {"forearm_mass": "0.3 kg", "contact_width": "200 mm"}}
-    suit = {"spring": {"stiffness": "1 kN/m"}, "tendon": {"diameter": "2 mm"}}
-    assert answered(**light, **suit).record["remarks"] == []
+@pytest.mark.parametrize(
+    ("content", "about"),
+    [
+        ({}, {"strap", "rope"}), ({"spring": {"stiffness": "3 kN/m"}}, {"strap", "rope", "spring"}),
+        ({"limits": LIMITS, "arm": {"contact_width": "40 mm"}}, set()), (LIGHT, set()),
+    ],
+    ids=["heavy", "long spring", "limited", "light"],
+)  # fmt: skip
+def test_what_exceeds_what_is_known_and_has_no_limit_is_remarked_with_its_source(content, about):
+    answer = answered(**content)
+    remarks = {each["about"]: each for each in answer.record["remarks"]}
+    assert set(remarks) == about
+    assert all(each["source"] for each in remarks.values())
+    assert ("Before you build it" in answer.text) == bool(about)
+    if not content:
+        assert "111 kPa if it is 40 mm wide; pain begins at 52.9 kPa" in remarks["strap"]["text"]

@@ -89,14 +89,13 @@ def test_an_end_that_the_grid_misses_is_caught_by_the_proof(monkeypatch):
     assert (found.pretension_from, found.pretension_to) == pytest.approx((low, high), abs=1e-6)
 
 
-def test_what_is_asked_for_is_proved_and_what_names_nothing_refused():
+def test_what_is_asked_for_is_proved_and_what_is_no_row_refused():
     study = tendon.study({"spring": {"stiffness": [3e3, 5e3, 8e3]}, "spool": {"ratio": [0.5, 0.6]}})
-    asked = study.vary(**{"design.prove": ["1", "spool_ratio = 0.6; spring_stiffness in 5 kN/m, 8 kN/m"]})
-    answer = tendon.design(asked)
-    assert [row["choice"] for row in answer.record["proved"]] == [1, 3, 5]
-    assert (answer.choices.between_samples[[1, 3, 5]] == "proven").all()
-    for name in ("6", "ratio = 0.6", "spool_ratio = 0.7", "spool_ratio"):
-        with pytest.raises(tendon.UsageError, match=r"is no row|is no axis|names 0 choices|is not a filter"):
+    answer = tendon.design(study.vary(**{"design.prove": ["1", "5"]}))
+    assert [row["choice"] for row in answer.record["proved"]] == [1, 5]
+    assert (answer.choices.between_samples[[1, 5]] == "proven").all()
+    for name in ("6", "-1", "9" * 5000, "ratio = 0.6"):
+        with pytest.raises(tendon.UsageError, match="is no row of choices"):
             tendon.design(study.vary(**{"design.prove": [name]}))
 
 
@@ -109,10 +108,11 @@ def test_the_worst_of_what_is_named_is_that_of_all_angles():
         if best is None:
             continue
         compared += 1
-        state, _ = evaluate_all(tendon.study(content), best["pretension"])
+        state = evaluate_all(tendon.study(content), best["pretension"])
         x, y, torque = state.balance.flexor, state.balance.extensor, state.motor_torque.ravel()
+        pull = np.maximum(np.maximum(x, x / state.flexor.capstan), np.maximum(y, y / state.extensor.capstan))
         expected = {
-            "max_tension": pull_of(state).max(), "peak_motor_torque": torque[np.abs(torque).argmax()],
+            "max_tension": pull.max(), "peak_motor_torque": torque[np.abs(torque).argmax()],
             "max_spring_extension": np.maximum(x * state.flexor.spring, y * state.extensor.spring).max(),
             "min_elbow_stiffness": state.elbow_stiffness.min(), "max_contact_pressure": y.max() / 0.045 / 0.06,
         }  # fmt: skip
@@ -127,17 +127,10 @@ def under_both(asked, **numbers):
 
 
 def evaluate_all(study, pretension):
-    """States at very many angles under both conditions, at a pretension; the angles, rad."""
+    """States at very many angles under both conditions, at a pretension."""
     asked = question(study)
     angles = np.linspace(asked.angles.min(), asked.angles.max(), 20001)[np.newaxis]
-    design = under_both(asked, **{"tendon.pretension": np.array([pretension])})
-    return State.of(design, angles, asked.flexion), angles.ravel()
-
-
-def pull_of(state):
-    """The largest tension of each state."""
-    x, y = state.balance.flexor, state.balance.extensor
-    return np.maximum(np.maximum(x, x / state.flexor.capstan), np.maximum(y, y / state.extensor.capstan))
+    return State.of(under_both(asked, **{"tendon.pretension": np.array([pretension])}), angles, asked.flexion)
 
 
 # --- Two nearly equal peaks ------------------------------------------------------------------------------------------
@@ -160,49 +153,25 @@ def test_of_two_nearly_equal_peaks_the_higher_one_ends_the_window(apart):
     assert found.to_by == ("max_tension" if apart > 0.0 else "peak_motor_torque")
 
 
-@pytest.mark.parametrize("apart", [-0.001, -1e-4, 1e-4, 0.001])
-def test_of_two_nearly_equal_peaks_the_higher_one_is_the_worst(apart):
-    """Of two cases, whose tensions are largest at other angles; that of the first lies 0.0016 N above the grid's."""
-    content, load, last, *_ = FIVE["tension"]
-    motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}
-
-    def asked(mass):
-        case = {"name": "b", "load": {"mass": mass}, "arm": {"upper_arm_angle": "15 deg"}}
-        both = [{"name": "a", "load": {"mass": load}}, case]
-        return tendon.study({**content, "motion": motion, "cases": both, "design": {"pretension": "130 N"}})
-
-    def peaks(mass):
-        state, angles = evaluate_all(asked(mass), 130.0)
-        pull = pull_of(state)
-        return pull.max(axis=(1, 2)), np.degrees(angles[pull.max(axis=1).argmax(axis=1)])
-
-    mass = brentq(lambda mass: np.subtract(*peaks(mass)[0]) + apart, 4.0, 8.0, xtol=1e-9)
-    (one, other), where = peaks(mass)
-    assert abs(np.subtract(*where)) > 3.0
-    best = tendon.design(asked(mass)).choices.iloc[0]
-    assert best.max_tension == pytest.approx(max(one, other), rel=1e-9)
-
-
 # --- Intervals -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("stiffness", "ratio", "load", "low", "high"),
-    [(8e3, 0.5, 10.0, -20, 20), (12e3, 0.4, 2.0, -30, 120)],
-    ids=["worst at an end", "worst where the forearm is level"],
-)
-def test_an_interval_of_postures_is_proved_and_that_of_very_many(stiffness, ratio, load, low, high):
-    content = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}}
-    between = {
-        "load": {"mass": {"from": 0.0, "to": load}},
-        "arm": {"upper_arm_angle": {"from": f"{low} deg", "to": f"{high} deg"}},
-    }
-    answer = tendon.design(tendon.study(content | between))
+INTERVALS = {
+    "worst at an end": (8e3, 0.5, 10.0, -20, 20),
+    "worst where the forearm is level": (12e3, 0.4, 2.0, -30, 120),
+}
+
+
+@pytest.mark.parametrize("worst", INTERVALS)
+def test_an_interval_of_postures_is_proved_and_that_of_very_many(worst):
+    stiffness, ratio, load, low, high = INTERVALS[worst]
+    content = {"spring": {"stiffness": stiffness}, "spool": {"ratio": ratio}, "load": {"mass": [0.0, load]}}
+    between = {"from": f"{low} deg", "to": f"{high} deg"}
+    answer = tendon.design({**content, "arm": {"upper_arm_angle": between}})
     assert answer.record["between_samples"]["status"] == "proven"
     assert f"every upper arm angle from {low} to {high} deg" in answer.record["between_samples"]["scope"]
     postures = [f"{angle} deg" for angle in np.linspace(low, high, 301)]
-    each = {"load": {"mass": [0.0, load]}, "arm": {"upper_arm_angle": postures}}
-    many = question(tendon.study(content | each)).ends({}, 1)
+    many = question(tendon.study({**content, "arm": {"upper_arm_angle": postures}})).ends({}, 1)
     assert answer.choices.pretension_from[0] == pytest.approx(many.low.max(), abs=2e-6)
     assert answer.choices.pretension_to[0] == pytest.approx(many.high.min(), abs=2e-6)
 
@@ -220,7 +189,7 @@ def test_the_power_of_a_load_between_two_is_found():
     }  # fmt: skip
     few, many = (
         tendon.design(tendon.study({**content, "load": {"mass": loads}})).choices.iloc[0]
-        for loads in ([0.0, 12.7], np.linspace(0.0, 12.7, 41).tolist())
+        for loads in ([0.0, 12.7], np.linspace(0.0, 12.7, 21).tolist())
     )
     assert few.between_samples == "sampled"
     assert few.pretension_to == pytest.approx(many.pretension_to, rel=1e-4)
@@ -293,16 +262,15 @@ def random_motion(rng):
     swing = sum(size * np.cos(turn * time + rng.uniform(0.0, 6.0)) for size, turn in zip(sizes, turns, strict=True))
     if rng.random() < 0.3:
         swing = np.where(time < 0.4 * seconds, swing[0], np.interp(time - 0.4 * seconds, time, swing))
-    angle = (
-        rng.uniform(45.0, 70.0) + rng.uniform(20.0, 40.0) * swing + rng.normal(0.0, rng.choice([0.0, 0.3]), len(time))
-    )
+    noise = rng.normal(0.0, rng.choice([0.0, 0.3]), len(time))
+    angle = rng.uniform(45.0, 70.0) + rng.uniform(20.0, 40.0) * swing + noise
     return {"trajectory": {"time": time.tolist(), "angle": [f"{each!r} deg" for each in angle.tolist()]},
             "cutoff": f"{rng.uniform(2.0, 8.0)} Hz", "reversal": f"{rng.uniform(0.3, 3.0)} deg",
             "inertia": float(rng.choice([0.0, 0.08]))}  # fmt: skip
 
 
 def refined_motion(trajectory, times):
-    """Fifty times as many samples, by splines through the trajectory's angles and derivatives."""
+    """As many times the samples, by splines through the trajectory's angles and derivatives."""
     time = np.linspace(trajectory.time[0], trajectory.time[-1], times * (len(trajectory.time) - 1) + 1)
     each = [CubicSpline(trajectory.time, values)(time) for values in (trajectory.angle, *trajectory.derivatives)]
     return Trajectory(time, each[0], np.array(each[1:]), trajectory.reversal)

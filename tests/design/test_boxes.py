@@ -7,7 +7,6 @@ import pytest
 
 import tendon_cli as tendon
 from tendon_cli.answers import proofs
-from tendon_cli.model import proof
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.enclosure import Series
@@ -164,12 +163,6 @@ def test_what_has_no_proof_over_a_box_is_named():
     answer = tendon.design(study.vary(**{"setting.read": "flexor at joint"}))
     assert answer.record["between_samples"]["status"] == "sampled"
     assert any(note.startswith("arm.elbow_radius: sampled at both ends") for note in answer.record["notes"])
-
-
-def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
-    monkeypatch.setattr(proof, "MOST_CELLS", 8 * 70)
-    answer = tendon.design(study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0))
-    assert answer.record["between_samples"]["status"] == "open"
 
 
 def test_no_point_refutes_what_is_proved_for_a_box():

@@ -71,20 +71,6 @@ def test_many_choices_at_once_are_the_same_as_one_by_one():
             np.testing.assert_array_equal(getattr(together, name)[row], getattr(alone, name)[0])
 
 
-def test_all_served_is_the_intersection():
-    rng = np.random.default_rng(1)
-    low, high = rng.uniform(0.0, 5.0, (60, 4)), rng.uniform(3.0, 9.0, (60, 4))
-    found = share_served(low, high, np.array([0.1, 0.2, 0.3, 0.4]))
-    common_low, common_high = low.max(axis=1), high.min(axis=1)
-    opened = common_low <= common_high
-    assert 10 < opened.sum() < 60
-    np.testing.assert_array_equal(found.low[opened], common_low[opened])
-    np.testing.assert_array_equal(found.high[opened], common_high[opened])
-    assert (found.served[opened] == 1.0).all()
-    assert np.isnan(found.low[~opened]).all()
-    assert (found.served[~opened] < 1.0).all()
-
-
 def test_a_person_counts_only_where_every_load_is_held():
     low = np.array([[1.0, 5.0, 2.0, np.nan, 0.0]])
     high = np.array([[9.0, 7.0, 1.0, np.nan, np.inf]])

@@ -51,12 +51,12 @@ def test_what_each_effect_does_to_the_window(tables, first, second):
         assert high == pytest.approx(expected[1], abs=rounded)
 
 
-def test_the_joints_own_stiffness_opens_what_the_papers_suits_lack():
-    for stiffness, expected in (("3 kN/m", (160.7, 168.3)), ("1 kN/m", (103.3, 106.3))):
-        content = {"spring": {"stiffness": stiffness}, "load": {"mass": ["0 kg", "5 kg"]}}
-        joint = {"stiffness": "1.8 N m/rad", "rest_angle": "73 deg"}
-        found = tendon.design(tendon.study(content | {"joint": joint})).choices.iloc[0]
-        assert (found.pretension_from, found.pretension_to) == pytest.approx(expected, abs=0.051)
+@pytest.mark.parametrize(("stiffness", "expected"), [("3 kN/m", (160.7, 168.3)), ("1 kN/m", (103.3, 106.3))])
+def test_the_joints_own_stiffness_opens_what_the_papers_suits_lack(stiffness, expected):
+    content = {"spring": {"stiffness": stiffness}, "load": {"mass": ["0 kg", "5 kg"]}}
+    joint = {"stiffness": "1.8 N m/rad", "rest_angle": "73 deg"}
+    found = tendon.design({**content, "joint": joint}).choices.iloc[0]
+    assert (found.pretension_from, found.pretension_to) == pytest.approx(expected, abs=0.051)
 
 
 def test_an_anchor_a_spring_in_series_and_one_of_both_are_the_same():
@@ -79,40 +79,26 @@ def test_the_stiffer_the_anchor_the_nearer_a_rigid_one():
 
 
 def test_sides_cases_and_axes_say_where_a_spring_sits_and_what_gives():
-    study = tendon.study(
-        {
-            "cases": [
-                {"name": "all at the joint"},
-                {"name": "flexor at the motor", "spring": {"flexor": {"at": "motor"}}},
-                {"name": "soft", "anchor": {"extensor": {"stiffness": "6 kN/m"}}},
-            ],
-            "anchor": {"stiffness": ["rigid", "20 kN/m"]},
-            "spool": {"ratio": 0.6},
-            "spring": {"extensor": {"stiffness": ["5 kN/m", "rigid"]}, "stiffness": "5 kN/m"},
-            "motion": {"elbow_angle": ["30 deg", "80 deg"]},
-        }
-    )
-    designs = tendon.sweep(study).designs
+    cases = [
+        {"name": "all at the joint"}, {"name": "flexor at the motor", "spring": {"flexor": {"at": "motor"}}},
+        {"name": "soft", "anchor": {"extensor": {"stiffness": "6 kN/m"}}},
+    ]  # fmt: skip
+    springs = {"extensor": {"stiffness": ["5 kN/m", "rigid"]}, "stiffness": "5 kN/m"}
+    suit = {"anchor": {"stiffness": ["rigid", "20 kN/m"]}, "spool": {"ratio": 0.6}, "spring": springs}
+    designs = tendon.sweep({"cases": cases, **suit, "motion": {"elbow_angle": ["30 deg", "80 deg"]}}).designs
     assert len(designs) == 12
     assert set(designs["spring_stiffness_extensor"]) == {5e3, np.inf}
     soft = designs[designs["case"] == "soft"]
     assert set(soft["anchor_stiffness_extensor"]) == {6e3}
     assert set(soft["anchor_stiffness_flexor"]) == {np.inf, 2e4}
-    ends = designs.groupby("case", observed=True)["pretension_from"].first()
-    assert len(set(ends)) == 3
+    assert designs.groupby("case", observed=True)["pretension_from"].first().nunique() == 3
 
 
 def test_an_uncertain_anchor_is_drawn():
-    study = tendon.study(
-        {
-            "anchor": {"stiffness": {"value": "10 kN/m", "tolerance": "20 %"}},
-            "spring": {"stiffness": "8 kN/m"}, "spool": {"ratio": 0.5}, "uncertainty": {"draws": 16},
-            "load": {"mass": ["0 kg", "10 kg"]},
-        }
-    )  # fmt: skip
-    answer = tendon.design(study)
-    assert answer.feasible
-    assert len(answer.conditions) == 32
+    anchor = {"anchor": {"stiffness": {"value": "10 kN/m", "tolerance": "20 %"}}, "uncertainty": {"draws": 16}}
+    suit = {"spring": {"stiffness": "8 kN/m"}, "spool": {"ratio": 0.5}, "load": {"mass": ["0 kg", "10 kg"]}}
+    answer = tendon.design({**anchor, **suit})
+    assert (answer.feasible, len(answer.conditions)) == (1, 32)
     assert 0.0 < answer.choices["pretension_to"].iloc[0] < window("K 8", {"anchor": {"stiffness": "12 kN/m"}})[1]
 
 
