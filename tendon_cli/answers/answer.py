@@ -13,20 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli.answers import candidates
 from tendon_cli.answers.asked import Goal, goals_of
 from tendon_cli.answers.bench import bench_record
 from tendon_cli.answers.between import METHOD, curves_of, scope
-from tendon_cli.answers.candidates import (
-    Pair,
-    best_of,
-    compromise,
-    conflicts_of,
-    front,
-    leaves_out,
-    losses,
-    nearest,
-    refined,
-)
+from tendon_cli.answers.candidates import Pair
 from tendon_cli.answers.fixes import fixes, sampled
 from tendon_cli.answers.proofs import Proofs
 from tendon_cli.answers.question import Problem, rows_to_prove
@@ -61,14 +52,14 @@ class Named:
         named = cls(problem, goals_of(problem.study))
         feasible = kept.taken(kept["feasible"])
         for goal in problem.goals if len(feasible) else ():
-            start = feasible.taken([best_of(feasible, feasible.scores((goal,))[:, 0])])
-            named.best[goal.column] = refined(problem, (goal,), start) or start
+            start = feasible.taken([candidates.best_of(feasible, feasible.scores((goal,))[:, 0])])
+            named.best[goal.column] = candidates.refined(problem, (goal,), start) or start
             before, after = (one.scores((goal,)).item() for one in (start, named.best[goal.column]))
             if after != before and before:
                 named.gains[goal.column] = (after - before) / abs(before)
         if len(named.goals) > 1 and len(feasible):
             named.front = named.numbered(_front(problem, named.goals, feasible, [*named.best.values()]))
-            named.best = {"": named.front.taken([compromise(named.front.scores(named.goals))])}
+            named.best = {"": named.front.taken([candidates.compromise(named.front.scores(named.goals))])}
         named.best = {column: named.numbered(one) for column, one in named.best.items()}
         return named
 
@@ -98,21 +89,21 @@ class Named:
             return None
         scores = self.front.scores(self.goals)
         at = np.flatnonzero((scores == chosen.scores(self.goals)[0]).all(axis=1))[0]
-        return float(losses(scores)[at].max())
+        return float(candidates.losses(scores)[at].max())
 
 
 def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]) -> Solutions:
     """The front, each of its choices made better between the points of the grid if that is possible."""
 
     def ordered(some: Solutions) -> Solutions:
-        some = some.taken(front(some.scores(goals)))
+        some = some.taken(candidates.front(some.scores(goals)))
         return some.taken(np.argsort(-some.scores(goals)[:, 0], kind="stable"))
 
     on_front = ordered(feasible)
     if len(on_front) > _REFINED_ON_FRONT and any(axis.is_range for axis in problem.choices.axes):
         on_front = on_front.taken(np.linspace(0, len(on_front) - 1, _REFINED_ON_FRONT).round().astype(np.int64))
     ones = [on_front.taken([at]) for at in range(len(on_front))]
-    return ordered(Solutions.joined([refined(problem, goals, one) or one for one in ones] + bests))
+    return ordered(Solutions.joined([candidates.refined(problem, goals, one) or one for one in ones] + bests))
 
 
 def findings(problem: Problem, notes: Sequence[Note]) -> tuple[dict[str, Any], Solutions, dict[str, Any]]:
@@ -189,7 +180,7 @@ def _of_none(
 ) -> dict[str, Any]:
     """What leaves choices without a window, and if it leaves all, what would help; notes."""
     notes = [*problem.notes]
-    if leaves_out(problem):
+    if candidates.leaves_out(problem):
         notes.append(
             f"all {len(problem.choices):,} choices have their window; the worst values at their pretension are worked"
             " out for those that may matter, and are null in the others"
@@ -197,7 +188,7 @@ def _of_none(
     record: dict[str, Any] = {"fixes": [], "would_take": [], "notes": notes}
     record["conflicts"] = [*_conflicts(named, kept, counts)]
     if chosen is None:
-        some = sampled(problem, closest := nearest(kept))
+        some = sampled(problem, closest := candidates.nearest(kept))
         if len(some.weighting) < len(problem.weighting):
             of_all = f"{len(some.weighting):,} of the {len(problem.weighting):,} {problem.counted}"
             notes.append(f"what would help is worked out for {of_all}: those that bind, and others at random")
@@ -211,9 +202,9 @@ def _conflicts(named: Named, kept: Solutions, counts: Counter[Pair]) -> Iterator
 
     `gap` is by how much the pretensions asked for miss each other, N, in the choice that is nearest to a window.
     """
-    of_pairs = conflicts_of(kept)
+    of_pairs = candidates.conflicts_of(kept)
     for pair, count in counts.most_common():
-        closest = nearest(kept.taken(of_pairs[pair]))
+        closest = candidates.nearest(kept.taken(of_pairs[pair]))
         gap = closest.one("pretension_from") - closest.one("pretension_to")
         yield {
             "limits": list(pair), "choices": count, "gap": gap if math.isfinite(gap) else None,

@@ -12,20 +12,12 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
+from tendon_cli.answers import tables as answered
 from tendon_cli.answers.answer import findings, named_rows
 from tendon_cli.answers.asked import Columns, goals_of
 from tendon_cli.answers.candidates import solved_part, summarised
 from tendon_cli.answers.population import GroupWindows, people_of, population
 from tendon_cli.answers.question import Problem, question, rows_to_prove
-from tendon_cli.answers.tables import (
-    as_value,
-    choice_columns,
-    choice_rows,
-    condition_columns,
-    condition_rows,
-    person_columns,
-    person_rows,
-)
 from tendon_cli.answers.text import blocks_of
 from tendon_cli.engine.plan import part_of
 from tendon_cli.engine.task import LastFile, Note, Task
@@ -103,9 +95,9 @@ class Choices(Task):
     def columns(self, table: str) -> tuple[Column, ...]:
         """Columns of a table."""
         if table == "choices":
-            return choice_columns(self.problem)
+            return answered.choice_columns(self.problem)
         axis = self.persons if table != "conditions" else None
-        return condition_columns(self.problem) if axis is None else person_columns(self.problem, axis)
+        return answered.condition_columns(self.problem) if axis is None else answered.person_columns(self.problem, axis)
 
     def rows(self, table: str, index: int) -> int:
         """Rows of a part of a table."""
@@ -121,9 +113,9 @@ class Choices(Task):
         self.go_on()
         part = self.part(index)
         candidates = solved_part(self.problem, np.arange(part.start, part.stop))
-        known = {"choices": choice_rows(self.problem, candidates, *np.zeros((2, len(part)), np.bool_))}
+        known = {"choices": answered.choice_rows(self.problem, candidates, *np.zeros((2, len(part)), np.bool_))}
         if "conditions" in tables:
-            known["conditions"] = condition_rows(self.problem)
+            known["conditions"] = answered.condition_rows(self.problem)
         for table, sink in tables.items():
             count = self.rows(table, index)
             sink.fill(count, writer_of(known[table], (count,)))
@@ -174,8 +166,8 @@ class Choices(Task):
             values = {column: those[: len(part)] for column, those in values.items()}  # without what was added before
             at = [choice - part.start for choice in named if choice in part]
             for column in columns:
-                mine = [as_value(column, named[part.start + row][column.name]) for row in at]
-                added = [as_value(column, row[column.name]) for row in refined] if index == final else []
+                mine = [answered.as_value(column, named[part.start + row][column.name]) for row in at]
+                added = [answered.as_value(column, row[column.name]) for row in refined] if index == final else []
                 every = np.concatenate([values[column.name], np.array(added, dtype=column.dtype)])
                 every[at] = mine
                 values[column.name] = every
@@ -188,9 +180,9 @@ class Choices(Task):
     def _persons_file(self, axis: Axis, of_record: Mapping[str, Any]) -> LastFile:
         """The table of persons under the choice that the record names first."""
         axes = (column for column in self.columns("choices") if column.is_axis)
-        chosen = {each.name: np.array([as_value(each, of_record["values"][each.name])]) for each in axes}
+        chosen = {each.name: np.array([answered.as_value(each, of_record["values"][each.name])]) for each in axes}
         pretension = np.nan if of_record["pretension"] is None else of_record["pretension"]
-        rows = person_rows(self.problem, axis, self._windows_of(chosen), chosen, pretension)
+        rows = answered.person_rows(self.problem, axis, self._windows_of(chosen), chosen, pretension)
         return f"{axis.key}s.parquet", self.layout(f"{axis.key}s", 0), writer_of(rows, (self.rows(f"{axis.key}s", 0),))
 
     def _windows_of(self, columns: Columns) -> GroupWindows:

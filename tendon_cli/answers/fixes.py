@@ -14,7 +14,7 @@ from tendon_cli.answers.solve import WORST, Solutions, solve
 from tendon_cli.answers.words import COSTS, Row, costs, parameter
 from tendon_cli.model.kinematics import Array
 from tendon_cli.quantities import Quantity
-from tendon_cli.space.axis import Numbers, Rows
+from tendon_cli.space.axis import Numbers
 from tendon_cli.studies.study import keys
 from tendon_cli.units import parse_measure
 
@@ -37,8 +37,7 @@ PARAMETERS = {
 _POINTS = 65
 _SECTIONS = 16
 _ROUNDS = 14
-_MOST = 250_000
-"""Work of one choice under all conditions for which changes are tried; beyond it, some conditions stand for all."""
+_MOST = 250_000  # states of one choice under all conditions; beyond it, some conditions stand for all
 _OF_MOTOR = 50  # states that take as long as one does with limits on the motor
 _FEW = 8
 
@@ -58,27 +57,21 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     return sorted(found, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
 
 
-def work(problem: Problem) -> int:
-    """How long one choice takes under all conditions, in states."""
-    return len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.bounds.of_motion else 1)
-
-
 def sampled(problem: Problem, choice: Solutions) -> Problem:
     """The same question under as many of its persons, draws or conditions as changes can be tried for.
 
     They are drawn at random, but for those that bind the choice.
     """
     groups = len(problem.weighting)
-    most = max(_FEW, groups * _MOST // work(problem))
-    return problem if most >= groups else problem.of_groups(np.sort(_order(problem, choice)[:most]))
-
-
-def _order(problem: Problem, choice: Solutions) -> Rows:
-    """All groups of conditions, at random, but first those that bind a choice."""
+    of_choice = len(problem.conditions) * problem.states_per_design * (_OF_MOTOR if problem.bounds.of_motion else 1)
+    most = max(_FEW, groups * _MOST // of_choice)
+    if most >= groups:
+        return problem
     ends = np.array([choice["from_condition"][0], choice["to_condition"][0]])
     binding = np.unique(problem.groups[np.minimum(ends, len(problem.groups) - 1)])
-    order = np.random.default_rng(1).permutation(len(problem.weighting))
-    return np.concatenate([binding, order[~np.isin(order, binding)]])
+    order = np.random.default_rng(1).permutation(groups)
+    chosen = np.concatenate([binding, order[~np.isin(order, binding)]])[:most]
+    return problem.of_groups(np.sort(chosen))
 
 
 def _now(problem: Problem, numbers: Numbers, key: str) -> float:

@@ -3,7 +3,6 @@
 import signal
 import threading
 
-import numpy as np
 import pytest
 
 import tendon_cli
@@ -39,14 +38,14 @@ def test_an_answer_stands_in_its_folder_and_exits_with_0_or_4(tendon, study, wor
 
 
 def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, workplace, monkeypatch):
-    stop, after = threading.Event(), []
+    stop, after, refined = threading.Event(), [], candidates.refined
 
     def refining(*words):
         stop.set()
         monkeypatch.setattr(kernel, "fold_window", lambda *some: after.append(some))
-        return candidates.refined(*words)
+        return refined(*words)
 
-    monkeypatch.setattr(answer_module, "refined", refining)
+    monkeypatch.setattr(candidates, "refined", refining)
     with pytest.raises(Stopped):
         tendon_cli.design(tendon_cli.load_study(study(RANGES)), workplace / "out", stop=stop)
     assert (stop.is_set(), after) == (True, [])
@@ -56,7 +55,7 @@ def test_what_is_stopped_while_it_refines_ends_before_the_next_windows(study, wo
 def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(tendon, study, workplace, monkeypatch):
     file = study(RANGES + '[design]\nmaximise = ["tolerance", "served"]\n')
     with monkeypatch.context() as patch:
-        patch.setattr(answer_module, "front", lambda _: signal.raise_signal(signal.SIGINT) or np.arange(1))
+        patch.setattr(candidates, "compromise", lambda _: signal.raise_signal(signal.SIGINT) or 0)
         patch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
         done = tendon("design", file, "--no-figures")
     assert done.exit == 130
