@@ -30,7 +30,6 @@ from tendon_cli.units import shorten
 _STATES_AT_ONCE = 2**21  # so that the model's arrays stay within a few megabytes each
 _MOTOR_IN_NUMPY = 8  # by how much fewer are at once with limits on the motor, of which all states have arrays
 _REFINED_AT_ONCE = 2**12
-_MOST_DIGITS = 18
 _SEVERAL = {"peak_motor_power", "max_motor_work_in", "max_friction_loss", "min_efficiency"}
 
 
@@ -176,7 +175,7 @@ def rows_to_prove(problem: Problem) -> Rows:
     """The choices that the study names in `[design] prove`; raises UsageError for what is no row of the choices."""
     count, rows = len(problem.choices), problem.study.design.prove
     for text in rows:
-        if not text.isdecimal() or len(text) > _MOST_DIGITS or int(text) >= count:
+        if not text.isdecimal() or int(text) >= count:
             raise UsageError(
                 f'"{shorten(text)}" is no row of choices.parquet', where="--prove", hint=f"0 to {count - 1}"
             )
