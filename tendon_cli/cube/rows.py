@@ -183,20 +183,16 @@ def write_csv(
     is_rigid = [_is_rigid(rows.table, name, quantity) for name, quantity in zip(rows.names, held, strict=True)]
     heads = [f'"{form.header(name, quantity)}"' for name, quantity in zip(rows.names, held, strict=True)]
     file.write((form.separator.join(heads) + "\n").encode())
-    writer, count = None, 0
+    how, count = csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator), 0
     for stretch in stretches or rows.batches():
         columns = [
             form.column(column, quantity, is_rigid=rigid)
             for column, quantity, rigid in zip(stretch.columns, held, is_rigid, strict=True)
         ]
-        table = pa.table(columns, names=stretch.column_names)
-        if writer is None:
-            options = csv.WriteOptions(include_header=False, quoting_style="needed", delimiter=form.separator)
-            writer = csv.CSVWriter(pa.PythonFile(file, mode="w"), table.schema, write_options=options)
-        writer.write_table(table)
-        count += table.num_rows
-    if writer is not None:
-        writer.close()
+        written = pa.BufferOutputStream()
+        csv.write_csv(pa.table(columns, names=stretch.column_names), written, how)
+        file.write(written.getvalue())
+        count += stretch.num_rows
     return count
 
 
@@ -205,19 +201,7 @@ def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
     if path.suffix.lower() != ".csv":
         raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")
     with whole_file(path) as temporary, temporary.open("xb") as file:
-        count = write_csv(rows, _Unclosed(file), form=form)
+        count = write_csv(rows, file, form=form)
         file.flush()
         os.fsync(file.fileno())
     return count
-
-
-class _Unclosed:
-    """A file that the writer of CSV may not close."""
-
-    closed = False
-
-    def __init__(self, file: Any) -> None:
-        self.write, self.flush = file.write, file.flush
-
-    def close(self) -> None:
-        """Whoever opened it closes it."""
