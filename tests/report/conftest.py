@@ -10,6 +10,7 @@ from tendon_cli.reports.report import write_report
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = "--no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-component-update"
+MOTION = {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}}
 TITLE = "<script>document.title = 'run'</script> & \"springs\""
 
 
@@ -26,15 +27,13 @@ def until(page, expression, arg=None):
 def swept(tmp_path_factory):
     """A run of 9 x 7 x 2 designs, its title hostile."""
     folder = tmp_path_factory.mktemp("report") / "run"
-    study = tendon.study(
-        {
-            "title": TITLE,
-            "tendon": {"pretension": {"from": "60 N", "to": "240 N", "num": 9}},
-            "spring": {"stiffness": {"from": "1 kN/m", "to": "5 kN/m", "num": 7}},
-            "load": {"mass": ["0 kg", "5 kg"]},
-            "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
-        }
-    )
+    study = {
+        "title": TITLE,
+        "tendon": {"pretension": {"from": "60 N", "to": "240 N", "num": 9}},
+        "spring": {"stiffness": {"from": "1 kN/m", "to": "5 kN/m", "num": 7}},
+        "load": {"mass": ["0 kg", "5 kg"]},
+        "motion": MOTION,
+    }
     tendon.sweep(study, folder)
     return folder
 
@@ -80,16 +79,9 @@ def opened(browser):
 def answered(tmp_path_factory):
     """The answer to a question of 4 x 3 choices under two loads, with a front."""
     folder = tmp_path_factory.mktemp("answer") / "suit-design"
-    study = tendon.study(
-        {
-            "spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 4}},
-            "spool": {"ratio": [0.5, 0.6, 1.0]},
-            "load": {"mass": ["0 kg", "5 kg"]},
-            "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
-            "design": {"minimise": ["max_tension"], "maximise": ["tolerance"]},
-        }
-    )
-    tendon.design(study, folder)
+    choices = {"spring": {"stiffness": {"from": "2 kN/m", "to": "8 kN/m", "num": 4}}, "spool": {"ratio": [0.5, 0.6, 1]}}
+    goals = {"minimise": ["max_tension"], "maximise": ["tolerance"]}
+    tendon.design({**choices, "load": {"mass": ["0 kg", "5 kg"]}, "motion": MOTION, "design": goals}, folder)
     return folder
 
 
@@ -102,15 +94,6 @@ def answer_page(answered):
 def answered_for_people(tmp_path_factory):
     """The answer to a question of two choices and sixty persons."""
     folder = tmp_path_factory.mktemp("people") / "suit-design"
-    study = tendon.study(
-        {
-            "people": {"count": 60},
-            "spring": {"stiffness": "5 kN/m"},
-            "spool": {"ratio": [0.6, 0.7]},
-            "load": {"mass": ["0 kg", "10 kg"]},
-            "motion": {"elbow_angle": {"from": "0 deg", "to": "90 deg", "num": 19}},
-            "design": {"serve": 0.5},
-        }
-    )
-    tendon.design(study, folder)
+    asked = {"people": {"count": 60}, "spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": [0.6, 0.7]}}
+    tendon.design({**asked, "load": {"mass": ["0 kg", "10 kg"]}, "motion": MOTION, "design": {"serve": 0.5}}, folder)
     return folder

@@ -76,6 +76,7 @@ def test_the_angle_moves_the_arm(opened, page_file):
         page.locator("#angle").fill("18")
         until(page, "before => document.getElementById('arm').innerHTML !== before", before)
         assert page.locator("#angle-says").inner_text() == "90°"
+        assert page.locator("#arm-values li").count() == 4
 
 
 def test_the_table_sorts_and_filters(opened, page_file):
@@ -141,6 +142,20 @@ def test_every_figure_has_its_table(opened, page_file):
             page.wait_for_selector(f"#{name}-table td")
 
 
+def test_what_passes_the_filter_is_marked_by_the_keyboard(opened, answer_page):
+    with opened(answer_page) as page:
+        page.locator("#filter").fill("tolerance > 0.3")
+        page.locator("#mark").press("Enter")
+        until(page, "document.getElementById('map').data.some((trace) => trace.name === 'brushed')")
+        passed = page.evaluate("rowsOfTable().length")
+        assert f"{passed} choices are marked" in page.locator("#mark-says").inner_text()
+        assert page.locator("#list tr.marked").count() == passed > 0
+        page.locator("#filter").fill("")
+        assert page.locator("#list tr.marked").count() == passed < page.locator("#list tbody tr").count()
+        page.locator("#mark").press("Enter")
+        assert "Nothing is marked" in page.locator("#brush-says").inner_text()
+
+
 def test_a_box_drawn_on_the_front_marks_choices_on_the_map(opened, answer_page):
     with opened(answer_page) as page:
         page.locator("#front").scroll_into_view_if_needed()
@@ -150,7 +165,7 @@ def test_a_box_drawn_on_the_front_marks_choices_on_the_map(opened, answer_page):
         page.mouse.move(box["x"] + box["width"] - 20, box["y"] + box["height"] - 20, steps=8)
         page.mouse.up()
         until(page, "view.brushed !== null && view.brushed.length > 0")
-        assert f"{page.evaluate('view.brushed.length')} of them on the map" in page.locator("#brush-says").inner_text()
+        assert f"{page.evaluate('view.brushed.length')} choices are marked" in page.locator("#brush-says").inner_text()
         until(page, "document.getElementById('map').data.some((trace) => trace.name === 'brushed')")
 
 

@@ -44,11 +44,13 @@ async function drawFront() {
   asTable("front", [named(x), named(y), "on the front"], () => rows.map((row) => [number(xs[row]), number(ys[row]), on[row] > 0 ? "yes" : "no"]));
 }
 
+// Marks choices, drawn in a box or passed by the table's filter, on the map and in the table.
 function brush(rows) {
-  const cells = page.axes.reduce((product, axis) => product * lengthOf(axis), 1); // rows after these lie between the points of the grid
-  view.brushed = rows === null ? null : rows.filter((row) => row < cells);
-  place("brush-says").textContent = rows === null ? "Nothing is marked." : `${rows.length} choices are marked, ${view.brushed.length} of them on the map's grid.`;
+  view.brushed = rows;
+  const text = rows === null ? "Nothing is marked." : `${rows.length} choices are marked, ${rows.filter(isOnMap).length} of them on the map's grid.`;
+  for (const id of ["brush-says", "mark-says"]) if (place(id)) place(id).textContent = text;
   if (hasMap()) redraw();
+  drawTable();
 }
 
 async function startAnswers() {

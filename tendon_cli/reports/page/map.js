@@ -63,11 +63,13 @@ function drawKey() {
   place("map-key").replaceChildren(...(chosen().classes || []).map(item));
 }
 
+const isOnMap = (row) => row < page.axes.reduce((product, axis) => product * lengthOf(axis), 1); // others lie between the points of the grid
+
 function brushedCells() {
   if (!view.brushed || isLine()) return [];
   const hidden = others();
   const [x, y] = [[], []];
-  for (const cell of view.brushed) {
+  for (const cell of view.brushed.filter(isOnMap)) {
     const at = positionOf(cell);
     if (hidden.some((axis) => at[axis] !== view.at[axis])) continue;
     x.push(along(page.axes[view.x])[at[view.x]]);

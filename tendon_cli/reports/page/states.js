@@ -99,6 +99,9 @@ function drawArm() {
 function drawAngle() {
   place("angle-says").textContent = `${number(angleNow())}°`;
   drawArm();
+  const { unit } = page.states.groups[shown.group];
+  const values = place("states").data.map((line) => make("li", {}, `${line.name}: ${withUnit(line.y[shown.angle], unit)}`));
+  place("arm-values").replaceChildren(...values);
   Plotly.relayout(place("states"), { "shapes[0].x0": angleNow(), "shapes[0].x1": angleNow() });
 }
 

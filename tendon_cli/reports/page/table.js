@@ -88,7 +88,8 @@ function drawTable() {
     return make("th", { scope: "col", "aria-sort": sorted }, make("button", { type: "button", onclick: press }, named(column) + mark));
   });
   const cells = (row) => seen.map((column) => make("td", {}, typeof column.value(row) === "string" ? column.value(row) : number(column.value(row))));
-  const body = rows.slice(0, listed.count).map((row) => make("tr", {}, ...cells(row)));
+  const marked = new Set(view.brushed);
+  const body = rows.slice(0, listed.count).map((row) => make("tr", { class: marked.has(row) && "marked" }, ...cells(row)));
   place("list").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body)));
   place("list-says").textContent = `${Math.min(rows.length, listed.count)} of ${rows.length} rows that pass, of ${page.table.rows}`;
   place("more").hidden = rows.length <= listed.count;
@@ -98,6 +99,8 @@ async function startTable() {
   if (!page.table) return;
   listed.columns = await columnsOfTable();
   place("more").addEventListener("click", () => { listed.count += 400; drawTable(); });
+  if (page.design) place("mark").addEventListener("click", () => brush(listed.filters.length ? rowsOfTable() : null));
+  else place("mark").remove();
   place("filter").addEventListener("input", (event) => {
     try {
       listed.filters = parseFilters(event.target.value);
