@@ -10,10 +10,9 @@ import typer
 import typer.core
 
 from tendon_cli.commands.completion import completion
-from tendon_cli.commands.compute import design, paper, sweep
 from tendon_cli.commands.fit_friction import fit_friction
 from tendon_cli.commands.results import check, export, plot, report, show
-from tendon_cli.commands.studies import init, schema, state
+from tendon_cli.commands.studies import design, init, paper, schema, state, sweep
 from tendon_cli.errors import MemoryShortError, OutputError, TendonError, UsageError, is_memory_short
 from tendon_cli.startup import end_on_signals, exit_code
 from tendon_cli.terminal import (

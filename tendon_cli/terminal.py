@@ -34,8 +34,6 @@ def print_result(result: str | dict[str, Any], *, unless: bool = False) -> None:
 
 def flush_results(text: str = "") -> None:
     """See a text leave, and what others have written to stdout, such as a help page; raises OutputError."""
-    if text and _stdout.lost:
-        raise OutputError("standard output cannot be written")
     try:
         if text:
             sys.stdout.write(text)
@@ -58,7 +56,7 @@ def as_output_error(error: OSError) -> OutputError:
 
 
 class _Closed(io.TextIOBase):
-    """Stands for a standard output that was closed before Python started."""
+    """Stands for a standard output that cannot be written."""
 
     def write(self, _text: str) -> int:
         raise OSError(errno.EBADF, "it is closed")
@@ -132,17 +130,8 @@ def _plain(title: str) -> Callable[[int, int], None]:
     return update
 
 
-class _Stdout:
-    """Whether standard output has failed once; it is then not tried again."""
-
-    lost = False
-
-
-_stdout = _Stdout()
-
-
 def give_up_stdout() -> None:
-    """Keep the interpreter from trying, and complaining, once more when it ends."""
-    _stdout.lost = True
+    """Try it never again, nor have the interpreter try, and complain, when it ends."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    sys.stdout = _Closed()

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from tendon_cli.commands import values
+from tendon_cli.commands import completion
 from tendon_cli.errors import UsageError
 
 
@@ -59,9 +59,9 @@ RunFolder = Annotated[
 ]
 Settings = Annotated[
     list[str] | None,
-    option("KEY=VALUE", "override a key, such as 'arm.b1=160 mm'; repeatable", "--set", among=values.settings),
+    option("KEY=VALUE", "override a key, such as 'arm.b1=160 mm'; repeatable", "--set", among=completion.settings),
 ]
-Case = Annotated[str | None, option("NAME", "one of the study's cases", among=values.cases)]
+Case = Annotated[str | None, option("NAME", "one of the study's cases", among=completion.cases)]
 OutFile = Annotated[Path | None, written("file to write")]
 AsJson = Annotated[bool, typer.Option("--json", help="print exactly one JSON object")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
@@ -85,9 +85,9 @@ Table = Annotated[
         parser=place, metavar="TABLE_OR_RUN", help="a table, the folder of a run or an answer, or a CSV of people"
     ),
 ]
-TableName = Annotated[str | None, option("NAME", "table of the folder", "--table", among=values.tables)]
+TableName = Annotated[str | None, option("NAME", "table of the folder", "--table", among=completion.tables)]
 Where = Annotated[
     list[str] | None,
-    option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=values.columns),
+    option("FILTER", "keep only some rows, such as 'load_mass = 5 kg'; repeatable", among=completion.columns),
 ]
-Columns = Annotated[list[str] | None, option("NAMES", "columns to show, separated by commas", among=values.columns)]
+Columns = Annotated[list[str] | None, option("NAMES", "columns to show, separated by commas", among=completion.columns)]

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 import tendon_cli as tendon
-from tendon_cli.commands import options, values
+from tendon_cli.commands import completion, options
 from tendon_cli.errors import EXIT_NEGATIVE, UsageError
 from tendon_cli.terminal import print_result
 
@@ -20,7 +20,7 @@ Tolerance = Annotated[
 ]
 Apart = Annotated[
     list[str] | None,
-    options.option("KEY", "key in which the studies may differ; repeatable", "--except", among=values.keys),
+    options.option("KEY", "key in which the studies may differ; repeatable", "--except", among=completion.keys),
 ]
 Worst = Annotated[int, typer.Option(metavar="N", min=1, help="how many designs to list, the worst first")]
 Markdown = Annotated[bool, typer.Option("--markdown", help="print Markdown, for the summary of a CI job")]
@@ -77,11 +77,11 @@ Between = Annotated[
 DrawsArm = Annotated[bool, typer.Option("--arm", help="draw the arm of a study to scale, and the route of its sheath")]
 TableName = Annotated[str | None, options.option("states|designs", "table of a run folder")]
 Quantities = Annotated[
-    list[str] | None, options.option("COLUMN", "what to draw; repeatable", "--quantity", "-y", among=values.columns)
+    list[str] | None, options.option("COLUMN", "what to draw; repeatable", "--quantity", "-y", among=completion.columns)
 ]
-Against = Annotated[str | None, options.option("COLUMN", "the horizontal axis", "--x", "-x", among=values.columns)]
-Colour = Annotated[str | None, options.option("AXIS", "a colour for each value of this axis", among=values.columns)]
-Panels = Annotated[str | None, options.option("AXIS", "a panel for each value of this axis", among=values.columns)]
+Against = Annotated[str | None, options.option("COLUMN", "the horizontal axis", "--x", "-x", among=completion.columns)]
+Colour = Annotated[str | None, options.option("AXIS", "a colour for each value of this axis", among=completion.columns)]
+Panels = Annotated[str | None, options.option("AXIS", "a panel for each value of this axis", among=completion.columns)]
 Units = Annotated[list[str] | None, options.option("UNIT", "unit to show a dimension in, such as cm; repeatable")]
 Angles = Annotated[
     list[str] | None, options.option("ANGLE", "with --arm: elbow angle to draw, such as 45 deg; repeatable")
@@ -148,7 +148,7 @@ def _angle(text: str) -> float:
 
 
 Sort = Annotated[
-    str | None, options.option("COLUMN", "sort by this column; -COLUMN: the largest first", among=values.columns)
+    str | None, options.option("COLUMN", "sort by this column; -COLUMN: the largest first", among=completion.columns)
 ]
 Head = Annotated[int, typer.Option(min=0, metavar="N", help="how many rows to show")]
 AsCsv = Annotated[bool, typer.Option("--csv", help="print CSV in SI units, named in the header")]

@@ -38,7 +38,7 @@ def study(workplace):
 @pytest.mark.parametrize(
     ("module", "number"),
     [
-        *((module, signal.SIGINT) for module in ("typer", "tendon_cli.commands.compute", "numpy", "pyarrow.lib")),
+        *((module, signal.SIGINT) for module in ("typer", "tendon_cli.commands.studies", "numpy", "pyarrow.lib")),
         *(("tendon_cli.cli", number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)),
     ],
 )

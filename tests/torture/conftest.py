@@ -1,8 +1,8 @@
 """What the runs of this folder are compared with."""
 
-import pytest
+import sys
 
-from tendon_cli import terminal
+import pytest
 
 from .tools import QUESTION, QUIET, SMALL, STUDY, launched, study_in
 
@@ -34,4 +34,4 @@ def place(tmp_path):
 @pytest.fixture(autouse=True)
 def whole_stdout(monkeypatch):
     """Standard output as it is at the start of a process, whatever an earlier command of this one did to it."""
-    monkeypatch.setattr(terminal._stdout, "lost", False)
+    monkeypatch.setattr(sys, "stdout", sys.stdout)
