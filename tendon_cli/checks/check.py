@@ -15,7 +15,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS
-from tendon_cli.model.response import SLACK_TOLERANCE
+from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.space.axis import SIDES
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.studies.study import Study

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model import window
-from tendon_cli.model.actuator import State
+from tendon_cli.model.actuator import SIDES, State
 from tendon_cli.model.bounds import SHARES, Bounds, held_forms
 from tendon_cli.model.extremes import Found, fold
 from tendon_cli.model.forms import is_nothing
@@ -35,7 +35,7 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 15
+VERSION = 16
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 MOST_FORMS = 8
@@ -118,7 +118,7 @@ def fold_window(
     The elbow angles of the block are those from `first` on of `angles` in each direction, by default all. Pretension
     plays no part, so axes that nothing else depends on are one long in `shape`.
     """
-    sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in ("flexor", "extensor")}
+    sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in SIDES}
     at = replace(at, design=replace(at.design, **sides))
     total, chosen = angles or shape[-1], kind()
     if chosen is None:
@@ -159,39 +159,16 @@ def _as_input(value: npt.ArrayLike) -> Array:
 def _given(at: State) -> dict[str, Array]:
     """What compiled code takes of states, by the names of GIVEN in `arrays.h`."""
     design, motion = at.design, at.motion
-    sides = {"flexor": at.flexor, "extensor": at.extensor}
-    before = sides if at.resting is None else dict(zip(sides, at.resting, strict=True))
-    values = {
-        "moment_arm": motion.flexor_moment_arm,
-        "pulling_arm": motion.pulling_arm,
-        "flexor_slope": at.arm_slopes[0],
-        "flexor_travel": motion.flexor_travel,
-        "extensor_travel": motion.extensor_travel,
-        "sine": at.sine,
-        "cosine": at.cosine,
-        "other_torque": at.other_torque,
-        "other_slope": at.other_slope,
-        "gravity_moment": at.gravity_moment,
-        "extensor_arm": motion.extensor_moment_arm,
-        "extensor_slope": at.arm_slopes[1],
-        "flexor_radius": design.flexor_radius,
-        "ratio": design.ratio,
-        "flexor_capstan": at.flexor.capstan,
-        "extensor_capstan": at.extensor.capstan,
-        **{
-            f"{name}_{part}": getattr(side, part)
-            for name, side in sides.items()
-            for part in ("tendon", "spring", "anchor")
-        },
-        **{
-            f"{name}_{part}_resting": getattr(side, part)
-            for name, side in before.items()
-            for part in ("tendon", "spring")
-        },
-        "flexor_pretension": design.flexor.pretension,
-        "extensor_pretension": design.extensor.pretension,
-        "unilateral": design.unilateral,
-    }
+    values = {name: getattr(motion, name) for name in ("pulling_arm", "flexor_travel", "extensor_travel")}
+    values |= {name: getattr(at, name) for name in ("sine", "cosine", "other_torque", "other_slope", "gravity_moment")}
+    values |= {"moment_arm": motion.flexor_moment_arm, "extensor_arm": motion.extensor_moment_arm}
+    values |= dict(zip(("flexor_slope", "extensor_slope"), at.arm_slopes, strict=True))
+    values |= {name: getattr(design, name) for name in ("flexor_radius", "ratio", "unilateral")}
+    for name, resting in zip(SIDES, at.resting or (at.flexor, at.extensor), strict=True):
+        side = getattr(at, name)
+        values |= {f"{name}_{part}": getattr(side, part) for part in ("capstan", "tendon", "spring", "anchor")}
+        values |= {f"{name}_{part}_resting": getattr(resting, part) for part in ("tendon", "spring")}
+        values[f"{name}_pretension"] = getattr(design, name).pretension
     return {name: _as_input(value) for name, value in values.items()}
 
 

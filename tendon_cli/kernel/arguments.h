@@ -40,16 +40,18 @@ static const Py_buffer *hold(Held *held, PyObject *array, const char *name, int 
     return view;
 }
 
-/* An input over all axes: the last ones that it has, each as long as the states' or broadcast; angles side by side. */
-static const Py_buffer *take_input(Array *to, Held *held, PyObject *array, const char *name, const Walk *walk, long bytes) {
-    const Py_buffer *view = hold(held, array, name, 0, bytes);
+/* An input over all axes: the last ones that it has, each as long as the states' or broadcast, angles side by side; or a
+ * result over the axes of designs, as long as each. */
+static const Py_buffer *take(Array *to, Held *held, PyObject *array, const char *name, const Walk *walk, long bytes,
+                             int result) {
+    const Py_buffer *view = hold(held, array, name, result, bytes);
     if (!view) return NULL;
-    long missing = walk->axes - view->ndim;
-    int fits = missing >= 0;
+    long missing = walk->axes - 2 * result - view->ndim;
+    int fits = result ? missing == 0 : missing >= 0;
     to->at = view->buf;
     memset(to->step, 0, sizeof to->step);
     for (long axis = 0; fits && axis < view->ndim; axis++) {
-        fits = view->shape[axis] == 1 || view->shape[axis] == walk->length[missing + axis];
+        fits = view->shape[axis] == walk->length[missing + axis] || (!result && view->shape[axis] == 1);
         if (view->shape[axis] > 1) to->step[missing + axis] = (long)view->strides[axis];
     }
     long step = to->step[walk->axes - 1];
@@ -58,30 +60,13 @@ static const Py_buffer *take_input(Array *to, Held *held, PyObject *array, const
     return NULL;
 }
 
-/* A result over the axes of designs, as long as each. */
-static int take_result(Array *to, Held *held, PyObject *array, const char *name, const Walk *walk) {
-    const Py_buffer *view = hold(held, array, name, 1, 8);
-    if (!view) return 0;
-    int fits = view->ndim == walk->axes - 2;
-    to->at = view->buf;
-    memset(to->step, 0, sizeof to->step);
-    for (long axis = 0; fits && axis < view->ndim; axis++) {
-        fits = view->shape[axis] == walk->length[axis];
-        to->step[axis] = (long)view->strides[axis];
-    }
-    if (!fits) PyErr_Format(PyExc_ValueError, "%s has another shape than the designs", name);
-    return fits;
-}
-
 /* Inputs, or results, by their names. */
 static int take_all(Array *to, Held *held, PyObject *arrays, const char *const *names, int count, const Walk *walk,
                     int results) {
     for (int i = 0; i < count; i++) {
         PyObject *array = PyDict_GetItemString(arrays, names[i]); /* borrowed */
         if (!array) PyErr_Format(PyExc_KeyError, "%s", names[i]);
-        if (!array || !(results ? take_result(to + i, held, array, names[i], walk)
-                                : take_input(to + i, held, array, names[i], walk, 8) != NULL))
-            return 0;
+        if (!array || !take(to + i, held, array, names[i], walk, 8, results)) return 0;
     }
     return 1;
 }

@@ -3,6 +3,13 @@
 #ifndef TENDON_ARRAYS_H
 #define TENDON_ARRAYS_H
 
+/* Whether there is a choice of processors when this runs: the compiler can make code for others than its own. */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__)
+#define CHOICE 1
+#else
+#define CHOICE 0
+#endif
+
 #define MOST_AXES 64
 
 /* What a state depends on, by the names that Python uses; SI units. `moment_arm` may be negative, `pulling_arm` is then
@@ -95,7 +102,7 @@ typedef struct {
     Walk walk;
     Array arrays[INPUTS + MOST_AXES];
     double *column[COLUMNS];
-    unsigned no_number[COLUMNS];
+    int no_number[COLUMNS];
     signed char *status;
     Key key[MOST_AXES];
     int keys;

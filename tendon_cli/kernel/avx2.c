@@ -1,6 +1,6 @@
 /* For x86-64 processors with AVX2. */
 
-#include "processors.h"
+#include "arrays.h"
 
 #if CHOICE
 #pragma GCC target("avx2")

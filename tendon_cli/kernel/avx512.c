@@ -1,6 +1,6 @@
 /* For x86-64 processors with AVX-512. */
 
-#include "processors.h"
+#include "arrays.h"
 
 #if CHOICE
 #pragma GCC target("avx512f")

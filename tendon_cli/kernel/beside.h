@@ -11,7 +11,6 @@ typedef struct {
     int one_arm;                             /* and of all that may depend on the angle, the first ones */
     int plain;                               /* whether the drives of the design are plain */
     long step[INPUTS];                       /* of an input from an angle to the next */
-    int adjoining;                           /* whether results of one design follow those of the other */
     long count;                              /* designs; what is left of the lanes repeats the first, for nobody */
 } Beside;
 
@@ -47,18 +46,14 @@ static Changing changing(Beside *b, const Walk *walk, const Array *arrays, int i
 static int gather(Beside *b, Walk *walk, Array *arrays, const Changing *c, int inputs) {
     int more = 1;
     b->count = 0, b->one_arm = 1;
-    b->adjoining = c->between.count && c->between.at[c->between.count - 1] >= inputs;
     for (int lane = 0; lane < LANES; lane++) {
         for (int k = 0; k < c->either.count; k++) b->at[c->either.at[k]][lane] = arrays[c->either.at[k]].at;
         if (more) b->count++, more = next_line(walk, arrays, c->between.at, c->between.count);
     }
-    for (int k = 0; k < c->between.count; k++) {
+    for (int k = 0; k < c->between.count && c->between.at[k] < inputs; k++) {
         int i = c->between.at[k], alike = 1;
-        for (int lane = 1; lane < LANES; lane++) {
-            if (i < inputs) alike &= b->at[i][lane] == b->at[i][0];
-            else b->adjoining &= b->at[i][lane] == b->at[i][0] + 8 * lane;
-        }
-        if (i < inputs) b->alike[i] = alike;
+        for (int lane = 1; lane < LANES; lane++) alike &= b->at[i][lane] == b->at[i][0];
+        b->alike[i] = alike;
         if (i < IN_gravity_moment) b->one_arm &= alike;
     }
     return more;
@@ -78,16 +73,12 @@ INLINE Lanes across(const Beside *b, int input, long offset) {
     return to;
 }
 
-INLINE Angle angle_across(const Beside *b, long angle) {
-#define ONE(name) same(*(const double *)(b->at[IN_##name][0] + angle * b->step[IN_##name]))
-#define ACROSS(name) across(b, IN_##name, angle * b->step[IN_##name])
+/* The inputs at an angle that depend on it in any joint. */
+INLINE void angle_across(const Beside *b, Lanes *in, long angle) {
     if (b->one_arm)
-        return (Angle){ONE(pulling_arm), ONE(flexor_slope), ONE(flexor_travel), ONE(extensor_travel),
-                       ONE(sine),        ONE(cosine),       ONE(other_torque),  ONE(other_slope)};
-    return (Angle){ACROSS(pulling_arm), ACROSS(flexor_slope), ACROSS(flexor_travel), ACROSS(extensor_travel),
-                   ACROSS(sine),        ACROSS(cosine),       ACROSS(other_torque),  ACROSS(other_slope)};
-#undef ACROSS
-#undef ONE
+        for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) in[i] = same(*(const double *)(b->at[i][0] + angle * b->step[i]));
+    else
+        for (int i = IN_pulling_arm; i < IN_gravity_moment; i++) in[i] = across(b, i, angle * b->step[i]);
 }
 
 /* The inputs at an angle, where they depend on it, and the drive of these. */

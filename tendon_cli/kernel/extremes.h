@@ -48,11 +48,11 @@ INLINE Found along_angles(Found f, const Lines *lines, const double *angle, long
 /* The lines of some angles, and these; returns the pretension below which one of their states is slack. */
 static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, const Beside *of, const Drive *d, long from,
                      long angles, int plain) {
-    Lanes limit = same(-INFINITY);
+    Lanes limit = same(-INFINITY), in[IN_gravity_moment];
     for (long at = 0; at < angles; at++, lines++) {
         angle[at] = *(const double *)(e->angle.at + (from + at) * e->angle.step[e->walk.axes - 1]);
-        Angle here = angle_across(of, from + at);
-        *lines = lines_at(d, &here, plain);
+        angle_across(of, in, from + at);
+        *lines = lines_at(d, in, plain);
         limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);
         b->low_torque = pick(lines->able, smaller(lines->torque, b->low_torque), b->low_torque);
         b->high_torque = pick(lines->able, larger(lines->torque, b->high_torque), b->high_torque);
@@ -62,20 +62,14 @@ static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, 
 }
 
 /* The smaller, or the larger, of what was found of each design before and of a value; or their sum. */
-#define INTO(name, take)                                                              \
-    INLINE void name(const Beside *of, int result, long offset, Lanes values) {       \
-        Lanes found;                                                                  \
-        if (of->adjoining) {                                                          \
-            memcpy(&found, of->at[result][0] + offset, sizeof found);                 \
-            found = take(values, found);                                              \
-            memcpy(of->at[result][0] + offset, &found, sizeof found);                 \
-            return;                                                                   \
-        }                                                                             \
-        for (long lane = 0; lane < of->count; lane++)                                 \
-            found[lane] = *(double *)(of->at[result][lane] + offset);                 \
-        found = take(values, found);                                                  \
-        for (long lane = 0; lane < of->count; lane++)                                 \
-            *(double *)(of->at[result][lane] + offset) = found[lane];                 \
+#define INTO(name, take)                                                        \
+    INLINE void name(const Beside *of, int result, long offset, Lanes values) { \
+        Lanes found = values;                                                   \
+        for (long lane = 0; lane < of->count; lane++)                           \
+            found[lane] = *(double *)(of->at[result][lane] + offset);           \
+        found = take(values, found);                                            \
+        for (long lane = 0; lane < of->count; lane++)                           \
+            *(double *)(of->at[result][lane] + offset) = found[lane];           \
     }
 INLINE Lanes sum(Lanes a, Lanes b) { return a + b; }
 INTO(least, smaller)

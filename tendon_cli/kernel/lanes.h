@@ -56,19 +56,6 @@ INLINE int any(Mask which) {
 }
 #endif
 
-/* Which of the first `count` lanes are not numbers, a bit each. */
-INLINE unsigned no_numbers(Lanes a, long count) {
-#if LANES == 8 && defined(__AVX512F__)
-    unsigned found = (unsigned)_mm512_cmp_pd_mask(a, a, _CMP_UNORD_Q);
-#elif LANES == 4 && defined(__AVX2__)
-    unsigned found = (unsigned)_mm256_movemask_pd(_mm256_cmp_pd(a, a, _CMP_UNORD_Q));
-#else
-    unsigned found = 0;
-    for (int lane = 0; lane < LANES; lane++) found |= (unsigned)(a[lane] != a[lane]) << lane;
-#endif
-    return count >= LANES ? found : found & ((1u << count) - 1u);
-}
-
 /* A number that is at least `low`; what is not a number stays so. */
 INLINE Lanes at_least(Lanes low, Lanes a) { return larger(low, a); }
 

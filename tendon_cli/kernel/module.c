@@ -5,7 +5,6 @@
 #include <Python.h>
 
 #include "arguments.h"
-#include "processors.h"
 
 #define DECLARE(kind)                        \
     void tendon_extremes_##kind(void *what); \
@@ -61,7 +60,7 @@ static int set_columns(Rows *what, Held *held, PyObject *keys, PyObject *columns
             return 0;
         }
         Key *key = what->key + what->keys;
-        const Py_buffer *view = take_input(what->arrays + INPUTS + what->keys++, held, from, "a key", &what->walk, 0);
+        const Py_buffer *view = take(what->arrays + INPUTS + what->keys++, held, from, "a key", &what->walk, 0, 0);
         if (!view) return 0;
         key->bytes = (long)view->itemsize;
         if (!(key->to = column(held, to, "a key", what->count, key->bytes))) return 0;
@@ -117,7 +116,7 @@ static PyObject *call_extremes(PyObject *self, PyObject *args) {
         return NULL;
     const Kind *kind = kind_of(name);
     int ready = kind && begin(&what.walk, what.arrays, &held, shape, given) &&
-                take_input(&what.angle, &held, angle, "angle", &what.walk, 8) &&
+                take(&what.angle, &held, angle, "angle", &what.walk, 8, 0) &&
                 take_all(what.arrays + INPUTS, &held, found, extreme_names, ACCUMULATORS, &what.walk, 1);
     return finish(&held, ready ? kind->extremes : NULL, &what);
 }

@@ -2,18 +2,13 @@
 
 #include "state.h"
 
-INLINE Lanes along(const Array *arrays, int input, long axis, long angle, long count) {
-    const Array *array = arrays + input;
-    Lanes to = same(*(const double *)array->at);
-    if (array->step[axis]) memcpy(&to, array->at + 8 * angle, count >= LANES ? sizeof to : 8 * (unsigned long)count);
-    return to;
-}
-
-INLINE Angle angles_along(const Array *a, long axis, long angle, long count) {
-#define ALONG(name) along(a, IN_##name, axis, angle, count)
-    return (Angle){ALONG(pulling_arm), ALONG(flexor_slope), ALONG(flexor_travel), ALONG(extensor_travel),
-                   ALONG(sine),        ALONG(cosine),       ALONG(other_torque),  ALONG(other_slope)};
-#undef ALONG
+/* Some inputs at angles, one a lane; what is left of the lanes repeats the first. */
+INLINE void along(Lanes *in, const Array *arrays, int first, int stop, long axis, long angle, long count) {
+    for (int i = first; i < stop; i++) {
+        const char *from = arrays[i].at + arrays[i].step[axis] * angle;
+        in[i] = same(*(const double *)from);
+        if (arrays[i].step[axis]) memcpy(in + i, from, count >= LANES ? sizeof *in : 8 * (unsigned long)count);
+    }
 }
 
 /* By how much something is longer than where the pretension was set, of its compliances and tensions now and there. */
@@ -22,8 +17,8 @@ INLINE Lanes stretch(Lanes now, Lanes resting, Lanes tension, Lanes pretension) 
 }
 
 /* All result columns of some states, in the order of RESULTS; returns their status. */
-INLINE Mask results_of(Lanes *r, const Lanes *in, const Angle *g, const Drive *d, int plain) {
-    Lines l = lines_at(d, g, plain);
+INLINE Mask results_of(Lanes *r, const Lanes *in, const Drive *d, int plain) {
+    Lines l = lines_at(d, in, plain);
     Lanes pretension = common_pretension(d, in[IN_flexor_pretension], in[IN_extensor_pretension]);
     State s = state_at(&l, d, pretension, plain);
     Mask no_flexor = pretension < l.flexor_limit, no_extensor = pretension < l.extensor_limit;
@@ -40,26 +35,19 @@ INLINE Mask results_of(Lanes *r, const Lanes *in, const Angle *g, const Drive *d
     r[OF_extensor_slack] = pick(no_extensor & ~no_flexor, length, known);
     r[OF_elbow_torque] = pick(l.able, l.torque, same(NAN));
     r[OF_motor_torque] = s.motor, r[OF_elbow_stiffness] = s.stiffness;
-    Lanes by_flexor = (g->flexor_travel + stretch(d->c_x, d->c_x_resting, s.x, start_x)) / in[IN_flexor_radius];
-    Lanes by_extensor = (g->extensor_travel - stretch(d->c_y, d->c_y_resting, s.y, start_y)) / (d->ratio * in[IN_flexor_radius]);
+    Lanes by_flexor = (in[IN_flexor_travel] + stretch(d->c_x, d->c_x_resting, s.x, start_x)) / in[IN_flexor_radius];
+    Lanes by_extensor = (in[IN_extensor_travel] - stretch(d->c_y, d->c_y_resting, s.y, start_y)) / (d->ratio * in[IN_flexor_radius]);
     Lanes angle = pick(no_flexor & d->unilateral, by_extensor, by_flexor);
     r[OF_spool_angle] = pick(both & d->unilateral, same(NAN), angle);
-    r[OF_flexor_travel] = g->flexor_travel, r[OF_extensor_travel] = g->extensor_travel;
+    r[OF_flexor_moment_arm] = in[IN_moment_arm];
+    r[OF_flexor_travel] = in[IN_flexor_travel], r[OF_extensor_travel] = in[IN_extensor_travel];
     return (no_flexor & 1) | (no_extensor & 2) | (~l.able & 4);
 }
 
 static void copy(char *to, const char *from, long step, long bytes, long count) {
-    if (step) {
-        memcpy(to, from, (unsigned long)(count * bytes));
-    } else if (bytes == 8) {
-        long long value;
-        memcpy(&value, from, 8);
-        for (long i = 0; i < count; i++) memcpy(to + 8 * i, &value, 8);
-    } else if (bytes == 1) {
-        memset(to, *from, (unsigned long)count);
-    } else {
-        for (long i = 0; i < count; i++) memcpy(to + bytes * i, from, (unsigned long)bytes);
-    }
+    long done = step ? count * bytes : bytes, all = count * bytes;
+    memcpy(to, from, (unsigned long)done);
+    for (; done < all; done *= 2) memcpy(to + done, to, (unsigned long)(done < all - done ? done : all - done));
 }
 
 /* States of a design in one direction from an angle on, into the columns from row `row` on. */
@@ -67,7 +55,7 @@ static void write_line(Rows *w, long angle, long angles, long row) {
     const Array *a = w->arrays;
     long axis = w->walk.axes - 1;
     Lanes in[INPUTS];
-    for (int i = 0; i < INPUTS; i++) in[i] = same(*(const double *)a[i].at);
+    along(in, a, 0, INPUTS, axis, angle, 1);
     Drive d = drive_at(in);
     int plain = adds_nothing(&d);
     for (int i = IN_gravity_moment; i < INPUTS; i++) plain &= !a[i].step[axis];
@@ -78,19 +66,19 @@ static void write_line(Rows *w, long angle, long angles, long row) {
     }
     for (long done = 0; done < angles; done += LANES) {
         long count = angles - done, at = angle + done;
-        /* Written out twice: knowing that all lanes are used saves every copy by length. */
-        Angle g = count >= LANES ? angles_along(a, axis, at, LANES) : angles_along(a, axis, at, count);
         Lanes results[COLUMNS];
+        /* Written out twice: knowing that all lanes are used saves every copy by length. */
+        if (count >= LANES) along(in, a, 0, IN_gravity_moment, axis, at, LANES);
+        else along(in, a, 0, IN_gravity_moment, axis, at, count);
         if (!plain) {
-            for (int i = 0; i < INPUTS; i++) in[i] = along(a, i, axis, at, count);
+            along(in, a, IN_gravity_moment, INPUTS, axis, at, count);
             d = drive_at(in);
         }
-        Mask status = plain ? results_of(results, in, &g, &d, 1) : results_of(results, in, &g, &d, 0);
-        results[OF_flexor_moment_arm] = along(a, IN_moment_arm, axis, at, count);
+        Mask status = plain ? results_of(results, in, &d, 1) : results_of(results, in, &d, 0);
         for (int column = 0; column < COLUMNS; column++)
             if (w->column[column]) {
                 put(w->column[column] + row + done, results[column], count);
-                w->no_number[column] |= no_numbers(results[column], count);
+                w->no_number[column] |= any(~is_number(results[column])); /* the lanes left repeat the first */
             }
         if (w->status) put_small(w->status + row + done, status, count);
     }

@@ -1,4 +1,4 @@
-/* A state, once: what `statics.respond`, `statics.solve`, `statics.elbow_stiffness` and `actuator.State` say in NumPy,
+/* A state, once: what `statics.respond`, `statics.solve` and `actuator.State` say in NumPy,
  * operation by operation and to the same bits, for as many states as there are lanes.
  *
  * `drive_at` is what a design has in one direction, `lines_at` some of its states as straight lines in pretension, and
@@ -25,11 +25,6 @@ typedef struct {
     Mask unilateral;
     int any_bilateral;
 } Drive;
-
-/* What does. Without a positive moment arm `pulling_arm` is not a number. */
-typedef struct {
-    Lanes pulling_arm, slope_x, flexor_travel, extensor_travel, sine, cosine, torque, torque_slope;
-} Angle;
 
 /* With v = max(F - shortfall, lowest) the tensions are x + x_gain v and y + y_gain v. Below `flexor_limit` and
  * `extensor_limit` the sides are slack. Where the flexor cannot balance anything all but the last two is no number. */
@@ -91,12 +86,14 @@ INLINE void side_limits(Lines *l, const Drive *d, Lanes arm, Lanes mismatch) {
     l->per_side = pick(d->unilateral, l->per_side, same(NAN));
 }
 
-INLINE Lines lines_at(const Drive *d, const Angle *g, int plain) {
+/* `in` are the inputs at the angle, those that differ from angle to angle in any joint. */
+INLINE Lines lines_at(const Drive *d, const Lanes *in, int plain) {
     Lines l;
-    Lanes arm = g->pulling_arm, zero = same(0.0), per_arm = 1.0 / arm;
-    l.able = is_number(arm), l.slope_x = g->slope_x;
-    l.torque = d->moment * g->sine + g->torque;
-    Lanes torque_slope = d->moment * g->cosine + g->torque_slope, mismatch = g->extensor_travel - d->ratio * g->flexor_travel;
+    Lanes arm = in[IN_pulling_arm], zero = same(0.0), per_arm = 1.0 / arm;
+    l.able = is_number(arm), l.slope_x = in[IN_flexor_slope];
+    l.torque = d->moment * in[IN_sine] + in[IN_other_torque];
+    Lanes torque_slope = d->moment * in[IN_cosine] + in[IN_other_slope];
+    Lanes mismatch = in[IN_extensor_travel] - d->ratio * in[IN_flexor_travel];
     l.x = at_least(zero, l.torque * per_arm), l.y = at_least(zero, -l.torque * d->per_radius);
     Lanes load = at_least(l.x, l.y), spread = d->share_x * d->radius + d->share_y * arm;
     l.shortfall = d->share_x * l.x + d->share_y * l.y - mismatch * d->per_all;

@@ -88,7 +88,7 @@ INLINE Asked asked_of(const Window *w, const Lanes *in, int inputs) {
 /* All angles of designs in one direction; `plain` and `moves` are constants, and so is `forms` if it is zero. */
 INLINE void over_angles(Tightest *t, const Window *w, const Beside *of, const Lanes *in, const Drive *d, const Asked *asked,
                   double first, int forms, int moves, int plain) {
-    Lanes now[LIMITED], its[INPUTS];
+    Lanes now[LIMITED], here[IN_gravity_moment], its[INPUTS];
     if (moves)
         for (int i = INPUTS; i < BOUNDED + PER_FORM * forms; i++) now[i] = in[i];
     for (long at = 0, angles = w->walk.length[w->walk.axes - 1]; at < angles; at++) {
@@ -96,13 +96,13 @@ INLINE void over_angles(Tightest *t, const Window *w, const Beside *of, const La
             int input = asked->moving[i];
             now[input] = across(of, input, at * w->arrays[input].step[w->walk.axes - 1]);
         }
-        Angle here = angle_across(of, at);
         if (plain) {
-            Lines l = lines_at(d, &here, plain);
+            angle_across(of, here, at);
+            Lines l = lines_at(d, here, plain);
             tighten(t, &l, moves ? now : in, asked, forms, d, same(first + (double)at), 1);
         } else {
             Drive own = drive_across(of, its, at);
-            Lines l = lines_at(&own, &here, 0);
+            Lines l = lines_at(&own, its, 0);
             tighten(t, &l, moves ? now : in, asked, forms, &own, same(first + (double)at), 0);
         }
     }

@@ -1,7 +1,7 @@
 """What designs are held to, as bounds on lines: each limit on a form of a state over its margin v.
 
 That is how far the pretension is above what keeps the state taut; with it the tensions are x = flexor_floor +
-flexor_gain v and y likewise (`response.Response`), and the elbow stiffness is a line, too. Compiled code takes what
+flexor_gain v and y likewise (`statics.Response`), and the elbow stiffness is a line, too. Compiled code takes what
 `held_forms` gives, and knows no limit by name. Arguments broadcast as in `actuator`; SI units, angles in radians.
 """
 
@@ -24,7 +24,7 @@ from tendon_cli.model.limits import (
     LIMITS,
     PRETENSION,
 )
-from tendon_cli.model.response import SLACK_TOLERANCE
+from tendon_cli.model.statics import SLACK_TOLERANCE
 
 SHARES = ("flexor", "extensor", "stiffness")
 

@@ -16,8 +16,8 @@ from tendon_cli.model.actuator import State
 from tendon_cli.model.design import F0, Design
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMITS, contact_pressure
-from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.model.setting import Reading
+from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.quantities import OF_DESIGNS, QUANTITIES
 
 Found = dict[str, Array]

@@ -3,7 +3,7 @@
 From this table follow the schema of `[limits]`, the bounds that windows are held to, here and in compiled code, the
 column of designs that a limit bounds, `feasible`, the state that breaks it worst, its words, and its row of the
 reference. In a taut state the tensions x and y and the elbow stiffness k are straight lines in the common pretension F
-(`response.Response`), so a limit on a *form*, a x + b y + c k + d, is a half-line in F. What is no form compares states
+(`statics.Response`), so a limit on a *form*, a x + b y + c k + d, is a half-line in F. What is no form compares states
 of the whole motion (`motor_window`). SI units, angles in radians; arguments broadcast as in `actuator`.
 """
 

@@ -16,26 +16,21 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tendon_cli.model.actuator import evaluate
+from tendon_cli.model.actuator import SIDES, State, evaluate
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.limits import LIMIT_NAMES, LIMITS
-from tendon_cli.model.motor import MotorRates, gauss, motor_rates, taken
-from tendon_cli.model.response import SLACK_TOLERANCE
+from tendon_cli.model.motor import gauss, motor_rates, taken
+from tendon_cli.model.statics import SLACK_TOLERANCE
 from tendon_cli.model.window import Positions, Window
 
-_STEP = 100.0
-"""N; how far the search for an end begins where a window has none."""
-_SAMPLES = 65
-_HALVINGS = 45
-_DOUBLINGS = 16
-
+_STEP = 100.0  # N; how far the search for an end begins where a window has none
+_SAMPLES, _HALVINGS, _DOUBLINGS = 65, 45, 16
+_UNIT = 100.0  # N; between multiples of it lines and parabolas are drawn
+_LONG_STEP = float(np.radians(7.5))
 Measure = Callable[[Array], Array]
 """By how much a limit is exceeded at a pretension of each design, (designs,): above 0 it is broken."""
-_UNIT = 100.0
-"""N; between multiples of it lines and parabolas are drawn."""
-_LONG_STEP = float(np.radians(7.5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +72,8 @@ def narrowed(
         if limit.excess is not None:
             measures[code] = limit.excess(motor, bound)
         elif limit.lines is not None and (lines := limit.lines(motor)) is not None:
-            _cut(some, code, lines, bound)
-            _cut(some, code, Lines(-lines.base, -lines.gain), bound)
+            for sign in (1.0, -1.0):
+                _cut(some, code, Lines(sign * lines.base, sign * lines.gain), bound)
     if measures:
         _cut_to_widest(some, measures)
     for name, values in whole.items():
@@ -104,44 +99,39 @@ def excess(
     return complex(limit.excess(motor, bound)(at)[0])
 
 
+@dataclass(eq=False)
 class Motor:
     """Lines of the motor's quantities over all states of designs of a shape, all taut."""
 
-    def __init__(
-        self,
-        design: Design,
-        elbow_angle: Array,
-        flexion: Flags,
-        shape: tuple[int, ...],
-        speed: Real,
-        loads: tuple[float, float] | None = None,
-    ) -> None:
-        self.design, self.angles, self.flexion, self.speed = design, elbow_angle, flexion, speed
-        self.shape, self.loads = shape, loads
-        self.ways = np.broadcast_to(np.where(flexion, 1.0, -1.0), (len(flexion), elbow_angle.size))
-        self.velocity, self.trajectory = self.ways * speed, design.trajectory
-        if self.trajectory is not None:  # whose rates are per second
-            self.velocity = np.ones(self.ways.shape)
-        rates, torque = zip(*(self._rates(pretension, elbow_angle) for pretension in (0.0, _UNIT)), strict=True)
-        self.spool_angle: Lines = self.lines_of([each.spool_angle for each in rates])
-        self.spool_speed = self.lines_of([each.spool_speed for each in rates])
-        self.torque: Lines = self.lines_of(list(torque))
+    design: Design
+    angles: Array
+    flexion: Flags
+    shape: tuple[int, ...]
+    speed: Real
+    loads: tuple[float, float] | None = None
 
-    def _rates(self, pretension: float, angles: Array) -> tuple[MotorRates, Array]:
-        sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in ("flexor", "extensor")}
-        taut = replace(self.design, unilateral=False, **sides)
-        state = evaluate(taut, angles, self.flexion)
-        return motor_rates(state), state.motor_torque
+    def __post_init__(self) -> None:
+        self.ways = np.broadcast_to(np.where(self.flexion, 1.0, -1.0), (len(self.flexion), self.angles.size))
+        self.trajectory = self.design.trajectory  # along which rates are per second
+        self.velocity = self.ways * self.speed if self.trajectory is None else np.ones(self.ways.shape)
+        self.spool_angle, self.spool_speed, self.torque = self._lines(self.angles)
+
+    def _lines(self, angles: Array) -> list[Lines]:
+        """Spool angle, its speed and the motor's torque, from those at no pretension and at `_UNIT`."""
+        values = []
+        for state in (self._taut(pretension, angles) for pretension in (0.0, _UNIT)):
+            rates = motor_rates(state)
+            values.append([self._flat(each) for each in (rates.spool_angle, rates.spool_speed, state.motor_torque)])
+        return [Lines(base, (above - base) / _UNIT) for base, above in zip(*values, strict=True)]
+
+    def _taut(self, pretension: float, angles: Array) -> State:
+        sides = {name: replace(getattr(self.design, name), pretension=pretension) for name in SIDES}
+        return evaluate(replace(self.design, unilateral=False, **sides), angles, self.flexion)
 
     def _flat(self, values: Array) -> Array:
         """Values of states as (designs, states)."""
         states = len(self.flexion), values.shape[-1]
         return np.broadcast_to(values, (*self.shape, *states)).reshape(-1, states[0] * states[1])
-
-    def lines_of(self, values: list[Array]) -> Lines:
-        """Lines from values at no pretension and at `_UNIT`."""
-        base, above = (self._flat(each) for each in values)
-        return Lines(base, (above - base) / _UNIT)
 
     def between(self, lines: Lines) -> Lines | None:
         """The difference between the directions, where there are both."""
@@ -150,8 +140,7 @@ class Motor:
             return None
         there, back = int(np.argmax(ways)), int(np.argmin(ways))
         shaped = [each.reshape(len(each), len(ways), -1) for each in (lines.base, lines.gain)]
-        base, gain = (each[:, there] - each[:, back] for each in shaped)
-        return Lines(base, gain)
+        return Lines(*(each[:, there] - each[:, back] for each in shaped))
 
     def power(self, at: Array) -> Array:
         """Of the motor in each state at one pretension of each design, W: (designs, states)."""
@@ -159,7 +148,8 @@ class Motor:
         power = np.asarray(forward * self.torque.at(at) * self.spool_speed.at(at))
         if self.loads is None:
             return power
-        (torque, more), (turning, faster) = (np.stack([each.at(at) for each in of_both]) for of_both in self._of_loads)
+        torque, more = (each.torque.at(at) for each in self._of_loads)
+        turning, faster = (each.spool_speed.at(at) for each in self._of_loads)
         # A parabola in the load, as torque and speed are lines in it.
         with np.errstate(divide="ignore", invalid="ignore"):
             top = -0.5 * (torque / (more - torque) + turning / (faster - turning))
@@ -167,14 +157,10 @@ class Motor:
         return np.where((top > 0.0) & (top < 1.0), np.fmax(power, most), power)
 
     @cached_property
-    def _of_loads(self) -> tuple[tuple[Lines, Lines], tuple[Lines, Lines]]:
-        """Torque and turning of the spool with the least and the largest load."""
-        motors = [
-            Motor(replace(self.design, load_mass=load), self.angles, self.flexion, self.shape, self.speed)
-            for load in self.loads or ()
-        ]
-        least, largest = motors
-        return (least.torque, largest.torque), (least.spool_speed, largest.spool_speed)
+    def _of_loads(self) -> list[Motor]:
+        """With the least and the largest load."""
+        given = self.angles, self.flexion, self.shape, self.speed
+        return [Motor(replace(self.design, load_mass=load), *given) for load in self.loads or ()]
 
     @cached_property
     def work(self) -> Measure:
@@ -183,9 +169,7 @@ class Motor:
             seconds = self.trajectory.weights
             return lambda at: np.asarray(np.maximum(self.power(at), 0.0) @ seconds)
         nodes, weights = gauss(np.unique(self.angles))
-        rates = [self._rates(pretension, nodes[np.newaxis]) for pretension in (0.0, _UNIT)]
-        torque = self.lines_of([each for _, each in rates])
-        turning = self.lines_of([each.spool_speed for each, _ in rates])
+        _, turning, torque = self._lines(nodes[np.newaxis])
         forward, weight = np.repeat(self.ways[:, 0], len(nodes)), np.tile(weights, np.size(self.flexion))
         return lambda at: np.asarray(np.maximum(forward * torque.at(at) * turning.at(at), 0.0) @ weight)
 
@@ -198,7 +182,7 @@ class Motor:
         if self.trajectory is not None:
             nodes, weight = self.trajectory.angle, self.trajectory.weights
         first, second, third = (
-            self._flat(self._rates(pretension, nodes[np.newaxis])[0].friction) @ weight
+            self._flat(motor_rates(self._taut(pretension, nodes[np.newaxis])).friction) @ weight
             for pretension in (0.0, _UNIT, 2.0 * _UNIT)
         )
         slope, bend = (4.0 * second - 3.0 * first - third) / 2.0, (third - 2.0 * second + first) / 2.0
@@ -228,33 +212,24 @@ def _set(windows: Window, name: str, which: Flags, end: Array, code: int | Posit
 def _cut_to_widest(windows: Window, measures: dict[int, Measure]) -> None:
     """Cut open windows to the widest interval within other limits, in place."""
     start = np.where(windows.is_open, windows.low, 0.0)
-    stop = _far_end(windows, start, measures)
+    stop = np.where(np.isfinite(windows.high) & windows.is_open, windows.high, start + _STEP)
+    endless = windows.is_open & np.isinf(windows.high)
+    for _ in range(_DOUBLINGS if endless.any() else 0):  # beyond where any limit is kept
+        stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
     places = start + np.linspace(0.0, 1.0, _SAMPLES)[:, np.newaxis] * (stop - start)
     broken = {code: np.array([measure(at) > 0.0 for at in places]) for code, measure in measures.items()}
     kept = ~np.any(list(broken.values()), axis=0)
-    rows = np.arange(len(start))
-    # The widest: as many samples as the count since the last broken one says, at its largest.
-    counts = np.zeros(kept.shape, dtype=np.int64)
-    for at in range(_SAMPLES):
-        counts[at] = np.where(kept[at], (counts[at - 1] if at else 0) + 1, 0)
-    last = counts.argmax(axis=0)
-    first = last - counts[last, rows] + 1
+    rows, places_of = np.arange(len(start)), np.arange(_SAMPLES)[:, np.newaxis]
+    # The widest: it is longest since the last broken sample.
+    since = places_of - np.maximum.accumulate(np.where(kept, -1, places_of))
+    last = since.argmax(axis=0)
+    first = last - since[last, rows] + 1
     some = windows.is_open & kept.any(axis=0)
-    sides = (("low", first > 0, first, first - 1), ("high", last < _SAMPLES - 1, last, last + 1))
-    for name, cut, inner, outer in sides:
-        beyond = places[np.clip(outer, 0, _SAMPLES - 1), rows]
+    for name, inner, outer in (("low", first, first - 1), ("high", last, last + 1)):
+        cut, beyond = (outer >= 0) & (outer < _SAMPLES), places[np.clip(outer, 0, _SAMPLES - 1), rows]
         _set(windows, name, some & cut, *_edge(places[inner, rows], beyond, measures), -1)
     worst = np.array([each.sum(axis=0) for each in broken.values()]).argmax(axis=0)
     _close(windows, np.array(list(broken))[worst], windows.is_open & ~some)
-
-
-def _far_end(windows: Window, start: Array, measures: dict[int, Measure]) -> Array:
-    """Where windows end, or if nothing ends them, beyond where any limit is kept, as far as one looks."""
-    stop = np.where(np.isfinite(windows.high) & windows.is_open, windows.high, start + _STEP)
-    endless = windows.is_open & np.isinf(windows.high)
-    for _ in range(_DOUBLINGS if endless.any() else 0):
-        stop = np.where(endless & ~_broken(stop, measures), start + 2.0 * (stop - start), stop)
-    return stop
 
 
 def _broken(at: Array, measures: dict[int, Measure]) -> npt.NDArray[np.bool_]:

@@ -21,11 +21,163 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Array, Flag, Flags, Real
-from tendon_cli.model.response import Coupling, Response, respond
 
 TAUT, FLEXOR_SLACK, EXTENSOR_SLACK, BOTH_SLACK, NO_EQUILIBRIUM = range(5)
 STATUS_NAMES = ("taut", "flexor slack", "extensor slack", "both slack", "no equilibrium")
 Status = npt.NDArray[np.int8]
+SLACK_TOLERANCE = 1e-9
+"""A tension counts as negative below this share of the largest force of its state. At exactly the required pretension a
+third of random designs would otherwise be slack by rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """What ties the two tensions together in a state; arrays that broadcast against each other."""
+
+    moment_arm: Array
+    """J_f where both tendons can turn the joint, not a number where J_f <= 0 or J_e <= 0, m."""
+    extensor_arm: Real
+    """J_e, m."""
+    ratio: Real
+    """η, extensor over flexor radius of the spool."""
+    flexor_compliance: Array
+    """c_f, elongation of tendon and spring per distal newton, m/N."""
+    extensor_compliance: Array
+    """c_e, m/N."""
+    mismatch: Array
+    """h = H_e - η H_f, what the springs must give, m."""
+    elbow_torque: Array
+    """τ_a, N m."""
+
+    resting: tuple[Array, Array] | None = None
+    """c_f and c_e in the posture in which the pretension is set, if they are others there, m/N."""
+
+    @cached_property
+    def compliance(self) -> Array:
+        """η c_f + c_e, m/N."""
+        return np.asarray(self.ratio * self.flexor_compliance + self.extensor_compliance)
+
+    @cached_property
+    def flexor_share(self) -> Array:
+        """η c_f of that, as a share."""
+        return np.asarray(self.ratio * self.flexor_compliance * (1.0 / self.compliance))
+
+    @cached_property
+    def common_compliance(self) -> Array:
+        """η c_f + c_e where the pretension is set: by how much D grows per newton of it on both sides, m/N."""
+        if self.resting is None:
+            return self.compliance
+        return np.asarray(self.ratio * self.resting[0] + self.resting[1])
+
+    def common_pretension(self, flexor: Real, extensor: Real) -> Array:
+        """The pretension of both sides that does what two different ones do, N: each counts by its compliance."""
+        share = self.flexor_share
+        if self.resting is not None:
+            share = np.asarray(self.ratio * self.resting[0] * (1.0 / self.common_compliance))
+        return np.asarray(extensor + share * np.subtract(flexor, extensor))
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """How the tensions of a state follow its pretension F: straight lines with one kink.
+
+    With v = max(F - F*, lowest) and F* what is required
+
+        x = flexor_floor + flexor_gain v,   y = extensor_floor + extensor_gain v
+
+    Above F* both tendons are taut; below, unilateral tendons keep what balances the load, and the rest of
+    the path is loose. Nothing here depends on F, so a sweep over pretension needs it once.
+    """
+
+    required: Array
+    """F*, the smallest pretension of both sides that keeps the state taut, N; not a number without an equilibrium.
+
+    It is (max(η c_f τ_a / J_f, -c_e τ_a / J_e) - h) / (η c_f + c_e), negative where any would do. The largest over a
+    design's states, and 0, is the required pretension F0*.
+    """
+    unilateral: Flag
+    flexor_limit: Array
+    """Pretension below which the flexor counts as slack, N: what is required but for rounding, or minus infinity."""
+    extensor_limit: Array
+    flexor_floor: Array
+    """x at F*, N."""
+    flexor_gain: Array
+    """dx/dF where taut."""
+    extensor_floor: Array
+    """y at F*, N."""
+    extensor_gain: Array
+    """dy/dF where taut."""
+    idle: Flags
+    """Whether there is next to no load, so that unilateral tendons are slack both at once."""
+
+    @cached_property
+    def lowest(self) -> Array:
+        """0 for unilateral tendons, minus infinity in the bilateral model, whose lines have no kink."""
+        return np.where(self.unilateral, np.zeros_like(self.required), -np.inf)
+
+    @cached_property
+    def limit(self) -> Array:
+        """Pretension below which either side counts as slack, N."""
+        return np.fmax(self.flexor_limit, self.extensor_limit)
+
+
+def respond(state: Coupling, *, unilateral: Flag = True) -> Response:
+    """The tensions of a state as functions of its pretension.
+
+    The two equations give x_b and y_b, both rising with F; each side's tension vanishes at another pretension.
+    With τ_a >= 0 the extensor is the first to go slack as F falls, else the flexor; the other tension is then what
+    balances the load. Unilateral tendons, which cannot push, stay there: a complementarity problem with this one
+    solution for J > 0. Bilateral ones go on along the same lines.
+    """
+    radius, arm = np.asarray(state.extensor_arm), state.moment_arm
+    per_compliance, per_radius, per_arm = 1.0 / state.compliance, 1.0 / radius, 1.0 / arm
+    flexor_share, extensor_share = state.flexor_share, state.extensor_compliance * per_compliance
+    floor_x = np.maximum(state.elbow_torque * per_arm, 0.0)
+    floor_y = np.maximum(-state.elbow_torque * per_radius, 0.0)
+    spread = flexor_share * radius + extensor_share * arm
+    required = flexor_share * floor_x + extensor_share * floor_y - state.mismatch * per_compliance
+    if state.resting is not None:
+        grown = state.common_compliance / state.compliance
+        spread, required = spread / grown, required / grown
+    flexor_gain = radius / spread
+    extensor_gain = flexor_gain * (arm * per_radius)
+    # With no torque to balance unilateral tendons are slack both at once, else the one that the torque does not load.
+    load, backward = np.maximum(floor_x, floor_y), state.elbow_torque < 0.0
+    idle = load <= SLACK_TOLERANCE * np.abs(required)
+    limit = required - _tolerance(load, required) * spread * np.where(backward, per_radius, per_arm)
+    flexor_limit, extensor_limit = (np.where(idle | slack, limit, -np.inf) for slack in (backward, ~backward))
+    if not np.all(unilateral):
+        on_flexor, on_extensor = _side_limits(state, flexor_gain, extensor_gain)
+        flexor_limit = np.where(unilateral, flexor_limit, on_flexor)
+        extensor_limit = np.where(unilateral, extensor_limit, on_extensor)
+    return Response(
+        required=required,
+        unilateral=unilateral,
+        flexor_limit=flexor_limit,
+        extensor_limit=extensor_limit,
+        flexor_floor=floor_x,
+        flexor_gain=flexor_gain,
+        extensor_floor=floor_y,
+        extensor_gain=extensor_gain,
+        idle=idle,
+    )
+
+
+def _side_limits(state: Coupling, flexor_gain: Array, extensor_gain: Array) -> tuple[Array, Array]:
+    """Pretensions below which flexor and extensor are each in negative tension, N, in the bilateral model."""
+    common = state.common_compliance
+    at_flexor, at_extensor = state.elbow_torque / state.moment_arm, -state.elbow_torque / state.extensor_arm
+    for_extensor = (state.ratio * state.flexor_compliance * at_flexor - state.mismatch) / common
+    for_flexor = (state.extensor_compliance * at_extensor - state.mismatch) / common
+    return (
+        for_flexor - _tolerance(at_extensor, for_flexor) / flexor_gain,
+        for_extensor - _tolerance(at_flexor, for_extensor) / extensor_gain,
+    )
+
+
+def _tolerance(tension: Array, pretension: Array) -> Array:
+    """How far below zero a tension may be by rounding: a share of the largest force of the state."""
+    return np.asarray(SLACK_TOLERANCE * np.maximum(np.abs(tension), np.abs(pretension)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +243,6 @@ def solve(
     state: Coupling, flexor_pretension: Real, extensor_pretension: Real, *, unilateral: Flag = True,
     response: Response | None = None,
 ) -> Balance:  # fmt: skip
-    """Distal tensions and status. `unilateral` tendons cannot push; otherwise negative tension is the paper's slack.
-
-    Without an equilibrium the tensions are not numbers. `response` is what `respond` gives, for whoever has it already.
-    """
+    """Distal tensions and status; `response` is what `respond` gives, for whoever has it already."""
     response = respond(state, unilateral=unilateral) if response is None else response
     return Balance(state, response, state.common_pretension(flexor_pretension, extensor_pretension))

@@ -26,8 +26,8 @@ from tendon_cli.model.limits import (
     PRETENSION,
     Codes,
 )
-from tendon_cli.model.response import SLACK_TOLERANCE
 from tendon_cli.model.setting import Reading, pretension_of
+from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
 Kind = TypeVar("Kind", bound=np.generic)

@@ -5,8 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from tendon_cli.model.response import SLACK_TOLERANCE, respond
-from tendon_cli.model.statics import BOTH_SLACK, EXTENSOR_SLACK, FLEXOR_SLACK, NO_EQUILIBRIUM, TAUT
+from tendon_cli.model.statics import (
+    BOTH_SLACK,
+    EXTENSOR_SLACK,
+    FLEXOR_SLACK,
+    NO_EQUILIBRIUM,
+    SLACK_TOLERANCE,
+    TAUT,
+    respond,
+)
 
 from .filling import COUNTS, DIRECTIONS, all_states, assert_same_rows, model, needs_code, plan_of, same_bits
 

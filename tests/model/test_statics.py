@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from tendon_cli.model import actuator, response, statics
+from tendon_cli.model import actuator, statics
 from tendon_cli.model.statics import (
     EXTENSOR_SLACK,
     FLEXOR_SLACK,
@@ -75,7 +75,7 @@ def with_pretension(p, value):
 
 def required(p):
     tied = actuator.State.of(design(p), SWEEP, BOTH_WAYS).coupling
-    return np.maximum(0.0, response.respond(tied).required.max(axis=(1, 2), keepdims=True))
+    return np.maximum(0.0, statics.respond(tied).required.max(axis=(1, 2), keepdims=True))
 
 
 @pytest.mark.parametrize("unilateral", [True, False])
@@ -96,7 +96,7 @@ def test_at_the_required_pretension_the_margin_is_zero_and_every_state_is_taut(u
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
     p, angle, flexion = drawn(23, unilateral=False)
     tied = actuator.State.of(design(p), angle, flexion).coupling
-    required = response.respond(tied).required
+    required = statics.respond(tied).required
     sheaths = rig.compliances(p, flexion)
     stiff = {side: tendon + spring for side, (_, tendon, spring) in sheaths.items()}
     for i in np.flatnonzero(np.abs(required) < 2e3)[:150]:
@@ -114,7 +114,7 @@ def in_hand(p, angle, flexion):
     tied = actuator.State.of(design(p), angle, flexion).coupling
     sides = p["flexor_pretension"], p["extensor_pretension"]
     common = tied.common_pretension(*sides)
-    return np.minimum(common - response.respond(tied).required, np.minimum(*sides))
+    return np.minimum(common - statics.respond(tied).required, np.minimum(*sides))
 
 
 def lowered(p, by):
@@ -262,12 +262,12 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     arm, radius, ratio, c_f, c_e, h_f, h_e, torque, f_f, f_e, unilateral
 ):
     """What flexes in one arm extends in its mirror image, with the ratio 1/η and both travels exchanged."""
-    one = response.Coupling(
+    one = statics.Coupling(
         moment_arm=np.asarray(arm), extensor_arm=radius, ratio=ratio, flexor_compliance=np.asarray(c_f),
         extensor_compliance=np.asarray(c_e), mismatch=np.asarray(h_e - ratio * h_f),
         elbow_torque=np.asarray(torque),
     )  # fmt: skip
-    other = response.Coupling(
+    other = statics.Coupling(
         moment_arm=np.asarray(radius), extensor_arm=arm, ratio=1 / ratio, flexor_compliance=np.asarray(c_e),
         extensor_compliance=np.asarray(c_f), mismatch=np.asarray(h_e / ratio - h_f),
         elbow_torque=np.asarray(-torque),
@@ -279,7 +279,7 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     assert a.flexor == pytest.approx(float(b.extensor), abs=near)
     assert a.extensor == pytest.approx(float(b.flexor), abs=near)
     assert a.loose == pytest.approx(ratio * float(b.loose), abs=near * (ratio * c_f + c_e))
-    assert response.respond(one).required == pytest.approx(float(response.respond(other).required), abs=near)
+    assert statics.respond(one).required == pytest.approx(float(statics.respond(other).required), abs=near)
     least = min(abs(a.flexor), abs(a.extensor)) if not unilateral else abs(float(a.loose)) / (ratio * c_f + c_e)
     if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
         exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
@@ -312,16 +312,16 @@ def test_a_taut_arm_is_as_stiff_as_its_spool_is_quick():
 
 
 def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
-    edge = response.Coupling(
+    edge = statics.Coupling(
         moment_arm=np.asarray(0.1), extensor_arm=0.05, ratio=1.0, flexor_compliance=np.asarray(3e-4),
         extensor_compliance=np.asarray(3e-4), mismatch=np.asarray(-0.01), elbow_torque=np.asarray(7.0),
     )  # fmt: skip
-    least = float(response.respond(edge).required)
+    least = float(statics.respond(edge).required)
     for share, status in ((1 + 1e-11, TAUT), (1 - 1e-11, TAUT), (1 - 1e-7, EXTENSOR_SLACK)):
         for unilateral in (True, False):
             balance = statics.solve(edge, share * least, share * least, unilateral=unilateral)
             assert balance.status == status
     mirrored = replace(edge, elbow_torque=np.asarray(-7.0))
-    least = float(response.respond(mirrored).required)
+    least = float(statics.respond(mirrored).required)
     assert statics.solve(mirrored, least, least).status == TAUT
     assert statics.solve(mirrored, least * (1 - 1e-7), least * (1 - 1e-7)).status == FLEXOR_SLACK

@@ -7,7 +7,7 @@ from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.body import Body, anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.bounds import Bounds
 from tendon_cli.model.kinematics import Anchors
-from tendon_cli.model.response import respond
+from tendon_cli.model.statics import respond
 from tendon_cli.model.window import window
 from tendon_cli.studies.people.population import draw
 from tendon_cli.studies.people.survey import ansur2
