@@ -28,7 +28,6 @@ from tendon_cli.model.window import Positions, Window
 _STEP = 100.0  # N; how far the search for an end begins where a window has none
 _SAMPLES, _HALVINGS, _DOUBLINGS = 65, 45, 16
 _UNIT = 100.0  # N; between multiples of it lines and parabolas are drawn
-_LONG_STEP = float(np.radians(7.5))
 Measure = Callable[[Array], Array]
 """By how much a limit is exceeded at a pretension of each design, (designs,): above 0 it is broken."""
 
@@ -176,8 +175,7 @@ class Motor:
     @cached_property
     def loss(self) -> Measure:
         """What friction takes, J: a parabola in pretension, and smooth over all angles."""
-        span = np.array([self.angles.min(), self.angles.max()])
-        nodes, weights = gauss(span, _LONG_STEP)
+        nodes, weights = gauss(np.array([self.angles.min(), self.angles.max()]), float(np.radians(7.5)))
         weight = np.outer(self.ways[:, 0], weights).ravel()
         if self.trajectory is not None:
             nodes, weight = self.trajectory.angle, self.trajectory.weights
@@ -196,8 +194,7 @@ def _cut(windows: Window, code: int, lines: Lines, most: Real) -> None:
     for name, sign in (("low", 1.0), ("high", -1.0)):
         asked = np.where(sign * lines.gain < 0.0, sign * ends, -np.inf)
         tightest = asked.max(axis=1)
-        tighter = tightest > sign * getattr(windows, name)
-        _set(windows, name, tighter, sign * tightest, code, asked.argmax(axis=1))
+        _set(windows, name, tightest > sign * getattr(windows, name), sign * tightest, code, asked.argmax(axis=1))
     hopeless = ((lines.gain == 0.0) & (lines.base > most * (1.0 + SLACK_TOLERANCE))).any(axis=1)
     _close(windows, code, hopeless)
 
