@@ -192,15 +192,3 @@ def test_no_slack_length_of_states_that_have_none(first):
     lengths = extremes.finished(found, 10)["max_slack"]
     assert same_bits(by_hand(rows_of(at, whole), at, angles, whole)["max_slack"] + 0.0, lengths)
     assert np.isnan(lengths[:2]).all()
-
-
-def test_more_slack_states_than_a_short_integer_counts():
-    limb = Limb(Anchors(0.04, 0.15, 0.02, 0.15, 0.045), 1.54, 0.174, 0.32, 0.0)
-    angles, flexion = np.linspace(0.5, 1.5, 70_000), np.array([[True]])
-    for pull in (1.0, np.array([1.0, 500.0]).reshape(2, 1, 1)):
-        side = Side(0.07, np.pi, 2.0, 1.5e-3, 145e9, 3e3, pull)
-        at = State.of(Design(limb, side, side, 0.03, 1.0, 3.0), angles.reshape(1, -1), flexion)
-        found = extremes.begin(np.shape(pull)[:1])
-        extremes.fold(found, at, angles)
-        assert found["slack"].flat[0] == len(angles)
-        assert found["first_slack_angle"].flat[0] == 0.5

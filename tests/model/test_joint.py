@@ -40,18 +40,17 @@ class Exact(Spline):
 
 @dataclass(frozen=True)
 class ExactJoint:
-    """Travels by functions with two derivatives; `errors` are added to the second ones."""
+    """Travels by functions with two derivatives."""
 
     flexor: Exact
     extensor: Exact
     start: float
-    errors: tuple[float, float] = (0.0, 0.0)
     strap_radius: float = np.nan
 
     def motion(self, angle):
         travels = [each(angle) - each(self.start) for each in (self.flexor, self.extensor)]
         arms = [each(angle, 1) for each in (self.flexor, self.extensor)]
-        slopes = [each(angle, 2) + error for each, error in zip((self.flexor, self.extensor), self.errors, strict=True)]
+        slopes = [each(angle, 2) for each in (self.flexor, self.extensor)]
         return Travels(*travels, *arms, *slopes, pulling_arm=arms[0])
 
 
@@ -95,12 +94,11 @@ FIRST_EXACT = ExactJoint(
 )
 
 
-def exactly(errors=(0.0, 0.0)):
+def exactly():
     """The first check of section 15 without any table."""
     bend = Exact(lambda t: 2.4 + 0.7 * t, lambda t: 0.7 + 0.0 * t)
     made = of_the_checks(FIRST, passive, bend, 0.0, 1.9)
-    joint = replace(FIRST_EXACT, errors=errors)
-    return replace(made, arm=replace(made.arm, joint=joint, torque=PASSIVE))
+    return replace(made, arm=replace(made.arm, joint=FIRST_EXACT, torque=PASSIVE))
 
 
 def window_of(made):
@@ -117,23 +115,8 @@ def test_the_state_and_the_window_of_a_joint_whose_arms_both_change():
     assert float(state.elbow_stiffness) == pytest.approx(32.426351369, rel=1e-6)
     assert window_of(made) == pytest.approx((84.654056308, 777.431276238), rel=2e-6)
     assert window_of(exactly()) == pytest.approx((84.654056308, 777.431276238), rel=1e-11)
-
-
-def test_what_a_table_of_400_rows_is_off_by_is_the_curvature_of_a_cubic():
-    # At a row J' of a cubic spline is off by -h²/12 times the third derivative of J, and the angle that binds is a row.
-    h = 2.1 / 399
-    thirds = -0.036 * 0.9**2, 0.0104 * 1.3**2 * np.sin(-0.4)
-    predicted = window_of(exactly(tuple(-h * h / 12.0 * each for each in thirds)))[1]
-    tabled = of_the_checks(FIRST, passive, curve(lambda t: 2.4 + 0.7 * t, 0.0, 1.9), 0.0, 1.9)
-    assert window_of(tabled)[1] == pytest.approx(predicted, rel=3e-8)
-    assert predicted / 777.431276238 - 1.0 == pytest.approx(-1.64e-6, rel=0.02)
-
-
-def test_a_table_that_just_covers_the_motion_is_nearly_as_good():
-    bend = curve(lambda t: 2.4 + 0.7 * t, 0.0, 1.9)
-    made = of_the_checks(FIRST, passive, bend, 0.0, 1.9, beyond=0.0)
-    found = window.window(made, np.linspace(0.0, 1.9, 20)[np.newaxis], BOTH, Bounds())
-    assert (float(found.low), float(found.high)) == pytest.approx((84.654056308, 777.431276238), rel=2e-5)
+    just_covered = of_the_checks(FIRST, passive, bend, 0.0, 1.9, beyond=0.0)
+    assert window_of(just_covered) == pytest.approx((84.654056308, 777.431276238), rel=2e-5)
 
 
 def test_stiffness_may_bound_pretension_from_below():
@@ -196,9 +179,6 @@ def suit(seed, *, at_motor):
     return Suit(joint, torque, bend, made, at_motor)
 
 
-# --- Windows of random joints ----------------------------------------------------------------------------------------
-
-
 STEP = 5e-3
 """rad, of differences of sixth order."""
 
@@ -248,30 +228,11 @@ class Bench:
         return *self.tensions(0, turn, pretension), turn
 
     def read(self, pretension):
-        """Both tensions and the stiffness with the spool held."""
+        """Both tensions, the turn of the spool, and the stiffness with it held."""
         x, y, turn = self.settle(pretension)
         weights = ((1, 3 / 4), (2, -3 / 20), (3, 1 / 60))
         moved = {step: self.left_over(step, turn, pretension) for step in (-3, -2, -1, 1, 2, 3)}
-        return x, y, sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_windows_of_random_joints_are_those_of_the_rig(seed):
-    drawn, angles = suit(seed, at_motor=seed % 2 == 1), np.array([0.2, 0.9, 1.5])
-    exact = [Exact(*(lambda t, f=f, n=n: derivatives_of(f, t, n) for n in range(3)))
-             for f in (drawn.joint.shortens, drawn.joint.lengthens)]  # fmt: skip
-    sides = {name: replace(getattr(drawn.made, name), bend_angle=straight(drawn.bend)) for name in rig.SIDES}
-    limb = replace(drawn.made.arm, joint=ExactJoint(*exact, drawn.joint.start), torque=smooth(drawn.torque))
-    made = replace(drawn.made, arm=limb, **sides)
-    found = window.window(made, angles[np.newaxis], BOTH, Bounds(min_elbow_stiffness=1.0))
-    low, high = 0.0, np.inf
-    for bench in (Bench(drawn, float(angle), flexion) for angle in angles for flexion in (True, False)):
-        near, far = (np.array(bench.read(pretension)) for pretension in (100.0, 1100.0))
-        least = np.array([0.0, 0.0, 1.0])
-        ends, rises = 100.0 + 1000.0 * (least - near) / (far - near), far > near
-        low, high = max(low, *ends[rises]), min([high, *ends[~rises]])
-    assert float(found.low) == pytest.approx(low, rel=1e-8, abs=1e-6)
-    assert float(found.high) == pytest.approx(high, rel=1e-8)
+        return x, y, turn, sum(w * (moved[n] - moved[-n]) for n, w in weights) / STEP
 
 
 def derivatives_of(function, at, order):
@@ -291,6 +252,15 @@ def smooth(torque):
     return Exact(torque, lambda t: derivatives_of(torque, t, 1))
 
 
+def exact(drawn):
+    """The model's design of a suit without any table."""
+    curves = [Exact(*(lambda t, f=f, n=n: derivatives_of(f, t, n) for n in range(3)))
+              for f in (drawn.joint.shortens, drawn.joint.lengthens)]  # fmt: skip
+    sides = {name: replace(getattr(drawn.made, name), bend_angle=straight(drawn.bend)) for name in rig.SIDES}
+    limb = replace(drawn.made.arm, joint=ExactJoint(*curves, drawn.joint.start), torque=smooth(drawn.torque))
+    return replace(drawn.made, arm=limb, **sides)
+
+
 def held_at(made, pretension):
     sides = {name: replace(getattr(made, name), pretension=pretension) for name in rig.SIDES}
     return replace(made, **sides)
@@ -301,15 +271,16 @@ def held_at(made, pretension):
 @pytest.mark.parametrize("seed", range(12))
 def test_random_joints_settle_as_on_the_rig(seed, flexion, at_motor):
     drawn, angles = suit(seed, at_motor=at_motor), (0.2, 0.9, 1.5)
-    made = held_at(drawn.made, 300.0)
+    made = held_at(exact(drawn), 300.0)
     for angle in angles:
         bench = Bench(drawn, angle, flexion)
-        x, y, turn = bench.settle(300.0)
+        x, y, turn, stiffness = bench.read(300.0)
         near_x, near_y = (tension * ends[3] for tension, ends in zip((x, y), bench.ends, strict=True))
         state = actuator.evaluate(made, angle, flexion)
         size = max(abs(x), abs(y), 300.0)
         assert float(state.balance.flexor) == pytest.approx(x, abs=1e-8 * size)
         assert float(state.balance.extensor) == pytest.approx(y, abs=1e-8 * size)
+        assert float(state.elbow_stiffness) == pytest.approx(stiffness, rel=1e-7, abs=1e-7 * size)
         assert float(state.flexor_tension_proximal) == pytest.approx(near_x, abs=1e-8 * size)
         assert float(state.spool_angle) == pytest.approx(turn, abs=1e-8)
         needed = made.flexor_radius * (near_x - made.ratio * near_y)

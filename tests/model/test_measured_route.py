@@ -1,6 +1,5 @@
 """The bend of a route from way-points that scatter: within twice its standard error, whatever the route."""
 
-import time
 from itertools import pairwise
 
 import numpy as np
@@ -138,15 +137,3 @@ def test_a_corner_of_three_points_is_no_arc_unless_that_is_within_its_error(angl
     assert found.bend_angle == pytest.approx(turn if turn > 0.5 else as_arc)
     assert abs(found.bend_angle - turn) <= 2.0 * found.standard_error + 1e-9
     assert abs(found.bend_angle - as_arc) <= 2.0 * found.standard_error + 1e-9
-
-
-def test_six_thousand_noisy_points_take_no_memory_to_speak_of_and_bend_as_they_should():
-    rng = np.random.default_rng(3)
-    fine, truth = helix()
-    points = resampled(fine, 2.0 / 6000, rng)
-    points += rng.normal(0.0, 1e-3, points.shape)
-    started = time.process_time()
-    found = measured_route(points)
-    assert time.process_time() - started < 30.0
-    assert len(points) > 5500
-    assert abs(found.bend_angle - truth) < 2.0 * found.standard_error

@@ -12,81 +12,76 @@ from scipy.spatial.transform import Rotation
 from tendon_cli.model.route import total_curvature
 
 PERMILLE = 1e-3
+HALF_TURN = np.radians(180)
 
 
 def arc(angle, count=50, radius=0.2, at=None):
-    turn = angle * (np.linspace(0, 1, count) if at is None else at)
+    turn = angle * (np.linspace(0, 1, count) if at is None else np.asarray(at))
     return radius * np.column_stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)])
 
 
-def helix(pitch, count=50, radius=0.05, turns=1.0, at=None):
-    turn = 2 * np.pi * turns * (np.linspace(0, 1, count) if at is None else at)
+def helix(pitch, count=50, radius=0.05):
+    turn = 2 * np.pi * np.linspace(0, 1, count)
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn), pitch * turn / (2 * np.pi)])
 
 
-def bend_of_helix(pitch, radius=0.05, turns=1.0):
-    return 2 * np.pi * turns * radius / np.hypot(radius, pitch / (2 * np.pi))
+def bend_of_helix(pitch, radius=0.05):
+    return 2 * np.pi * radius / np.hypot(radius, pitch / (2 * np.pi))
 
 
-def wave(count=50, at=None):
+def line(count):
+    return np.outer(np.linspace(0, 1, count), [0.3, -0.7, 0.2]) + np.array([1.0, 2.0, 3.0])
+
+
+def wave(count):
     """Half a metre of cable in one period of a sine that swings by 6 cm, with two points of inflection inside."""
-    along = 0.5 * (np.linspace(0, 1, count) if at is None else at)
-    return np.column_stack([along, 0.06 * np.cos(4 * np.pi * along), np.zeros_like(along)])
+    along = np.linspace(0, 0.5, count)
+    return np.column_stack([along, 0.06 * np.cos(4 * np.pi * along), 0 * along])
 
 
-BEND_OF_WAVE = 4 * np.arctan(0.06 * 4 * np.pi)
+def corner(count):
+    """0.3 m straight, a quarter of a circle of 0.1 m, 0.3 m straight."""
+    along = np.linspace(0, 0.6 + 0.05 * np.pi, count)
+    turn = np.clip((along - 0.3) / 0.1, 0, np.pi / 2)
+    before, after = np.minimum(along, 0.3), np.maximum(along - 0.3 - 0.05 * np.pi, 0)
+    return np.column_stack([before + 0.1 * np.sin(turn), 0.1 - 0.1 * np.cos(turn) + after, 0 * along])
 
 
-# --- Known curves ----------------------------------------------------------------------------------------------------
+def twisted(count):
+    """(t, t², t³), of changing curvature and torsion."""
+    t = np.linspace(0, 1, count)
+    return np.column_stack([t, t**2, t**3])
 
 
-@pytest.mark.parametrize("count", [2, 3, 5, 6, 7, 8, 50])
-def test_a_straight_line_has_no_bend(count):
-    found = total_curvature(np.outer(np.linspace(0, 1, count), [0.3, -0.7, 0.2]) + np.array([1.0, 2.0, 3.0]))
-    assert found[0] == pytest.approx(0.0, abs=1e-12)
-    assert found[1] == pytest.approx(0.0, abs=1e-12)
+def rate_of_twisted(t):
+    first, second = np.array([1.0, 2 * t, 3 * t * t]), np.array([0.0, 2.0, 6 * t])
+    return np.linalg.norm(np.cross(first, second)) / (first @ first)
 
 
-@pytest.mark.parametrize("degrees", [1, 10, 45, 90, 144, 180, 270, 359])
-def test_a_planar_arc_bends_by_its_angle(degrees):
-    found = total_curvature(arc(np.radians(degrees)))
-    assert found[0] == pytest.approx(np.radians(degrees), rel=PERMILLE / 10)
+def steps_of(lengths):
+    """Way-points of steps of these lengths, as shares of a whole."""
+    along = np.append(0.0, np.cumsum(lengths))
+    return along / along[-1]
 
 
-@pytest.mark.parametrize("pitch", [0.0, 0.01, 0.05, 0.1, 0.3, 1.0, 3.0])
-def test_a_helix_of_one_turn_is_measured_to_a_thousandth(pitch):
-    found = total_curvature(helix(pitch))
-    assert found[0] == pytest.approx(bend_of_helix(pitch), rel=PERMILLE)
+CURVES = {
+    **{f"line {n}": (line(n), 0.0, 0.0) for n in (2, 3, 7, 50)},
+    **{f"arc {d}": (arc(np.radians(d)), np.radians(d), PERMILLE / 10) for d in (1, 90, 144, 359)},
+    **{f"arc 90 by {n}": (arc(np.pi / 2, n), np.pi / 2, 1e-12 if n < 7 else 2 * PERMILLE) for n in range(3, 9)},
+    **{f"helix {p}": (helix(p), bend_of_helix(p), PERMILLE) for p in (0.0, 0.05, 0.3, 3.0)},
+    **{f"corner {n}": (corner(n), np.pi / 2, 1e-12) for n in (20, 50, 200)},
+    "wave": (wave(200), 4 * np.arctan(0.06 * 4 * np.pi), 0.01),
+    "twisted cubic": (twisted(50), quad(rate_of_twisted, 0, 1)[0], 2 * PERMILLE),
+    "uneven steps": (arc(HALF_TURN, at=steps_of(np.tile([1.0, 5.0], 25))), HALF_TURN, PERMILLE),
+    "random steps": (arc(HALF_TURN, at=steps_of(np.random.default_rng(0).random(50))), HALF_TURN, PERMILLE),
+    "a dense half": (arc(HALF_TURN, at=steps_of(np.repeat([10.0, 1.0], [40, 400]))), HALF_TURN, PERMILLE),
+}
 
 
-@pytest.mark.parametrize("count", [3, 4, 5, 6, 7, 8])
-@pytest.mark.parametrize("degrees", [20, 90, 150])
-def test_few_points_on_an_arc_are_enough(count, degrees):
-    found = total_curvature(arc(np.radians(degrees), count))
-    assert found[0] == pytest.approx(np.radians(degrees), rel=1e-12 if count < 7 else 2 * PERMILLE)
-    assert found[1] == pytest.approx(np.radians(degrees) / (count - 1), rel=1e-9)
-
-
-def test_an_s_of_two_arcs_adds_both_bends():
-    first = arc(np.pi / 2, 60)
-    second = first[-1] * 2 - first[-2::-1]
-    assert total_curvature(np.vstack([first, second]))[0] == pytest.approx(np.pi, rel=0.03)
-
-
-def test_a_route_with_inflections_counts_bends_to_both_sides():
-    assert total_curvature(wave(200))[0] == pytest.approx(BEND_OF_WAVE, rel=0.01)
-
-
-def test_a_curve_of_changing_curvature_and_torsion_is_measured():
-    """The twisted cubic (t, t², t³)."""
-
-    def rate(t):
-        first, second = np.array([1.0, 2 * t, 3 * t * t]), np.array([0.0, 2.0, 6 * t])
-        return np.linalg.norm(np.cross(first, second)) / (first @ first)
-
-    t = np.linspace(0, 1, 50)
-    found = total_curvature(np.column_stack([t, t**2, t**3]))
-    assert found[0] == pytest.approx(quad(rate, 0, 1)[0], rel=2 * PERMILLE)
+@pytest.mark.parametrize("name", CURVES)
+def test_known_curves_bend_by_what_they_do(name):
+    points, bend, share = CURVES[name]
+    assert total_curvature(points)[0] == pytest.approx(bend, rel=share, abs=1e-12)
 
 
 def test_more_points_bring_a_helix_closer():
@@ -94,34 +89,16 @@ def test_more_points_bring_a_helix_closer():
     assert all(finer < 0.3 * coarser for coarser, finer in pairwise(errors))
 
 
-# --- Uneven and repeated points --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_points_anywhere_on_an_arc_will_do(seed):
-    at = np.sort([0.0, *np.random.default_rng(seed).random(48), 1.0])
-    assert total_curvature(arc(np.pi, at=at))[0] == pytest.approx(np.pi, rel=PERMILLE)
-
-
-def test_steps_that_alternate_between_long_and_short_are_not_taken_for_noise():
-    at = np.cumsum(np.tile([1.0, 5.0], 25))
-    found = total_curvature(arc(np.pi, at=(at - at[0]) / (at[-1] - at[0])))
-    assert found[0] == pytest.approx(np.pi, rel=PERMILLE)
-
-
-@pytest.mark.parametrize("count", [20, 50, 200])
-def test_a_bend_between_two_straight_parts_is_found_whole(count):
-    """0.3 m straight, a quarter of a circle of 0.1 m, 0.3 m straight."""
-    along = np.linspace(0, 0.6 + 0.05 * np.pi, count)
-    turn = np.clip((along - 0.3) / 0.1, 0, np.pi / 2)
-    before, after = np.minimum(along, 0.3), np.maximum(along - 0.3 - 0.05 * np.pi, 0)
-    route = np.column_stack([before + 0.1 * np.sin(turn), 0.1 - 0.1 * np.cos(turn) + after, 0 * along])
-    assert total_curvature(route)[0] == pytest.approx(np.pi / 2, rel=1e-12)
-
-
-def test_a_part_sampled_ten_times_as_densely_does_not_count_for_more():
-    share = np.concatenate([np.linspace(0, 0.5, 40, endpoint=False), np.linspace(0.5, 1, 401)])
-    assert total_curvature(arc(np.pi, at=share))[0] == pytest.approx(np.pi, rel=PERMILLE)
+@pytest.mark.parametrize(
+    ("points", "turn"),
+    [
+        ([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0]], np.pi / 2),
+        ([[0, 0, 0], [1, 0, 0], [0, 0, 0]], np.pi),
+        (arc(np.pi / 2, 6), np.pi / 10),
+    ],
+)
+def test_the_largest_turn_at_one_way_point(points, turn):
+    assert total_curvature(points)[1] == pytest.approx(turn)
 
 
 @given(st.lists(st.integers(0, 19), max_size=12))
@@ -130,8 +107,6 @@ def test_repeated_points_change_nothing(places):
     repeated = np.repeat(route, 1 + np.bincount(places, minlength=20), axis=0)
     assert total_curvature(repeated) == total_curvature(route)
 
-
-# --- Symmetries ------------------------------------------------------------------------------------------------------
 
 ROUTES = st.integers(0, 10_000).map(
     lambda seed: np.cumsum(np.random.default_rng(seed).normal([1.0, 0, 0], 0.4, (4 + seed % 30, 3)), axis=0)
@@ -146,28 +121,11 @@ def test_neither_unit_nor_frame_nor_direction_of_a_route_counts(route, seed, uni
         assert total_curvature(other) == pytest.approx(total_curvature(route), rel=1e-9)
 
 
-# --- Corners ---------------------------------------------------------------------------------------------------------
-
-
-def test_a_corner_is_the_largest_turn():
-    corner = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0]]
-    assert total_curvature(corner)[1] == pytest.approx(np.pi / 2)
-
-
-def test_a_reversal_is_a_turn_of_half_a_circle():
-    assert total_curvature([[0, 0, 0], [1, 0, 0], [0, 0, 0]])[1] == np.pi
-
-
-# --- What is no route ------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("points", [np.zeros((5, 2)), np.zeros(3), np.zeros((2, 5, 3)), np.zeros((3, 4)), []])
-def test_points_that_are_not_in_space_are_refused(points):
-    with pytest.raises(ValueError, match="shape"):
+@pytest.mark.parametrize(
+    ("points", "problem"),
+    [(np.zeros((5, 2)), "shape"), (np.zeros((2, 5, 3)), "shape"), ([], "shape"),
+     (np.ones((0, 3)), "two different"), (np.ones((10, 3)), "two different")],
+)  # fmt: skip
+def test_what_is_no_route_is_refused(points, problem):
+    with pytest.raises(ValueError, match=problem):
         total_curvature(points)
-
-
-@pytest.mark.parametrize("count", [0, 1, 2, 10])
-def test_a_route_that_never_leaves_its_first_point_is_refused(count):
-    with pytest.raises(ValueError, match="two different"):
-        total_curvature(np.ones((count, 3)))

@@ -256,19 +256,6 @@ def test_from_is_the_required_pretension_where_nothing_else_is_asked():
     assert set(found.high_by) == {NOTHING}
 
 
-def test_the_end_of_one_limit_has_a_derivative_by_complex_step():
-    bounds = Bounds()
-    angle, flexion = ANGLES[..., 90:], BOTH[1:]
-
-    def end(stiffness):
-        made = design(baseline(load_mass=5.0, spring_stiffness=stiffness))
-        return limit_end(limits.EXTENSOR_SLACK, made, angle, flexion, bounds, upper=False).item()
-
-    step = 1e-3
-    expected = (end(3e3 + step) - end(3e3 - step)) / (2 * step)
-    assert end(3e3 + 1e-20j).imag / 1e-20 == pytest.approx(expected, rel=1e-6)
-
-
 @pytest.mark.parametrize("name", ["friction", "bend_angle", "diameter", "b1", "elbow_radius", "ratio", "load_mass"])
 def test_every_number_has_a_derivative_by_complex_step(name):
     angle, flexion = ANGLES[..., 90:], BOTH[1:]
