@@ -204,10 +204,10 @@ WORDS = re.compile(
 )
 """Used otherwise than in the field."""
 BOUNDS = {
-    "modules": 178,
-    "modules with one importer": 46,
+    "modules": 171,
+    "modules with one importer": 42,
     "private words": 109,
-    "files over 250 lines": 5,
+    "files over 250 lines": 2,
     "functions over 40 lines": 0,
 }
 """None of them grows; lower what has fallen."""
