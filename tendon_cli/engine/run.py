@@ -118,9 +118,9 @@ def worked_out(
     replaces = overwrite and folder.clear()
     runner = runner or in_threads(min(jobs, folder.task.parts))
     record, maker = read_record(folder.path), PartMaker(folder.task, folder.path)
+    maker.tidy()
     if record is not None:
         return _repaired(folder, record, maker, runner if resume else None)
-    maker.tidy()
     journal = Journal.read(folder.path)
     journal.parts = {} if replaces else folder.intact(journal)
     journal.figures = () if replaces else journal.figures
@@ -197,7 +197,6 @@ def _repaired(
             entries[name].update(asdict(file))
 
     folder.prepare()
-    maker.tidy()
     missing = [index for index in range(folder.task.parts) if not anew.isdisjoint(folder.task.files(index).values())]
     make_parts(maker, runner, missing, take)
     for name, file in _written_last(maker, record, only=anew).items():

@@ -15,7 +15,6 @@ from .tools import some
 
 HERE = Path(__file__).parent
 CORPUS = HERE / "corpus"
-LARGEST_CORPUS = 500_000
 REACHED = re.compile(r"cov: (\d+)")
 
 
@@ -55,10 +54,6 @@ def test_what_once_reached_something_new_ends_in_one_message_or_is_taken(tmp_pat
     tally, _ = fuzzed(tmp_path, "replay", CORPUS, tmp_path)
     assert tally["cases"] == sum(1 for kind in ATTEMPTS for _ in (CORPUS / kind).iterdir())
     assert tally["taken"] > 0
-
-
-def test_the_corpus_is_small():
-    assert sum(file.stat().st_size for file in CORPUS.rglob("*") if file.is_file()) < LARGEST_CORPUS
 
 
 @pytest.mark.parametrize("file", sorted((CORPUS / "faults").iterdir()), ids=lambda file: file.name)

@@ -7,9 +7,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from tendon_cli.tables.read import open_table
-
-from .hostile.breed import stamped
 from .hostile.tally import MOST_MEGABYTES
 from .tools import some
 
@@ -68,29 +65,6 @@ def test_a_page_of_two_gigabytes_is_refused(tmp_path, megabytes):
     subprocess.run([sys.executable, "-c", ZEROS, str(file), str(megabytes * 125_000)], check=True, timeout=120)
     assert file.stat().st_size < megabytes * 1000
     assert_refused(tmp_path, file)
-
-
-def forged_giant(new_sweep, folder, rows):
-    """A table with our names and a right digest that has far more rows than its study."""
-    source = new_sweep("[load]\nmass = [0.0, 3.0]\n", folder).folder / "designs.parquet"
-    table = pq.read_table(source)
-    metadata = {**table.schema.metadata, b"tendon.digest": b"sha256:" + b"0" * 64}
-    file = folder / "forged.parquet"
-    group = pa.concat_tables([table.slice(0, 1)] * 2**14).combine_chunks().replace_schema_metadata(metadata)
-    with pq.ParquetWriter(file, group.schema, compression="zstd") as writer:
-        for _ in range(rows // 2**14):
-            writer.write_table(group)
-    file.write_bytes(stamped(file.read_bytes()))
-    return file
-
-
-@pytest.mark.torture
-def test_a_forged_table_of_two_gigabytes_is_refused_or_drawn_in_little_memory(new_sweep, tmp_path):
-    file = forged_giant(new_sweep, tmp_path, 2**23)
-    assert open_table(file).rows == 2**23
-    code, said, peak = measured(tmp_path, "plot", file, "--out", "figure.png")
-    assert code in (0, 2, 3), said
-    assert peak < MOST_MEGABYTES
 
 
 BOMBS = {

@@ -49,7 +49,7 @@ def assert_resumes(verb, place, expected, hashes_in, *words):
 
 def moment(point, chance):
     """As if something took a while, so that a run is met at a moment that is chosen."""
-    skip = chance.randrange(10) if point == "part" else 0
+    skip = chance.randrange(5) if point == "part" else 0
     return SMALL | ({} if point == "any" else {"hold": point, "skip": skip, "seconds": 1.0})
 
 

@@ -30,17 +30,17 @@ elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
 QUESTION = """
 name = "torture"
 [spring]
-stiffness = { from = "3 kN/m", to = "8 kN/m", num = 4 }
+stiffness = ["3 kN/m", "5 kN/m"]
 [spool]
 ratio = [0.5, 0.6, 0.7]
 [load]
 mass = ["0 kg", "5 kg"]
 [motion]
-elbow_angle = { from = "10 deg", to = "90 deg", num = 5 }
+elbow_angle = { from = "10 deg", to = "90 deg", num = 3 }
 [design]
 maximise = ["tolerance"]
 """
-"""12 parts of a choice; the best lies between two of them, so that a part is written once more."""
+"""Six parts of a choice; the best lies between two of them, so that a part is written once more."""
 READINGS = "cell 1,cell 2\n1.2,1\n2.4,2\n1,1.2\n2,2.4\n"
 SMALL = {"parts": STATES}
 QUIET = ("--out", "run", "--no-figures", "--jobs", "2")
