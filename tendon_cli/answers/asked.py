@@ -103,6 +103,11 @@ class Asked:
         return self.angles.size * len(self.flexion)
 
     @cached_property
+    def axes(self) -> dict[str, Axis]:
+        """Those of the conditions, by their keys."""
+        return {axis.key: axis for axis in self.conditions.axes}
+
+    @cached_property
     def condition_numbers(self) -> Numbers:
         """What all conditions say of the study's numbers."""
         return self.conditions.numbers(np.arange(len(self.conditions)))
@@ -149,7 +154,7 @@ class Asked:
 
         Bodies drawn of a person are draws.
         """
-        counts = {axis.key: len(axis) for axis in self.conditions.axes if axis.key in (PERSON_AXIS, DRAW_AXIS)}
+        counts = {key: len(self.axes[key]) for key in (PERSON_AXIS, DRAW_AXIS) if key in self.axes}
         bodies = self.study.people.population.completions if self.study.people is not None else 1
         if PERSON_AXIS in counts and bodies > 1:
             return {PERSON_AXIS: counts[PERSON_AXIS] // bodies, DRAW_AXIS: counts.get(DRAW_AXIS, 1) * bodies}
@@ -164,8 +169,7 @@ class Asked:
     @property
     def one_by_one(self) -> Axis | None:
         """The axis of persons, or if there are none of draws; None if there are neither."""
-        axes = {axis.key: axis for axis in self.conditions.axes}
-        return axes.get(PERSON_AXIS) or axes.get(DRAW_AXIS)
+        return self.axes.get(PERSON_AXIS) or self.axes.get(DRAW_AXIS)
 
     def numbers_of(self, columns: Columns) -> Numbers:
         """What choices, given by their columns, say of the study's numbers."""
@@ -198,9 +202,14 @@ class Asked:
     @property
     def _curved(self) -> list[Axis]:
         """Intervals in which limits are not linear."""
-        return [
-            axis for axis in self.conditions.axes if axis.is_interval and split_side(axis.key)[0] not in _ENDS_SUFFICE
-        ]
+        intervals = (axis for axis in self.conditions.axes if axis.is_interval)
+        return [axis for axis in intervals if split_side(axis.key)[0] not in _ENDS_SUFFICE]
+
+    @property
+    def leaning(self) -> Axis | None:
+        """The interval of postures of the upper arm, if there is one."""
+        axis = self.axes.get(LEAN)
+        return axis if axis is not None and axis.is_interval else None
 
     @property
     def sampled_intervals(self) -> tuple[str, ...]:
@@ -210,9 +219,8 @@ class Asked:
     @property
     def whole_intervals(self) -> tuple[str, ...]:
         """The keys of those whose inside may be worse than both ends, and for all of which windows are proved."""
-        axes = self.conditions.axes if self.study.trajectory is None else ()
-        leaning = [axis.key for axis in axes if axis.key == LEAN and axis.is_interval]
-        return (*leaning, *(axis.key for axis in self.box))
+        is_whole = self.leaning is not None and self.study.trajectory is None
+        return (*([LEAN] if is_whole else []), *(axis.key for axis in self.box))
 
     @property
     def is_sampled(self) -> bool:
@@ -222,8 +230,8 @@ class Asked:
     @property
     def loads(self) -> tuple[float, float] | None:
         """The least and the largest load, kg, if there are several."""
-        masses = [axis.values for axis in self.conditions.axes if axis.key == "load.mass"]
-        return (float(masses[0].min()), float(masses[0].max())) if masses else None
+        axis = self.axes.get("load.mass")
+        return None if axis is None else (float(axis.values.min()), float(axis.values.max()))
 
     @property
     def is_f0(self) -> bool:

@@ -66,7 +66,7 @@ def people_of(problem: Problem) -> People | None:
 
 def person_of(problem: Problem, groups: Rows) -> Rows:
     """The row of the population that each of some groups belongs to, for a question of people."""
-    return groups // next((len(axis) for axis in problem.conditions.axes if axis.key == DRAW_AXIS), 1)
+    return groups // (len(problem.axes[DRAW_AXIS]) if DRAW_AXIS in problem.axes else 1)
 
 
 def population(problem: Problem, chosen: Solutions, row: dict[str, Any], windows: GroupWindows) -> dict[str, Any]:

@@ -61,8 +61,7 @@ class _Held:
         for axis in problem.box:
             needed &= places[axis.key] == 0
         rows = np.flatnonzero(needed)
-        leaning = next((axis for axis in problem.conditions.axes if axis.key == LEAN and axis.is_interval), None)
-        if leaning is None:
+        if (leaning := problem.leaning) is None:
             return cls(problem, numbers, rows, *np.full((2, len(rows)), np.nan))
         rows = rows[places[LEAN][rows] == 0]
         edges = np.linspace(leaning.values.min(), leaning.values.max(), _ARCS + 1)

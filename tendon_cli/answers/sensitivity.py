@@ -208,7 +208,7 @@ def indices(problem: Problem, numbers: Numbers) -> list[dict[str, Any]]:
     if study.uncertainty is None or not study.uncertain:
         return []
     people = study.people.population if study.people is not None else None
-    whose = next((axis for axis in problem.conditions.axes if axis.key == PERSON_AXIS), None)
+    whose = problem.axes.get(PERSON_AXIS)
     inputs = (*study.uncertain, *((BODY,) if whose is not None and len(whose) > 1 else ()))
     others = [each for each in problem.conditions.axes if each.key not in (PERSON_AXIS, DRAW_AXIS)]
     each_point = problem.states_per_design * max(1, int(np.prod([len(axis) for axis in others])))
