@@ -11,11 +11,24 @@ TABLE = """case,load_cell_1_kg,load_cell_2_kg
 2,0.857,1.036
 """
 GERMAN = TABLE.replace(",", ";").replace(".", ",")
-GRAMS = (
-    TABLE.replace("load_cell_1_kg,load_cell_2_kg", "cell 1 (g),cell 2 (kg)")
-    .replace(",1.236", ",1236")
-    .replace(",0.", ",")
-)
 BARE_ROWS = TABLE.split("\n", 1)[1]
-CELLS_ONLY = "\n".join(line.split(",", 1)[1] for line in TABLE.splitlines()) + "\n"
-NAMED = TABLE.replace("case", "direction").replace("\n1,", "\nup,").replace("\n2,", "\ndown,")
+
+
+def changed(text: str, *pairs: tuple[str, str]) -> str:
+    """With each first text replaced by its second."""
+    for old, new in pairs:
+        text = text.replace(old, new)
+    return text
+
+
+def called(one: str, two: str, text: str = TABLE) -> str:
+    """With other headers of the two cells."""
+    return changed(text, ("load_cell_1_kg", one), ("load_cell_2_kg", two))
+
+
+def added(*cells: str) -> str:
+    """With a further column."""
+    return "".join(f"{line},{cell}\n" for line, cell in zip(TABLE.splitlines(), cells, strict=True))
+
+
+NAMED = changed(TABLE, ("case", "direction"), ("\n1,", "\nup,"), ("\n2,", "\ndown,"))
