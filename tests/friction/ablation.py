@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import sys
 from collections.abc import Iterator
 from typing import Any
 from unittest.mock import patch
 
-import numpy as np
+import pandas as pd
 
 from tendon_cli.friction import budget, directions, effects, estimate, models, prepare, rows
 
-from .cases import CASES
-from .chain import KINDS, Verdicts, logs
-from .torture import covers, run
+from .cases import CASES, Case
+from .chain import KINDS, judged, logs, shares
+from .torture import Count, covers, run
 
 NEVER = 1e9
 WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
@@ -50,13 +49,15 @@ WITHOUT: dict[str, tuple[tuple[Any, str, Any], ...]] = {
 }
 
 
-@contextlib.contextmanager
-def without(changes: tuple[tuple[Any, str, Any], ...]) -> Iterator[None]:
-    """The estimator with some of its constants changed."""
-    with contextlib.ExitStack() as stack:
-        for module, name, value in changes:
-            stack.enter_context(patch.object(module, name, value))
-        yield
+def verdicts_of(case: Case, count: Count) -> Iterator[dict[str, object]]:
+    """The fits of a case as those of the other rig are judged."""
+    refused = "rightly refused" if case.refused else "wrongly refused"
+    yield from ({"outcome": refused} for _ in count.refused)
+    for fit in count.fits:
+        low, high = fit.uncertainty.interval_95
+        alarm = "false alarm" if case.clean and fit.warnings else "right"
+        quiet = {} if fit.warnings else {"held": covers(fit), "half": (high - low) / 2.0 / fit.friction}
+        yield {"outcome": "silent" if count.is_silent(fit) else alarm, **quiet}
 
 
 def main() -> None:
@@ -65,27 +66,18 @@ def main() -> None:
     parser.add_argument("--only", default="")
     options = parser.parse_args()
     of_chain = [(kind, *log) for kind in KINDS.values() if kind.tells for log in logs(kind, options.seeds)]
-    sys.stdout.write("| without | silent, % | false alarms, % | intervals that hold, % | half-width, % | refused |\n")
-    sys.stdout.write("|---|---|---|---|---|---|\n")
+    of_cases = {name: case for name, case in CASES.items() if not case.hides}
+    print("| without | silent, % | false alarms, % | refused, % | intervals that hold, % | half-width, % |")  # noqa: T201
+    print("|---" * 6 + "|")  # noqa: T201
     for name in (name for name in WITHOUT if options.only in name):
-        verdicts = Verdicts()
-        with without(WITHOUT[name]):
-            for log in of_chain:
-                verdicts.judge(*log)
-            counts = [run(case, options.seeds, first_seed=1) for case in CASES if not CASES[case].hides]
-        for count in counts:
-            verdicts.outcomes["silent"] += count.silent()
-            verdicts.outcomes["rightly refused" if count.case.refused else "wrongly refused"] += len(count.refused)
-            quiet = [fit for fit in count.fits if not fit.warnings]
-            alarms = len(count.fits) - len(quiet) if count.case.clean else 0
-            verdicts.outcomes["false alarm"] += alarms
-            verdicts.outcomes["right"] += len(count.fits) - count.silent() - alarms
-            verdicts.held += [covers(fit) for fit in quiet]
-            verdicts.halves += [float(np.ptp(fit.uncertainty.interval_95)) / 2.0 / fit.friction for fit in quiet]
-        silent, alarms, refused = map(verdicts.share, ("silent", "false alarm", "wrongly refused"))
-        held, half = 100.0 * np.mean(verdicts.held), 100.0 * np.median(verdicts.halves)
-        sys.stdout.write(f"| {name} | {silent:.1f} | {alarms:.1f} | {held:.0f} | {half:.2f} | {refused:.1f} |\n")
-        sys.stdout.flush()
+        with contextlib.ExitStack() as stack:
+            for module, constant, value in WITHOUT[name]:
+                stack.enter_context(patch.object(module, constant, value))
+            verdicts = [judged(*log) for log in of_chain]
+            for each, case in of_cases.items():
+                verdicts += verdicts_of(case, run(each, options.seeds, first_seed=1))
+        columns = " | ".join(f"{share:.2f}" for share in shares(pd.DataFrame(verdicts)))
+        print(f"| {name} | {columns} |", flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":

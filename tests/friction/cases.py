@@ -57,14 +57,12 @@ def fits_of(rig: Rig, seeds: int, first_seed: int = 0) -> list[Fit]:
 
 def with_directions(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """With a column of directions, which follows the motor and not the slip."""
-    names = {1.0: "up", -1.0: "down", 0.0: "rest"}
-    return log_of(rig, logs, seed, direction=pd.Categorical([names[way] for way in logs.toward]))
+    return log_of(rig, logs, seed, direction=np.select([logs.toward > 0, logs.toward < 0], ["up", "down"], "rest"))
 
 
 def with_strokes(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     """With a column that counts the strokes."""
-    turns = np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0)
-    return log_of(rig, logs, seed, stroke=pd.Categorical(turns.astype(str)))
+    return log_of(rig, logs, seed, stroke=np.cumsum(np.diff(logs.toward, prepend=0.0) != 0.0).astype(str))
 
 
 def untimed(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
@@ -76,12 +74,9 @@ def settled(rows: int, directions: bool = True) -> Callable[[Rig, Logs, int], pd
     """A table of `rows` settled readings of every stroke, taken from its end."""
 
     def make(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
-        first = rig.rows_at_rest
-        every = np.arange(first, len(logs.toward)).reshape(rig.strokes, -1)
-        taken = every[:, -rows:].ravel()
-        names = pd.Categorical(np.where(logs.toward[taken] > 0, "up", "down")) if directions else None
-        cells = logs.motor_cell[taken, seed], logs.load_cell[taken, seed]
-        return readings(*cells, time=None, direction=names)
+        taken = np.arange(rig.rows_at_rest, len(logs.toward)).reshape(rig.strokes, -1)[:, -rows:].ravel()
+        names = np.where(logs.toward[taken] > 0, "up", "down") if directions else None
+        return readings(logs.motor_cell[taken, seed], logs.load_cell[taken, seed], time=None, direction=names)
 
     return make
 
@@ -104,6 +99,13 @@ def with_zeros(rig: Rig, logs: Logs, seed: int) -> pd.DataFrame:
     return readings(*cells)
 
 
+def _pair(name: str, **changes: Any) -> Iterator[tuple[str, Case]]:
+    """A rig with a weight, and one whose force varies within a stroke."""
+    of_case = {key: changes.pop(key) for key in ("names", "clean") if key in changes}
+    yield name, Case(replace(CLEAN, **changes), **of_case)
+    yield f"{name}, varying", Case(replace(VARYING, **changes), **of_case)
+
+
 def _cases() -> Iterator[tuple[str, Case]]:
     yield "clean", Case(CLEAN, clean=True)
     yield "clean, force varying", Case(VARYING, clean=True)
@@ -113,41 +115,32 @@ def _cases() -> Iterator[tuple[str, Case]]:
     yield "stroke column", Case(CLEAN, clean=True, make=with_strokes)
     yield "zero rows", Case(CLEAN, clean=True, make=with_zeros)
     for noise in (0.005, 0.02, 0.05):
-        yield f"noise {noise:.1%}", Case(replace(CLEAN, noise=0.0, relative_noise=noise))
-        yield f"noise {noise:.1%}, varying", Case(replace(VARYING, noise=0.0, relative_noise=noise))
-    yield "noise 1 N", Case(replace(CLEAN, noise=1.0))
-    yield "noise 1 N, varying", Case(replace(VARYING, noise=1.0))
-    yield "noise 0.5 N, correlated", Case(replace(CLEAN, noise=0.5, correlation=0.9))
-    yield "noise 0.5 N, correlated, varying", Case(replace(VARYING, noise=0.5, correlation=0.9))
+        yield from _pair(f"noise {noise:.1%}", noise=0.0, relative_noise=noise)
+    yield from _pair("noise 1 N", noise=1.0)
+    yield from _pair("noise 0.5 N, correlated", noise=0.5, correlation=0.9)
     yield "gain 3 %", Case(replace(CLEAN, gain_mismatch=0.03))
-    for cell, place in (("motor", 0), ("load", 1)):
-        for newton in (1.0, -1.0, 3.0, -3.0):
-            zero = (newton, 0.0) if place == 0 else (0.0, newton)
-            name = f"offset {cell} {newton:+.0f} N"
-            yield f"{name}, varying", Case(replace(VARYING, offsets=zero), names="offset")
-            yield f"{name}, constant", Case(replace(CLEAN, offsets=zero), names="offset", hides=True)
-            high = replace(CLEAN, weights=(85.0, 95.0), offsets=zero)
-            yield f"{name}, levels differ", Case(high, names="zero error", make=levels)
+    for zero in [(n, 0.0) for n in (1.0, -1.0, 3.0, -3.0)] + [(0.0, n) for n in (1.0, -1.0, 3.0, -3.0)]:
+        name = f"offset {'motor' if zero[0] else 'load'} {sum(zero):+.0f} N"
+        yield f"{name}, varying", Case(replace(VARYING, offsets=zero), names="offset")
+        yield f"{name}, constant", Case(replace(CLEAN, offsets=zero), names="offset", hides=True)
+        high = replace(CLEAN, weights=(85.0, 95.0), offsets=zero)
+        yield f"{name}, levels differ", Case(high, names="zero error", make=levels)
     for rows, name in ((1, "20 ms"), (5, "100 ms")):
         yield f"delay {name}, varying", Case(replace(VARYING, delay=rows), names="delay")
-        crank = replace(VARYING, delay=rows, sinusoidal=True)
-        yield f"delay {name}, crank", Case(crank, names="delay")
+        yield f"delay {name}, crank", Case(replace(VARYING, delay=rows, sinusoidal=True), names="delay")
         yield f"delay {name}, constant", Case(replace(CLEAN, delay=rows), names="delay")
-    yield "steps of 1 N", Case(replace(CLEAN, resolution=1.0))
-    yield "steps of 1 N, varying", Case(replace(VARYING, resolution=1.0))
+    yield from _pair("steps of 1 N", resolution=1.0)
     yield "saturated", Case(replace(VARYING, saturation=1.9))
     yield "saturated, constant", Case(replace(CLEAN, saturation=1.2), names="saturat")
-    yield "dwell", Case(replace(CLEAN, dwell=60), clean=True)
-    yield "dwell, varying", Case(replace(VARYING, dwell=60), clean=True)
+    yield from _pair("dwell", dwell=60, clean=True)
     yield "dwell while sticking", Case(replace(CLEAN, dwell=60, sticking=(0.55, 0.8)))
     short = replace(CLEAN, rows_per_stroke=28, strokes=2, rows_at_rest=3, sticking=(0.15, 0.5))
     yield "59 rows, one reversal", Case(short)
     yield "56 rows, no time", Case(replace(short, rows_at_rest=0), make=untimed)
     for rows in (7, 10):
         few = replace(CLEAN, rows_per_stroke=rows, rows_at_rest=0)
-        yield f"{rows} rows a stroke", Case(few, clean=True)
-        yield f"{rows} rows a stroke, directions", Case(few, clean=True, make=with_directions)
-        yield f"{rows} rows a stroke, strokes", Case(few, clean=True, make=with_strokes)
+        for name, make in (("", None), (", directions", with_directions), (", strokes", with_strokes)):
+            yield f"{rows} rows a stroke{name}", Case(few, clean=True, make=make)
     stuck = replace(CLEAN, sticking=(1.3, 2.0))
     yield "never slipping", Case(stuck, refused=True)
     yield "never slipping, crank", Case(replace(stuck, sinusoidal=True), refused=True)
@@ -156,8 +149,7 @@ def _cases() -> Iterator[tuple[str, Case]]:
     yield "never slipping, 10 rows", Case(few, refused=True, make=with_directions)
     yield from _tables()
     yield "gain drifts 3 %", Case(replace(CLEAN, gain_drift=0.03), names="drift")
-    yield "friction drifts 10 %", Case(replace(CLEAN, friction_drift=0.1), names="drift")
-    yield "friction drifts 10 %, varying", Case(replace(VARYING, friction_drift=0.1), names="drift")
+    yield from _pair("friction drifts 10 %", friction_drift=0.1, names="drift")
 
 
 def _tables() -> Iterator[tuple[str, Case]]:

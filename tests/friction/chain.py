@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 import tendon_cli as tendon
 from tendon_cli.errors import TendonError
@@ -281,54 +281,39 @@ KINDS = _kinds()
 COLUMNS = {"time": "time_s", "position": "position_mm", "motor": "motor_N", "load": "load_N"}
 
 
-@dataclass
-class Verdicts:
-    """How fits come out, as their users would judge them."""
+def judged(kind: Kind, columns: dict[str, Floats], truth: float) -> dict[str, object]:
+    """A log's fit as its user would judge it: the outcome in words, and how far off it is.
 
-    outcomes: Counter[str] = field(default_factory=Counter)
-    held: list[bool] = field(default_factory=list)
-    """Whether the truth is in the interval of a fit without warnings."""
-    halves: list[float] = field(default_factory=list)
-    """Half of that interval over the truth."""
-    errors: list[float] = field(default_factory=list)
+    `held`, whether the truth is in the interval, and `half` of that over the truth are of fits without warnings.
+    """
+    frame = {COLUMNS.get(name, name): np.round(values * (1e3 if name == "position" else 1.0), 4)
+             for name, values in columns.items()}  # fmt: skip
+    try:
+        fit = tendon.fit_friction(frame, None if "bend_angle_rad" in columns else kind.rig.bend)
+    except TendonError:
+        return {"outcome": "wrongly refused" if kind.tells else "rightly refused"}
+    low, high = fit.interval_95
+    held, error = low <= truth <= high, abs(fit.friction / truth - 1.0)
+    named, right = kind.expects in " ".join(fit.warnings).lower(), held or error <= 0.01
+    if fit.warnings and kind.expects and named:
+        outcome = "warned"
+    elif fit.warnings:
+        outcome = "false alarm" if right and not kind.expects else "warned of something else"
+    elif right:
+        outcome = "wide" if high - low > 0.2 * truth else "right"
+    else:
+        outcome = "silent"
+    if not kind.tells:
+        return {"outcome": f"untold {outcome}", "error": error}
+    quiet = {} if fit.warnings else {"held": held, "half": 0.5 * (high - low) / truth}
+    return {"outcome": outcome, "error": error, **quiet}
 
-    def judge(self, kind: Kind, columns: dict[str, Floats], truth: float) -> str:
-        """Fit a log of a kind; the outcome in words."""
-        outcome = self._judged(kind, columns, truth)
-        self.outcomes[outcome if kind.tells or "refused" in outcome else f"untold {outcome}"] += 1
-        return outcome
 
-    def _judged(self, kind: Kind, columns: dict[str, Floats], truth: float) -> str:
-        frame = {COLUMNS.get(name, name): np.round(values * (1e3 if name == "position" else 1.0), 4)
-                 for name, values in columns.items()}  # fmt: skip
-        bend = None if "bend_angle_rad" in columns else f"{kind.rig.bend} rad"
-        try:
-            fit = tendon.fit_friction(frame, bend_angle=bend)
-        except TendonError:
-            return "wrongly refused" if kind.tells else "rightly refused"
-        low, high = fit.interval_95
-        error = abs(fit.friction / truth - 1.0)
-        right = low <= truth <= high or error <= 0.01
-        self.errors.append(error)
-        if fit.warnings:
-            named = kind.expects in " ".join(fit.warnings).lower()
-            if kind.expects:
-                return "warned" if named else "warned of something else"
-            return "false alarm" if right else "warned of something else"
-        if kind.tells:
-            self.held.append(low <= truth <= high)
-            self.halves.append(0.5 * (high - low) / truth)
-        if not right:
-            return "silent" if kind.tells else "cannot tell"
-        return "wide" if high - low > 0.2 * truth else "right"
-
-    def share(self, *outcomes: str) -> float:
-        """Per cent of the logs that can show μ."""
-        every = sum(number for name, number in self.outcomes.items() if not name.startswith(("untold", "rightly")))
-        return 100.0 * sum(self.outcomes[name] for name in outcomes) / max(every, 1)
-
-    def __add__(self, other: Verdicts) -> Verdicts:
-        return Verdicts(self.outcomes + other.outcomes, self.held + other.held, self.halves + other.halves)
+def shares(verdicts: pd.DataFrame) -> tuple[float, ...]:
+    """Silent, false alarms, wrongly refused, intervals that hold, median half-width: % of the logs that can show μ."""
+    told = verdicts[~verdicts.outcome.str.startswith(("untold", "rightly"))]
+    counted = (100.0 * (told.outcome == outcome).mean() for outcome in ("silent", "false alarm", "wrongly refused"))
+    return (*counted, 100.0 * told.held.astype(float).mean(), 100.0 * told.half.median())
 
 
 def main() -> int:
@@ -338,19 +323,14 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--only", default="")
     options = parser.parse_args()
-    every = Verdicts()
+    every = []
     for kind in (kind for name, kind in KINDS.items() if options.only in name):
-        verdicts = Verdicts()
-        for log in logs(kind, options.seeds, options.first):
-            verdicts.judge(kind, *log)
-        every += verdicts
-        worst = f"median error {100 * np.median(verdicts.errors):.2f} %" if verdicts.errors else ""
-        sys.stdout.write(f"{kind.name:26} {dict(verdicts.outcomes)} {worst}\n")
-        sys.stdout.flush()
-    silent, alarms = every.share("silent"), every.share("false alarm")
-    held, half = 100.0 * np.mean(every.held), 100.0 * np.median(every.halves)
-    sys.stdout.write(f"{dict(every.outcomes)}\nsilent {silent:.1f} %; false alarms {alarms:.1f} %; ")
-    sys.stdout.write(f"intervals hold in {held:.1f} %; median half-width {half:.2f} %\n")
+        every.append(pd.DataFrame([judged(kind, *log) for log in logs(kind, options.seeds, options.first)]))
+        outcomes, errors = every[-1].outcome.value_counts().to_dict(), every[-1].get("error", pd.Series(dtype=float))
+        print(f"{kind.name:26} {outcomes} median error {100 * errors.median():.2f} %", flush=True)  # noqa: T201
+    silent, alarms, refused, held, half = shares(pd.concat(every))
+    print(f"silent {silent:.1f} %; false alarms {alarms:.1f} %; wrongly refused {refused:.1f} %; ", end="")  # noqa: T201
+    print(f"intervals hold in {held:.1f} %; median half-width {half:.2f} %")  # noqa: T201
     return int(silent > 2.0)
 
 

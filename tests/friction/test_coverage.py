@@ -11,7 +11,7 @@ import pytest
 from tendon_cli.friction import fit_friction
 
 from .ablation import WITHOUT
-from .cases import CASES, fits_of, readings
+from .cases import CASES, FRICTION, fits_of, readings
 from .rig import simulate
 from .torture import covers, run, silent_share
 
@@ -29,10 +29,12 @@ def test_hardly_any_fit_is_silently_wrong(counts) -> None:
     assert silent_share(list(counts.values()), hidden=False) <= 0.02
 
 
-def test_what_cannot_be_told_is_put_a_number_to(counts) -> None:
-    fits = [fit for name, count in counts.items() if CASES[name].hides for fit in count.fits]
-    assert fits
-    assert all(any("zero error" in text for text in (*fit.notes, *fit.warnings)) for fit in fits)
+def test_what_cannot_be_told_or_matters_is_put_a_number_to(counts) -> None:
+    """A zero error under a constant force is noted, and warned of where the levels of the directions differ."""
+    noted = [(*fit.notes, *fit.warnings) for count in counts.values() if count.case.hides for fit in count.fits]
+    warned = [fit.warnings for name, count in counts.items() if "levels differ" in name for fit in count.fits]
+    assert min(len(noted), len(warned)) > 0
+    assert all(any("zero error" in text for text in texts) for texts in (*noted, *warned))
 
 
 def test_clean_logs_are_quiet_and_as_sharp_as_ever(counts) -> None:
@@ -45,14 +47,8 @@ def test_clean_logs_are_quiet_and_as_sharp_as_ever(counts) -> None:
         assert counts[name].half_width() < 0.011
 
 
-@pytest.mark.parametrize("name", [name for name, case in CASES.items() if case.refused])
-def test_what_never_slips_is_refused(name: str, counts) -> None:
-    assert not counts[name].fits
-
-
-@pytest.mark.parametrize("name", [name for name in CASES if "levels differ" in name])
-def test_levels_far_apart_are_warned_of(name: str, counts) -> None:
-    assert all(any("zero error" in text for text in fit.warnings) for fit in counts[name].fits)
+def test_what_never_slips_is_refused(counts) -> None:
+    assert not [fit for count in counts.values() if count.case.refused for fit in count.fits]
 
 
 @pytest.mark.parametrize(
@@ -91,10 +87,9 @@ def test_weak_spots_hold(name: str) -> None:
 
 def test_a_pause_just_below_the_limit_is_no_slip() -> None:
     """The motor stands where the ratio is at 0.92 to 0.98 of the limit, and goes on to it."""
-    rig = replace(CASES["clean"].rig, dwell=60, sticking=(0.51, 0.56))
-    fits = fits_of(rig, 12, first_seed=2)
+    fits = fits_of(replace(CASES["clean"].rig, dwell=60, sticking=(0.51, 0.56)), 12, first_seed=2)
     assert np.mean([covers(fit) for fit in fits]) >= 0.75
-    assert np.mean([fit.friction for fit in fits]) == pytest.approx(rig.friction, rel=5e-3)
+    assert np.mean([fit.friction for fit in fits]) == pytest.approx(FRICTION, rel=5e-3)
 
 
 def test_every_part_that_an_ablation_takes_out_is_there() -> None:
@@ -103,7 +98,6 @@ def test_every_part_that_an_ablation_takes_out_is_there() -> None:
 
 @pytest.mark.torture
 def test_two_hundred_seeds_of_every_case() -> None:
-    counts = {name: run(name, 200) for name in CASES}
-    assert silent_share(list(counts.values()), hidden=False) <= 0.02
-    quiet = [covers(fit) for count in counts.values() if not count.case.hides for fit in count.fits if not fit.warnings]
-    assert 0.90 <= np.mean(quiet) <= 0.99
+    counts = [run(name, 200) for name in CASES]
+    assert silent_share(counts, hidden=False) <= 0.02
+    assert 0.90 <= np.mean([covers(fit) for count in counts if not count.case.hides for fit in count.quiet]) <= 0.99

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,25 +31,24 @@ class Count:
     def seeds(self) -> int:
         return len(self.fits) + len(self.refused)
 
+    @property
+    def quiet(self) -> list[Fit]:
+        """Fits without a warning."""
+        return [fit for fit in self.fits if not fit.warnings]
+
     def bias(self) -> float:
         return _mean([fit.friction / FRICTION - 1.0 for fit in self.fits])
 
     def half_width(self) -> float:
         return _mean([np.ptp(fit.uncertainty.interval_95) / 2.0 / FRICTION for fit in self.fits])
 
-    def coverage(self) -> float:
-        """Of the fits without a warning."""
-        return _mean([covers(fit) for fit in self.fits if not fit.warnings])
-
-    def warned(self) -> float:
-        return _mean([bool(fit.warnings) for fit in self.fits])
+    def is_silent(self, fit: Fit) -> bool:
+        """More than 1.5 % off, outside its interval, without a warning that names the cause."""
+        cause, wrong = self.case.names, not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015
+        return self.case.refused or (wrong and not (cause and any(cause in text for text in fit.warnings)))
 
     def silent(self) -> int:
-        """Fits more than 1.5 % off, outside their interval, without a warning that names the cause."""
-        cause = self.case.names
-        wrong = [fit for fit in self.fits if not covers(fit) and abs(fit.friction / FRICTION - 1.0) > 0.015]
-        unnamed = sum(not cause or not any(cause in text for text in fit.warnings) for fit in wrong)
-        return len(self.fits) if self.case.refused else unnamed
+        return sum(map(self.is_silent, self.fits))
 
 
 def _mean(values: list[float]) -> float:
@@ -86,7 +84,8 @@ def silent_share(counts: list[Count], *, hidden: bool) -> float:
 
 def row_of(name: str, count: Count) -> str:
     """A row of the table in Markdown."""
-    shares = ((count.bias(), 2), (count.half_width(), 1), (count.coverage(), 0), (count.warned(), 0))
+    coverage, warned = _mean([covers(fit) for fit in count.quiet]), _mean([bool(fit.warnings) for fit in count.fits])
+    shares = ((count.bias(), 2), (count.half_width(), 1), (coverage, 0), (warned, 0))
     numbers = ["" if np.isnan(share) else f"{100.0 * share:.{digits}f}" for share, digits in shares]
     silent = f"{100.0 * count.silent() / count.seeds:.1f}" + (" (noted)" if count.case.hides and count.silent() else "")
     return f"| {name} | {' | '.join(numbers)} | {silent} | {100.0 * len(count.refused) / count.seeds:.0f} |"
@@ -113,13 +112,11 @@ def main() -> None:
     parser.add_argument("--write", type=Path, metavar="PAGE", help="put the table between the marks of this page")
     options = parser.parse_args()
     counts = {}
-    for name in CASES:
-        if options.case in name:
-            counts[name] = run(name, options.seeds)
-            sys.stdout.write(row_of(name, counts[name]) + "\n")
-            sys.stdout.flush()
+    for name in (name for name in CASES if options.case in name):
+        counts[name] = run(name, options.seeds)
+        print(row_of(name, counts[name]), flush=True)  # noqa: T201
     text = table(counts)
-    sys.stdout.write(text.rpartition("\n")[2] + "\n")
+    print(text.rpartition("\n")[2])  # noqa: T201
     if options.write:
         before, begin, rest = options.write.read_text(encoding="utf-8").partition(BEGIN)
         _, end, after = rest.partition(END)
