@@ -34,7 +34,10 @@ class Attachments:
         study = self._trajectory(study)
         update: dict[str, Any] = {"sheath": self._sheath(study.sheath, "sheath"), **self._curves(study)}
         if study.cases:
-            update["cases"] = tuple(self._case(case, f"cases.{at}.sheath") for at, case in enumerate(study.cases))
+            update["cases"] = tuple(
+                case.model_copy(update={"sheath": self._sheath(getattr(case, "sheath", None), f"cases.{at}.sheath")})
+                for at, case in enumerate(study.cases)
+            )
         if study.people is not None:
             update["people"] = self._people(study.people)
         return study.replaced(update) if self.sources else study
@@ -59,18 +62,14 @@ class Attachments:
     def _curves(self, study: Study) -> dict[str, Any]:
         """The tables of joint and load with the curves of their files; raises InputError."""
         update: dict[str, Any] = {}
-        for table, name, columns in (
-            ("joint", "torque", curves.TORQUE),
-            ("joint", "excursion", curves.EXCURSION),
-            ("load", "torque", curves.TORQUE),
-        ):
+        for table, name in (("joint", "torque"), ("joint", "excursion"), ("load", "torque")):
             part = update.get(table) or getattr(study, table)
-            file, is_travel = getattr(part, name), columns is curves.EXCURSION
+            file, is_travel = getattr(part, name), name == "excursion"
             content = self._read(file, f"{table}.{name}", curves.MAX_BYTES) if isinstance(file, str) else None
             if content is None:
                 continue
             where = shorten(file, 200)
-            curve = curves.read_curve(content, where, columns)
+            curve = curves.read_curve(content, where, curves.EXCURSION if is_travel else curves.TORQUE)
             if (beyond := curves.not_covered(study, curve, is_travel=is_travel)) is not None:
                 raise InputError(beyond, where=where, hint="extend the table, or ask for fewer angles")
             warnings = curves.warnings_of(study, curve, where) if is_travel else []
@@ -95,11 +94,10 @@ class Attachments:
         self._note("people.file", people.file, content, persons=len(persons), warnings=list(persons.notes))
         return known
 
-    def _case(self, case: Any, key: str) -> Any:
-        return case.model_copy(update={"sheath": self._sheath(case.sheath, key)}) if case.sheath is not None else case
-
     def _sheath(self, sheath: Any, key: str) -> Any:
         """A sheath table and its sides with their files read."""
+        if sheath is None:
+            return None
         update = self._numbers(sheath, key)
         for side in SIDES:
             inner: Part | None = getattr(sheath, side, None)

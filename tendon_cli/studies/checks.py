@@ -27,10 +27,10 @@ from tendon_cli.units import shorten
 def contradictions(study: Study, at_fault: set[str]) -> list[Fault]:
     """Every fault between keys of a study; those of `at_fault` are wrong by themselves and were left out of it."""
     quantities = {name: key.number.quantity for path, key in keys().items() for name in (path, key.column)}
-    rules = (*_of_files(study, at_fault), *_of_joint(study, at_fault), *_of_motion(study))
     people = study.people.contradictions() if study.people is not None else ()
     return [
-        *(Fault(key, problem, hint) for is_wrong, key, problem, hint in rules if is_wrong),
+        *_key_faults(study, at_fault),
+        *_joint_faults(study, at_fault),
         *_case_faults(study),
         *_limit_faults(study, at_fault),
         *curve_faults(study),
@@ -45,66 +45,67 @@ def without_intervals(study: Study) -> Study:
     """The study; raises StudyError if numbers of it are intervals, which hold no values to sweep over."""
     faults = []
     for key, values in study.numbers.items():
-        if not values.is_interval or not isinstance(values.source, Grid):
-            continue
-        ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
-        problem = "is an interval, a condition of `tendon design`; `tendon sweep` needs single values"
-        faults.append(Fault(key, problem, f"give it a num, as in {{ {ends}, num = 5 }}"))
+        if values.is_interval and isinstance(values.source, Grid):
+            ends = f"from = {values.source.start.quoted}, to = {values.source.stop.quoted}"
+            problem = "is an interval, a condition of `tendon design`; `tendon sweep` needs single values"
+            faults.append(Fault(key, problem, f"give it a num, as in {{ {ends}, num = 5 }}"))
     if faults:
         raise StudyError(faults)
     return study
 
 
-_Rule = tuple[bool, str, str, str]
-"""Whether keys contradict each other, which is at fault, the problem and a hint."""
 _ONE = "leave one of them out"
+_GIVEN_BY: tuple[tuple[str, tuple[str, ...], str], ...] = (
+    ("joint", ("torque",), "joint.stiffness"),
+    ("arm", ANCHORS, "joint.excursion"),
+    ("motion", ("elbow_angle", "direction", "speed"), "motion.trajectory"),
+)
+"""Keys of a table that cannot stand beside another key."""
+_OF_ANOTHER = (
+    ("joint", ("smoothing", "scale_with"), "excursion", "measured travels"),
+    ("motion", ("cutoff", "reversal", "inertia"), "trajectory", "a trajectory"),
+)
+"""Keys of a table that need another one of it, and of what they are."""
 
 
-def _of_files(study: Study, at_fault: set[str]) -> Iterator[_Rule]:
-    """Numbers that are given twice, as themselves and by a file, and what is of no file and no table."""
+def _key_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """What is given twice, what lacks another key, and what is of no file and no table."""
+    for table, given, other in _GIVEN_BY:
+        room, _, by = other.partition(".")
+        if getattr(getattr(study, room), by) is not None:
+            for name in sorted(getattr(study, table).model_fields_set.intersection(given)):
+                yield Fault(f"{table}.{name}", f"stands beside {other}, which gives it, too", _ONE)
+    for table, names, needed, of in _OF_ANOTHER:
+        for name in names:
+            if getattr(getattr(study, table), needed) is None and getattr(getattr(study, table), name) is not None:
+                yield Fault(f"{table}.{name}", f"is of {of}, but the study has none", f"add {table}.{needed}")
     for at, sheath in _sheaths(study):
         for number, file in (("friction", "friction_from"), ("bend_angle", "path")):
-            twice = number in sheath.model_fields_set and getattr(sheath, file) is not None
-            yield twice, f"{at}.{number}", f"stands beside {file}, which gives it too", _ONE
-        lone = sheath.path_smoothing is not None and sheath.path is None and f"{at}.path" not in at_fault
-        problem = "smooths a route, but this table names none"
-        yield lone, f"{at}.path_smoothing", problem, 'add path = "route.csv", or leave it out'
-    unwritten = bool(study.output.states) and not {"states", "output.tables"} & {*study.output.tables, *at_fault}
-    problem = "names columns of a table that is not written"
-    yield unwritten, "output.states", problem, 'leave it out, or add "states" to tables'
+            if number in sheath.model_fields_set and getattr(sheath, file) is not None:
+                yield Fault(f"{at}.{number}", f"stands beside {file}, which gives it, too", _ONE)
+        if sheath.path_smoothing is not None and sheath.path is None and f"{at}.path" not in at_fault:
+            hint = 'add path = "route.csv", or leave it out'
+            yield Fault(f"{at}.path_smoothing", "smooths a route, but this table names none", hint)
+    if study.output.states and not {"states", "output.tables"} & {*study.output.tables, *at_fault}:
+        hint = 'leave it out, or add "states" to tables'
+        yield Fault("output.states", "names columns of a table that is not written", hint)
 
 
-def _of_joint(study: Study, at_fault: set[str]) -> Iterator[_Rule]:
-    """What the joint asks for by itself, and how its tendons travel, given twice or not at all; readings per side."""
-    joint, (stiffness, rest) = study.joint, (Need(f"joint.{name}", "", "") for name in ("stiffness", "rest_angle"))
-    lacks_rest = is_stated(study, stiffness) and not is_stated(study, rest) and rest.key not in at_fault
-    problem = "needs the angle at which the joint itself asks for no torque"
-    yield lacks_rest, stiffness.key, problem, f'such as {rest.key} = "73 deg"'
-    twice = joint.torque is not None and joint.stiffness is not None
-    yield twice, "joint.torque", "stands beside stiffness, which gives it too", _ONE
-    measured = joint.excursion is not None
-    for name in ("smoothing", "scale_with"):
-        lone = not measured and getattr(joint, name) is not None
-        yield lone, f"joint.{name}", "is of measured travels, but the study has none", "add joint.excursion"
-    for name in sorted(set(ANCHORS) & study.arm.model_fields_set):
-        yield measured, f"arm.{name}", "stands beside joint.excursion, which gives the travels", "leave it out"
-    given = {*study.numbers, *(key for case in study.cases for key in case_numbers(case))}
-    problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
-    for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
-        yield study.setting.read != F0, key, problem, "leave it out"
-
-
-def _of_motion(study: Study) -> Iterator[_Rule]:
-    """Keys of a motion in time beside those of sampled angles, or without it."""
-    motion, moves = study.motion, study.motion.trajectory is not None
-    for name in ("cutoff", "reversal", "inertia"):
-        lone = not moves and getattr(motion, name) is not None
-        yield lone, f"motion.{name}", "is of a trajectory, but the study has none", "add motion.trajectory"
-    for name in sorted({"elbow_angle", "direction", "speed"} & motion.model_fields_set):
-        yield moves, f"motion.{name}", "stands beside trajectory, which gives it, too", _ONE
-    problem = "compares the directions at one angle, which a trajectory does not"
-    for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
-        yield moves, f"limits.{name}", problem, "leave it out"
+def _joint_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
+    """A stiffness of the joint without its angle, readings per side, and limits that a motion in time does not have."""
+    stiffness, rest = (Need(f"joint.{name}", "", "") for name in ("stiffness", "rest_angle"))
+    if is_stated(study, stiffness) and not is_stated(study, rest) and rest.key not in at_fault:
+        problem = "needs the angle at which the joint itself asks for no torque"
+        yield Fault(stiffness.key, problem, f'such as {rest.key} = "73 deg"')
+    if study.setting.read != F0:
+        given = {*study.numbers, *(key for case in study.cases for key in case_numbers(case))}
+        problem = f'cannot stand beside setting.read = "{study.setting.read}", which is one reading for both'
+        for key in sorted({of_side(PRETENSION, side) for side in SIDES} & given):
+            yield Fault(key, problem, "leave it out")
+    if study.motion.trajectory is not None:
+        problem = "compares the directions at one angle, which a trajectory does not"
+        for name in sorted({"max_backlash", "max_torque_band"} & study.limits.keys()):
+            yield Fault(f"limits.{name}", problem, "leave it out")
 
 
 def _limit_faults(study: Study, at_fault: set[str]) -> Iterator[Fault]:
@@ -140,10 +141,8 @@ def curve_faults(study: Study) -> Iterator[Fault]:
     joint = study.joint
     inline = {"joint.torque": joint.torque, "joint.excursion": joint.excursion, "load.torque": study.load.torque}
     for key, table in (inline | bends_of(study)).items():
-        beyond = (
-            not_covered(study, table, is_travel=key == "joint.excursion") if isinstance(table, CurveTable) else None
-        )
-        if beyond is not None:
+        is_travel = key == "joint.excursion"
+        if isinstance(table, CurveTable) and (beyond := not_covered(study, table, is_travel=is_travel)):
             yield Fault(key, beyond, "extend the curve, or ask for fewer angles")
 
 
@@ -151,12 +150,9 @@ def is_stated(study: Study, need: Need) -> bool:
     """Whether a study, or each of its cases, says what a limit needs."""
     if need == SPEED:
         return study.motion.speed is not None or study.motion.trajectory is not None
-    cases = [case_numbers(case) for case in study.cases]
-    table, _, name = need.key.rpartition(".")
-    sides = [need.key, *(f"{table}.{side}.{name}" for side in SIDES[:1])]
-    return any(key in study.numbers for key in sides) or (
-        bool(cases) and all(any(key in case for key in sides) for case in cases)
-    )
+    sides = {need.key, of_side(need.key, SIDES[0])}
+    cases = [sides & case_numbers(case).keys() for case in study.cases]
+    return bool(sides & study.numbers.keys()) or (bool(cases) and all(cases))
 
 
 def _lacking(study: Study, column: str, at_fault: set[str]) -> str:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from types import UnionType
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, Field, StringConstraints, create_model
@@ -66,9 +65,7 @@ def document(part: Part) -> dict[str, Any]:
     """A table with its defaults, in SI; reads back as the same table."""
     shown: dict[str, Any] = {}
     for name, field in type(part).model_fields.items():
-        value = getattr(part, name)
-        if field.exclude:
-            continue
+        value = None if field.exclude else getattr(part, name)
         if isinstance(value, CurveTable):
             shown[name] = value.document()
         elif isinstance(value, Part):
@@ -126,8 +123,7 @@ def _single_valued(part: type[Part]) -> type[Part]:
             kind = Literal[choice.words]
         else:
             kind = _single_valued(nested) if nested else field.annotation
-        optional = kind if isinstance(kind, UnionType) else kind | None
-        fields[name] = (optional, Field(default=None, description=field.description))
+        fields[name] = (kind | None, Field(default=None, description=field.description))
     return create_model(f"Case{part.__name__}", __base__=Part, __doc__=part.__doc__, **fields)
 
 

@@ -26,7 +26,7 @@ FEWEST_BEYOND = 3
 
 @dataclass(frozen=True)
 class CurveTable:
-    """CurveColumns over ascending angles of the joint, SI; the first is the angle."""
+    """Columns over ascending angles of the joint, or times, SI; the first is the angle."""
 
     columns: dict[str, tuple[float, ...]]
 
@@ -72,9 +72,7 @@ class CurveColumns:
 
     def read(self, value: object) -> str | CurveTable | None:
         """A file's name as it stands, columns as a table; raises PydanticCustomError."""
-        if value is None or isinstance(value, CurveTable):
-            return value
-        if isinstance(value, str) and 0 < len(value) <= 4096:
+        if value is None or isinstance(value, CurveTable) or (isinstance(value, str) and 0 < len(value) <= 4096):
             return value
         if not isinstance(value, dict) or set(value) != set(self.names):
             names = ", ".join(self.names)
@@ -141,9 +139,9 @@ def disorder(rows: Array, fewest: int, of: str) -> tuple[str, int] | None:
     if same.size:
         return f"the same {of} twice, expected each once", int(order[same[0] + 1])
     steps = np.sign(np.diff(angles))
-    if not (steps == (steps[0] if of == "angle" else 1.0)).all():
-        way = steps[0] if of == "angle" else 1.0
-        return f"{of}s that go back and forth, expected them to rise", int(np.argmax(steps != way)) + 1
+    turned = steps != (steps[0] if of == "angle" else 1.0)
+    if turned.any():
+        return f"{of}s that go back and forth, expected them to rise", int(np.argmax(turned)) + 1
     return None
 
 

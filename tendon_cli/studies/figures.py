@@ -49,12 +49,9 @@ def read_size(text: str) -> tuple[float, float | None]:
         sides = [parse_measure(each, "length").si * 1e3 for each in texts]
     except UnitError:
         sides = []
-    if not sides:
-        hint = '"column", "page", "120 mm" or "120 x 80 mm"'
+    if not sides or not all(_SMALLEST <= side <= _LARGEST for side in sides):
+        hint = '"column", "page", "120 mm" or "120 x 80 mm"; a side has 40 mm to 1000 mm'
         raise UsageError(f'"{shorten(text)}" is not a size', where="--size", hint=hint)
-    if not all(_SMALLEST <= side <= _LARGEST for side in sides):
-        hint = "a side has 40 mm to 1000 mm"
-        raise UsageError(f'"{shorten(text)}" is out of range', where="--size", hint=hint)
     return sides[0], sides[1] if len(sides) > 1 else None
 
 
@@ -184,37 +181,35 @@ def figure_spec(**given: Any) -> FigureSpec:
 
 def figure_faults(figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]) -> Iterator[Fault]:
     """Every name in a study's figures that its tables do not have; `axes` are its numbers by their keys and columns."""
+    names = [figure.name for figure in figures]
     for at, figure in enumerate(figures):
-        key = f"figure.{at}"
-        if figure.name is None:
-            if f"{key}.name" not in at_fault:
-                yield Fault(f"{key}.name", "is missing, each entry of figure needs it")
-            continue
-        if figure.name in {other.name for other in figures[:at]}:
-            yield Fault(f"{key}.name", f'"{figure.name}" names two figures')
-        yield from _figure_faults(figure, key, axes)
+        if figure.name is not None:
+            if figure.name in names[:at]:
+                yield Fault(f"figure.{at}.name", f'"{figure.name}" names two figures')
+            yield from _figure_faults(figure, f"figure.{at}", axes)
+        elif f"figure.{at}.name" not in at_fault:
+            yield Fault(f"figure.{at}.name", "is missing, each entry of figure needs it")
 
 
 def _figure_faults(figure: FigureSpec, place: str, axes: Mapping[str, Quantity]) -> Iterator[Fault]:
     results = OF_STATES if figure.table == "states" else OF_DESIGNS
     known = (*axes, "direction", "elbow_angle", "case")
-    for key, names in (("x", (*known, *results)), ("colour", known), ("panels", known)):
-        name = getattr(figure, key)
+    asked = [(key, getattr(figure, key), known) for key in ("colour", "panels")]
+    asked += [("x", figure.x, (*known, *results))]
+    asked += [("where", each.name, (*known, *OF_STATES, *OF_DESIGNS, *WORDS)) for each in figure.filters]
+    for key, name, names in asked:
         if name is not None and name not in names:
-            yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', nearest(name, names))
-    dimensions = {(QUANTITIES | OF_FIGURES)[name].dimension for name in figure.quantity}
+            yield Fault(f"{place}.{key}", f'there is no column "{shorten(name)}"', nearest(name, (*known, *results)))
     if figure.overlay and figure.colour is not None:
         problem = "stands beside overlay, which gives the colours to the quantities"
         yield Fault(f"{place}.colour", problem, "leave one of them out; panels takes the axis")
+    dimensions = {(QUANTITIES | OF_FIGURES)[name].dimension for name in figure.quantity}
     if figure.overlay and len(dimensions) > 1:
         problem = f"{' and '.join(sorted(dimensions))} cannot share a panel"
         yield Fault(f"{place}.overlay", problem, "one dimension in each")
     for each in figure.filters:
-        name, quantity = each.name, axes.get(each.name) or QUANTITIES.get(each.name)
-        if name not in (*known, *OF_STATES, *OF_DESIGNS, *WORDS):
-            problem = f'there is no column "{shorten(name)}"'
-            yield Fault(f"{place}.where", problem, nearest(name, (*known, *results)))
         try:
-            each.on(name, quantity) if quantity else None
+            if quantity := axes.get(each.name) or QUANTITIES.get(each.name):
+                each.on(each.name, quantity)
         except UsageError as error:
             yield Fault(f"{place}.where", error.message, error.hint)

@@ -53,8 +53,7 @@ def measure_route(content: bytes, where: str, smoothing: float) -> tuple[Measure
     except ValueError as error:
         raise InputError(str(error), where=where) from None
     if measured.bend_angle > MAX_BEND:
-        problem = f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most"
-        raise InputError(problem, where=where, hint="one way-point after the other, along the sheath")
+        raise InputError(f"bends by {measured.bend_angle:.4g} rad, expected {MAX_BEND:g} at most", where=where)
     return measured, [f"{where}: {warning}" for warning in _warnings(measured, smoothing)]
 
 

@@ -42,7 +42,8 @@ def trajectory_of(motion: Any) -> Trajectory | None:
     derivatives = [angle]
     for _ in range(3):
         derivatives.append(np.gradient(derivatives[-1], step))
-    return Trajectory(time, angle, np.array(derivatives[1:]), _single(motion.reversal, REVERSAL))
+    reversal = REVERSAL if motion.reversal is None else float(motion.reversal.single)
+    return Trajectory(time, angle, np.array(derivatives[1:]), reversal)
 
 
 def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
@@ -56,11 +57,7 @@ def at_times(trajectory: Trajectory, time: Array) -> Trajectory:
 
 def cutoff_of(motion: Any) -> float:
     """The cutoff of the low-pass, Hz."""
-    return _single(motion.cutoff, CUTOFF)
-
-
-def _single(values: Any, otherwise: float) -> float:
-    return otherwise if values is None else float(values.single)
+    return CUTOFF if motion.cutoff is None else float(motion.cutoff.single)
 
 
 def trajectory_fault(motion: Any) -> Fault | None:

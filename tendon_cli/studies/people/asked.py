@@ -26,11 +26,25 @@ MAX_BYTES = 500_000_000
 """Of a file of people."""
 
 
-def _packed(text: str) -> str:
+def packed(content: bytes) -> str:
+    """A file's content as text that a study can hold."""
+    return base64.b85encode(zlib.compress(content, 6)).decode("ascii")
+
+
+def unpacked(text: str) -> bytes:
+    """What `packed` was given; raises PydanticCustomError for anything else, and for more than a file of people has."""
     try:
-        unpacked(text)
-    except ValueError as error:
-        raise fault(str(error)) from None
+        inflate = zlib.decompressobj()
+        content = inflate.decompress(base64.b85decode(text), MAX_BYTES + 1)
+    except (ValueError, zlib.error):
+        raise fault("not the packed content of a file of people") from None
+    if len(content) > MAX_BYTES or not inflate.eof:
+        raise fault("more than any file of people has, or cut short")
+    return content
+
+
+def _packed(text: str) -> str:
+    unpacked(text)
     return text
 
 
@@ -65,7 +79,7 @@ class People(Part):
 
     @cached_property
     def population(self) -> "Population":
-        """The persons; raises InputError where their file cannot be used, ValueError where it is not read yet."""
+        """The persons; raises InputError if their file cannot be used."""
         return self.read("people")
 
     @cached_property
@@ -73,11 +87,9 @@ class People(Part):
         """Whom persons are drawn from or completed by, and whose mean man the study's anchors fit; raises likewise."""
         from tendon_cli.studies.people.survey import ansur2, read_survey  # a study without people does without these
 
-        if self.statistics_content is not None:
-            return read_survey(unpacked(self.statistics_content), "people.statistics")
-        if self.statistics is not None:
-            raise ValueError("the file of statistics is read with the study")
-        return ansur2()
+        if self.statistics_content is None:
+            return ansur2()
+        return read_survey(unpacked(self.statistics_content), "people.statistics")
 
     @property
     def persons(self) -> int:
@@ -89,12 +101,10 @@ class People(Part):
         from tendon_cli.studies.people.population import draw, read_population
 
         women = self.women.single if self.women is not None else None
-        if self.content is not None:
-            content = unpacked(self.content)
-            return read_population(content, where, self.survey, self.sex, women, self.completions, self.seed)
-        if self.file is not None:
-            raise ValueError("the file of people is read with the study")
-        return draw(self.survey, self.sex, self.count, self.seed, women)
+        if self.content is None:
+            return draw(self.survey, self.sex, self.count, self.seed, women)
+        content = unpacked(self.content)
+        return read_population(content, where, self.survey, self.sex, women, self.completions, self.seed)
 
     @property
     def nominal(self) -> "Population":
@@ -124,20 +134,3 @@ class People(Part):
                 yield Fault(f"people.{key}", problem, "leave one out")
         if self.women is not None and self.sex != "both":
             yield Fault("people.women", f'is a share among both sexes, and sex is "{self.sex}"', 'sex = "both"')
-
-
-def packed(content: bytes) -> str:
-    """A file's content as text that a study can hold."""
-    return base64.b85encode(zlib.compress(content, 6)).decode("ascii")
-
-
-def unpacked(text: str) -> bytes:
-    """What `packed` was given; raises ValueError for anything else, and for more than any file of people has."""
-    try:
-        inflate = zlib.decompressobj()
-        content = inflate.decompress(base64.b85decode(text), MAX_BYTES + 1)
-    except (ValueError, zlib.error):
-        raise ValueError("not the packed content of a file of people") from None
-    if len(content) > MAX_BYTES or not inflate.eof:
-        raise ValueError("more than any file of people has, or cut short")
-    return content

@@ -12,7 +12,7 @@ from tendon_cli.errors import InputError
 from tendon_cli.model.body import DIMENSIONS, Body, anchor_scales, forearm_com, forearm_mass, load_distance
 from tendon_cli.model.kinematics import Array
 from tendon_cli.studies.people.reading import read_listed
-from tendon_cli.studies.people.survey import LEAST, SEXES, Statistics, Survey, scattered
+from tendon_cli.studies.people.survey import LEAST, SEXES, Survey, scattered
 
 MOST_BODIES = 10**6
 Sexes = str | npt.NDArray[np.str_]
@@ -58,11 +58,8 @@ class Population:
     @property
     def persons(self) -> tuple[str, ...]:
         """The names of the persons themselves."""
-        return (
-            tuple(name.rpartition(", body ")[0] for name in self.names[:: self.completions])
-            if self.completions > 1
-            else self.names
-        )
+        each = self.names[:: self.completions]
+        return tuple(name.rpartition(", body ")[0] for name in each) if self.completions > 1 else each
 
     def only(self, chosen: slice) -> Population:
         """Some of them."""
@@ -75,23 +72,20 @@ def draw(survey: Survey, sex: str, count: int, seed: int, women: float | None = 
 
     The first persons of a seed are the same whatever the count, of each sex.
     """
-    if sex == "both":
-        share = survey.share_of_women if women is None else women
-        counts = {"female": round(share * count)}
-        counts["male"] = count - counts["female"]
-    else:
-        counts = {sex: count}
-    values, names, sexes = [np.empty((0, len(DIMENSIONS)))], [], []
-    for number, (kind, word) in enumerate(zip(SEXES, ("man", "woman"), strict=True)):
-        persons = counts.get(kind, 0)
-        values.append(_bodies(survey.of(kind), persons, np.random.default_rng([seed, number])))
+    share = {"male": 0.0, "female": 1.0}.get(sex, survey.share_of_women if women is None else women)
+    females = round(share * count)
+    values, names, sexes = [], list[str](), list[str]()
+    for number, (word, persons) in enumerate((("man", count - females), ("woman", females))):
+        kind, random = SEXES[number], np.random.default_rng([seed, number])
+        statistics = survey.of(kind)
+        normal, mean = random.standard_normal((persons, len(DIMENSIONS))), np.tile(statistics.mean, (persons, 1))
+        values.append(np.maximum(scattered(mean, statistics.factor, normal), statistics.least))
         names += [f"{word} {at + 1}" for at in range(persons)]
         sexes += [kind] * persons
     note = "bodies are drawn as normal and correlated; real ones have longer tails, of weight above all; "
     note += f"no dimension is drawn below the mean less {LEAST:g} standard deviations"
-    return Population(
-        tuple(names), np.concatenate(values), np.ones(count), survey.male.mean_body, (note,), tuple(sexes)
-    )
+    bodies = np.concatenate(values)
+    return Population(tuple(names), bodies, np.ones(count), survey.male.mean_body, (note,), tuple(sexes))
 
 
 def read_population(
@@ -136,12 +130,6 @@ def arms_of(people: Population, of_the_body: Iterable[str]) -> tuple[dict[str, A
     body = people.body
     scales = {f"arm.{name}": scale for name, scale in anchor_scales(body, people.reference).items()}
     return {name: OF_THE_BODY[name](body) for name in of_the_body}, scales
-
-
-def _bodies(statistics: Statistics, count: int, random: np.random.Generator) -> Array:
-    """Correlated normal bodies, shape (count, 8)."""
-    normal, mean = random.standard_normal((count, len(DIMENSIONS))), np.tile(statistics.mean, (count, 1))
-    return np.maximum(scattered(mean, statistics.factor, normal), statistics.least)
 
 
 def _completed(values: Array, normal: Array | None, sexes: Sexes, survey: Survey, women: float | None) -> Array:

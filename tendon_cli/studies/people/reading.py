@@ -69,9 +69,8 @@ def read_listed(content: bytes, where: str) -> Listed:
     if empty.any():
         raise InputError("a person without any dimension", where=sheet.place(int(np.argmax(empty))))
     sexes = _sexes(sheet, units["sex"][0]) if "sex" in units else None
-    names = tuple(f"person {at + 1}" for at in range(len(values)))
-    if "name" in units:
-        names = _names(sheet, units["name"][0])
+    unnamed = tuple(f"person {at + 1}" for at in range(len(values)))
+    names = _names(sheet, units["name"][0]) if "name" in units else unnamed
     return Listed(tuple(units), names, sexes, values, weighting, ignored)
 
 
@@ -120,15 +119,15 @@ def _dimension(sheet: Sheet, at: int, name: str, unit: str) -> Array:
     quantity, (low, high) = QUANTITIES[name], PLAUSIBLE[name]
     factor = unit_factor(name, unit, quantity.dimension, sheet.where)
     numbers = sheet.numbers(at, name, _MISSING) * factor
-    odd = (numbers < low) | (numbers > high)
-    if not odd.any():
+    odd = np.flatnonzero((numbers < low) | (numbers > high))
+    if not odd.size:
         return numbers
-    row, shown = int(np.argmax(odd)), factor_of(quantity.shown_in)
+    row, shown = int(odd[0]), factor_of(quantity.shown_in)
     written = numbers[row] / factor
     possible = [symbol for symbol in known_units(quantity.dimension) if low <= written * factor_of(symbol) <= high]
-    count = f" (and {int(odd.sum()) - 1} persons more)" if odd.sum() > 1 else ""
-    given = f"{numbers[row] / shown:.6g} {quantity.shown_in}{count}"
-    problem = f"{name} is {given}, expected {low / shown:g} to {high / shown:g} {quantity.shown_in}"
+    count = f" (and {odd.size - 1} persons more)" if odd.size > 1 else ""
+    problem = f"{name} is {numbers[row] / shown:.6g} {quantity.shown_in}{count}"
+    problem += f", expected {low / shown:g} to {high / shown:g} {quantity.shown_in}"
     mixed = f"{written:.6g} {possible[0]} would be possible: are units mixed?" if possible else None
     raise InputError(problem, where=sheet.place(row), hint=mixed)
 

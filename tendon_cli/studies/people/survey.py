@@ -121,44 +121,37 @@ def read_survey(given: bytes, where: str) -> Survey:
     """Check and take over the statistics of a survey in TOML, in kg and mm; raises InputError."""
     try:
         content = read_toml(given.decode("utf-8-sig")).content
-        names = content["dimensions"]
-        if sorted(names) != sorted(DIMENSIONS):
-            hint = f"expected, in any order: {', '.join(DIMENSIONS)}"
-            raise InputError(f"its dimensions are {shorten(', '.join(names))}", where=where, hint=hint)
-        order = [names.index(name) for name in DIMENSIONS]
-        return Survey(*(_statistics(content[sex], order, f"{where}, [{sex}]") for sex in SEXES))
+        order = [content["dimensions"].index(name) for name in DIMENSIONS]
+        return Survey(*(_statistics(content[sex], order, sex) for sex in SEXES))
     except (StudyError, KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
-        problem = f"not statistics of a survey: {shorten(str(error)) or type(error).__name__}"
-        hint = "expected dimensions, and in [male] and [female] persons, mean, standard_deviation and correlation"
+        problem = f"not statistics of a survey: {shorten(str(error), 150) or type(error).__name__}"
+        hint = f"expected dimensions ({', '.join(DIMENSIONS)}), and in [male] and [female] persons, mean, "
+        hint += "standard_deviation (kg and mm) and correlation"
         raise InputError(problem, where=where, hint=hint) from None
 
 
-def _statistics(table: dict[str, Any], order: list[int], where: str) -> Statistics:
+def _statistics(table: dict[str, Any], order: list[int], sex: str) -> Statistics:
+    """Those of one sex; raises ValueError for what cannot be."""
     size, persons = len(DIMENSIONS), int(table["persons"])
     mean, deviation, correlation = (
         np.array(table[key], dtype=np.float64) for key in ("mean", "standard_deviation", "correlation")
     )
     if mean.shape != (size,) or deviation.shape != (size,) or correlation.shape != (size, size) or persons < 1:
-        raise InputError(f"not {size} means, {size} deviations, {size} x {size} correlations of persons", where=where)
+        raise ValueError(f"[{sex}] has not {size} means, {size} deviations, {size} x {size} correlations of persons")
     if not (np.all(mean > 0.0) and np.all(deviation > 0.0) and np.all(np.isfinite(mean + deviation))):
-        raise InputError("a mean or standard deviation is not above 0", where=where)
+        raise ValueError(f"a mean or standard deviation in [{sex}] is not above 0")
     if np.any(np.diag(correlation) != 1.0) or np.any(correlation != correlation.T):
-        raise InputError("the correlation is not symmetric with ones on its diagonal", where=where)
+        raise ValueError(f"the correlation in [{sex}] is not symmetric with ones on its diagonal")
     mean, deviation, correlation = mean[order], deviation[order], correlation[np.ix_(order, order)]
     for name, middle, scatter, per in zip(DIMENSIONS, mean, deviation, _SI, strict=True):
         low, high = (end / per for end in PLAUSIBLE[name])
         unit = "kg" if per == 1.0 else "mm"
         if not low <= middle <= high:  # as in another unit
-            problem = f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}"
-            raise InputError(problem, where=where, hint="statistics are in kg and mm")
+            raise ValueError(f"the mean {name} is {middle:g} {unit}, expected {low:g} to {high:g} {unit}")
         if scatter > _MOST_SCATTER * middle:
-            problem = f"the deviation of {name} is {scatter:g} {unit} at a mean of {middle:g} {unit}"
-            raise InputError(problem, where=where, hint="bodies drawn so would be below 0")
-    try:
-        cholesky(correlation)
-    except ValueError as error:
-        hint = "no bodies have such correlations; were they rounded, or taken from different samples?"
-        raise InputError(f"the correlation is not positive definite: {error}", where=where, hint=hint) from None
+            spread = f"the deviation of {name} is {scatter:g} {unit} at a mean of {middle:g} {unit}"
+            raise ValueError(f"{spread}, so that bodies would be below 0")
+    cholesky(correlation)
     scale = deviation * _SI
     return Statistics(persons, mean * _SI, correlation * np.outer(scale, scale), mean * _SI - LEAST * scale)
 
@@ -187,7 +180,8 @@ def cholesky(matrix: Array) -> Array:
             if column < row:
                 factor[row, column] = rest / factor[column, column]
             elif rest <= 1e-12 * float(matrix[row, row]):
-                raise ValueError(f"{DIMENSIONS[row] if size == len(DIMENSIONS) else row} follows from the others")
+                name = DIMENSIONS[row] if size == len(DIMENSIONS) else row
+                raise ValueError(f"correlations are not positive definite: {name} follows from the others")
             else:
                 factor[row, row] = math.sqrt(rest)
     return factor
