@@ -13,20 +13,17 @@ from tendon_cli.tables.read import open_table
 from .study.malformed.row import at_most
 
 
-def test_a_file_is_read_whole_up_to_what_is_allowed(tmp_path):
+def test_a_file_is_read_whole_up_to_what_is_allowed_and_a_terabyte_is_not(tmp_path):
     path = tmp_path / "file"
     path.write_bytes(b"12345")
     assert read_file(path, 5) == b"12345"
     with pytest.raises(OSError, match="it is larger than 0 kB") as caught:
         read_file(path, 4)
     assert caught.value.errno == errno.EFBIG
-
-
-def test_a_file_of_a_terabyte_is_refused_unread(tmp_path):
-    with (tmp_path / "file").open("wb") as file:
+    with path.open("wb") as file:
         file.truncate(10**12)
     with at_most(1), pytest.raises(OSError, match="larger than 2 MB"):
-        read_file(tmp_path / "file", 2_000_000)
+        read_file(path, 2_000_000)
 
 
 def not_files(folder):
@@ -60,14 +57,10 @@ def test_a_pipe_that_takes_a_file_s_place_after_the_first_look_is_refused(tmp_pa
         open_file(tmp_path / "pipe")
 
 
-def test_a_pipe_is_no_table(tmp_path):
-    os.mkfifo(tmp_path / "designs.parquet")
+@pytest.mark.parametrize("name", ["designs.parquet", "states.parquet/part-00000.parquet"])
+def test_a_pipe_is_no_table_and_no_part_of_one(tmp_path, name):
+    pipe = tmp_path / name
+    pipe.parent.mkdir(exist_ok=True)
+    os.mkfifo(pipe)
     with at_most(1), pytest.raises(InputError, match="it is a pipe, expected a file"):
-        open_table(tmp_path / "designs.parquet")
-
-
-def test_a_pipe_among_the_parts_is_no_part(tmp_path):
-    (tmp_path / "states.parquet").mkdir()
-    os.mkfifo(tmp_path / "states.parquet" / "part-00000.parquet")
-    with at_most(1), pytest.raises(InputError, match="it is a pipe, expected a file"):
-        open_table(tmp_path / "states.parquet")
+        open_table(tmp_path / name.partition("/")[0])
