@@ -97,20 +97,20 @@ def whole_file(path: Path, *, of_a_run: bool = False) -> Iterator[Path]:
 
     What stood there before stays until then; if several write at once, the last one wins. Raises OutputError.
     """
-    with output_errors(path):
-        temporary = temporary_of(path, of_a_run=of_a_run)
-        try:
-            yield temporary
+    temporary = temporary_of(path, of_a_run=of_a_run)
+    try:
+        yield temporary
+        with output_errors(path):
             temporary.replace(path)
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
-        sync_folder(path.parent)
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+    sync_folder(path.parent)
 
 
 def write_whole(path: Path, content: bytes, *, of_a_run: bool = False) -> None:
     """Write a small file as `whole_file` does."""
-    with whole_file(path, of_a_run=of_a_run) as temporary:
+    with whole_file(path, of_a_run=of_a_run) as temporary, output_errors(path):
         _write(temporary, content)
 
 

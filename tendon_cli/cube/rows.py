@@ -16,7 +16,7 @@ import pyarrow.compute as pc
 from tendon_cli.cube.columns import DERIVED, Columns, Values
 from tendon_cli.cube.source import table_in
 from tendon_cli.errors import UsageError
-from tendon_cli.files import whole_file
+from tendon_cli.files import output_errors, whole_file
 from tendon_cli.quantities import Quantity
 from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.filters import Condition, read_filter
@@ -200,7 +200,7 @@ def export(rows: TableRows, path: Path, form: CsvForm | None = None) -> int:
     """Write rows as CSV, the whole file or none; returns how many. Raises UsageError, OutputError."""
     if path.suffix.lower() != ".csv":
         raise UsageError(f'"{shorten(path.name)}" is no name of a CSV file', hint="end it with .csv")
-    with whole_file(path) as temporary, temporary.open("xb") as file:
+    with whole_file(path) as temporary, output_errors(path), temporary.open("xb") as file:
         count = write_csv(rows, file, form=form)
         file.flush()
         os.fsync(file.fileno())

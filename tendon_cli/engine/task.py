@@ -7,9 +7,9 @@ import json
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -20,7 +20,7 @@ from tendon_cli.files import OF_A_RUN
 from tendon_cli.studies.study import Study
 from tendon_cli.tables.read import TableFiles
 from tendon_cli.tables.schema import Column, TableLayout, schema_of, versions
-from tendon_cli.tables.write import Filler, Rows, RowsInMemory, TableFile, WrittenFile
+from tendon_cli.tables.write import Filler, Rows, RowsInMemory, TableFile, WrittenFile, table_file
 from tendon_cli.version import RESULTS_VERSION
 
 Note = dict[str, Any]
@@ -168,9 +168,9 @@ class PartMaker:
     task: Task
     folder: Path
 
-    def open(self, name: str, layout: TableLayout) -> TableFile | RowsInMemory:
-        """A file of a table, to be filled and put in place."""
-        return TableFile(self.folder / name, layout)
+    def open(self, name: str, layout: TableLayout) -> AbstractContextManager[TableFile | RowsInMemory]:
+        """A file of a table, to be filled and flushed; it is put in place at the end."""
+        return table_file(self.folder / name, layout)
 
     def make(self, index: int, working: Callable[[Callable[[], Note]], Note] = lambda work: work()) -> PartResult:
         """Work a part out, `working`, then put its files in place; raises OutputError, or Stopped."""
@@ -179,7 +179,7 @@ class PartMaker:
 
             def work() -> Note:
                 for table, name in names.items():
-                    files[table] = stack.push(self.open(name, self.task.layout(table, index)))
+                    files[table] = stack.enter_context(self.open(name, self.task.layout(table, index)))
                 note = self.task.fill(files, index)
                 for file in files.values():
                     file.close()
@@ -189,7 +189,7 @@ class PartMaker:
             for file in files.values():
                 file.flush()
             self.check()
-            return PartResult(index, note, {names[table]: file.place() for table, file in files.items()})
+            return PartResult(index, note, {names[table]: file.close() for table, file in files.items()})
 
     def check(self) -> None:
         """Raises where written files may not be put in place."""
@@ -201,7 +201,7 @@ class PartMaker:
             opened.fill(layout.rows, write)
             announce(name, opened.close())
             opened.flush()
-            return opened.place()
+            return opened.close()
 
     def read(self, name: str) -> pa.Table:
         """The rows of a file that stands in the run folder; raises InputError."""
@@ -224,9 +224,12 @@ class InMemory(PartMaker):
     kept: dict[str, pa.Table] = field(default_factory=dict, kw_only=True)
     """Parts of tables by the names of their files."""
 
-    def open(self, name: str, layout: TableLayout) -> RowsInMemory:
+    @contextlib.contextmanager
+    def open(self, name: str, layout: TableLayout) -> Iterator[RowsInMemory]:
         """A part of a table, to be filled and kept."""
-        return RowsInMemory(layout, partial(self.kept.__setitem__, name))
+        rows = RowsInMemory(layout)
+        yield rows
+        self.kept[name] = rows.table()
 
     def read(self, name: str) -> pa.Table:
         """The rows of a part that is kept."""

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
-from typing import Any, BinaryIO, Self, TypeAlias
+from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tendon_cli.files import open_file, output_errors, sync_folder, temporary_of
+from tendon_cli.files import open_file, output_errors, whole_file
 from tendon_cli.tables.digest import KEY, PLACEHOLDER, StampedSink
 from tendon_cli.tables.schema import Column, TableLayout, array_of
 
@@ -42,10 +43,10 @@ class WrittenFile:
 
 
 class RowsInMemory:
-    """Rows of a table that never reaches the disk; `keep` takes it when it is put in place."""
+    """Rows of a table that never reaches the disk."""
 
-    def __init__(self, layout: TableLayout, keep: Callable[[pa.Table], None] = lambda _table: None) -> None:
-        self._layout, self._keep, self._pieces = layout, keep, list[pa.Table]()
+    def __init__(self, layout: TableLayout) -> None:
+        self._layout, self._pieces = layout, list[pa.Table]()
 
     def fill(self, count: int, write: Filler) -> None:
         """Add rows that `write` puts straight to where they are kept."""
@@ -66,17 +67,6 @@ class RowsInMemory:
     def flush(self) -> None:
         """There is no disk."""
 
-    def place(self) -> WrittenFile:
-        """Hand the table over."""
-        self._keep(self.table())
-        return self.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
 
 class RowGroups:
     """Gathers rows block by block and writes row groups of exactly `layout.row_group` rows, but the last.
@@ -93,6 +83,7 @@ class RowGroups:
         self._filled = 0
         self._with_nan: set[str] | None = set()
         self.rows = 0
+        self._written: WrittenFile | None = None
         self.sink = StampedSink(file)
         self._stream = pa.BufferedOutputStream(pa.PythonFile(self.sink, mode="w"), _BYTES_AT_ONCE)
         self._writer = pq.ParquetWriter(self._stream, schema, **_encoding(columns))
@@ -118,18 +109,20 @@ class RowGroups:
             self._stream.close()
 
     def close(self) -> WrittenFile:
-        """Write what is left and the footer with the file's digest."""
-        if self._filled:
-            self._write()
-        self._stream.flush()
-        self.sink.begin_footer()
-        self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
-        self._writer.close()
-        self._stream.close()
-        self._buffers = {}
-        if self._writer.writer.metadata.num_rows != self.rows:
-            raise OSError("the file does not have the rows that were written")
-        return WrittenFile(self.rows, self.sink.size, self.sink.stamp())
+        """Write what is left and the footer with the file's digest, once; the rows and what they took are let go of."""
+        if self._written is None:
+            if self._filled:
+                self._write()
+            self._stream.flush()
+            self.sink.begin_footer()
+            self._writer.add_key_value_metadata({KEY: PLACEHOLDER})
+            self._writer.close()
+            self._stream.close()
+            self._buffers = {}
+            if self._writer.writer.metadata.num_rows != self.rows:
+                raise OSError("the file does not have the rows that were written")
+            self._written = WrittenFile(self.rows, self.sink.size, self.sink.stamp())
+        return self._written
 
     def _write(self) -> None:
         known, arrays = self._with_nan, []
@@ -141,80 +134,54 @@ class RowGroups:
         self._filled, self._with_nan = 0, set()
 
 
-class TableFile:
-    """A table's file, written under a temporary name until `place` puts it in place.
+class TableFile(RowGroups):
+    """A table's file under a temporary name; raises OutputError where it cannot be written."""
 
-    Leaving the context without `place` leaves nothing behind. Raises OutputError where it cannot be written.
-    """
-
-    def __init__(self, path: Path, layout: TableLayout) -> None:
-        self.path = path
-        self.temporary = temporary_of(path, of_a_run=True)
-        self._in_place = False
-        self._written: WrittenFile | None = None
-        with output_errors(path):
-            # Exclusive, so that nothing that stands in the way is followed or written through.
-            self._file: BinaryIO = self.temporary.open("xb")
-            try:
-                self._groups = RowGroups(self._file, layout)
-            except OSError:
-                self._give_up()
-                raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if not self._in_place:
-            self._groups.abandon()
-            self._give_up()
-
-    def _give_up(self) -> None:
-        with contextlib.suppress(OSError):
-            self._file.close()
-        with contextlib.suppress(OSError):
-            self.temporary.unlink(missing_ok=True)
+    def __init__(self, path: Path, temporary: Path, file: BinaryIO, layout: TableLayout) -> None:
+        super().__init__(file, layout)
+        self._path, self._temporary, self._file = path, temporary, file
 
     def fill(self, count: int, write: Filler) -> None:
-        """Add rows, as `RowGroups` does."""
-        with output_errors(self.path):
-            self._groups.fill(count, write)
+        """As any rows."""
+        with output_errors(self._path):
+            super().fill(count, write)
 
     def close(self) -> WrittenFile:
-        """Write what is left, once; the rows and what they took are let go of."""
-        if self._written is None:
-            with output_errors(self.path):
-                self._written = self._groups.close()
-                self._file.flush()
-        return self._written
+        """As any rows."""
+        with output_errors(self._path):
+            return super().close()
 
     def flush(self) -> None:
-        """Flush what was written to the disk, and check that it is there."""
-        written = self.close()
-        with output_errors(self.path):
+        """Flush what was written to the disk, and check that it has the length that was written and the very footer."""
+        written, footer = self.close(), self.sink.footer
+        with output_errors(self._path):
+            self._file.flush()
             os.fsync(self._file.fileno())
-            self._file.close()
-            self._check(written)
-
-    def place(self) -> WrittenFile:
-        """Put the flushed file in place under its name."""
-        with output_errors(self.path):
-            self.temporary.replace(self.path)
-            self._in_place = True
-            sync_folder(self.path.parent)
-        return self.close()
-
-    def _check(self, written: WrittenFile) -> None:
-        """What stands on the disk has the length that was written, and the very footer."""
-        footer = self._groups.sink.footer
-        with open_file(self.temporary) as file:
-            is_whole = file.seek(0, os.SEEK_END) == written.size
-            file.seek(written.size - len(footer))
-            if not is_whole or file.read() != footer:
-                raise OSError("the file on the disk is not what was written")
+            with open_file(self._temporary) as file:
+                is_whole = file.seek(0, os.SEEK_END) == written.size
+                file.seek(written.size - len(footer))
+                if not is_whole or file.read() != footer:
+                    raise OSError("the file on the disk is not what was written")
 
 
-Rows: TypeAlias = RowsInMemory | RowGroups | TableFile
+@contextlib.contextmanager
+def table_file(path: Path, layout: TableLayout) -> Iterator[TableFile]:
+    """A table's file, put in place at the end, before which it is to be flushed; whatever stops it, nothing is left."""
+    with whole_file(path, of_a_run=True) as temporary, ExitStack() as stack:
+        with output_errors(path):
+            # Exclusive, so that nothing that stands in the way is followed or written through.
+            file = stack.enter_context(temporary.open("xb"))
+            rows = TableFile(path, temporary, file, layout)
+        try:
+            yield rows
+        except BaseException:
+            rows.abandon()
+            with contextlib.suppress(OSError):  # again, of what is not written yet
+                file.close()
+            raise
+
+
+Rows: TypeAlias = RowsInMemory | RowGroups
 """Where the rows of a table go."""
 
 

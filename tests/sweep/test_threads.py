@@ -2,6 +2,7 @@
 
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +11,7 @@ from tendon_cli.engine.plan import Plan
 from tendon_cli.engine.sweep import Sweep
 from tendon_cli.engine.task import PartFailure, PartMaker
 from tendon_cli.engine.threads import in_threads
-from tendon_cli.errors import Stopped
+from tendon_cli.errors import OutputError, Stopped
 from tendon_cli.studies.load import study_from
 from tendon_cli.tables.digest import is_intact
 from tendon_cli.tables.write import TableFile
@@ -51,23 +52,23 @@ def settled(count, least):
 
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_a_failure_is_a_result_like_others(maker, jobs, monkeypatch):
-    rows, place = sweep_module.state_rows, TableFile.place
+    rows, rename = sweep_module.state_rows, Path.replace
 
     def fails(inputs, block, keys):
         if block.first_design == 3:
             raise FloatingPointError
         return rows(inputs, block, keys)
 
-    def fails_to_finish(self):
-        if self.path.stem == "part-00007":
+    def fails_to_finish(self, target):
+        if target.stem == "part-00007":
             raise OSError("no space")
-        return place(self)
+        return rename(self, target)
 
     monkeypatch.setattr(sweep_module, "state_rows", fails)
-    monkeypatch.setattr(TableFile, "place", fails_to_finish)
+    monkeypatch.setattr(Path, "replace", fails_to_finish)
     results = list(in_threads(jobs)(maker, iter(range(PARTS))))
     failures = {result.index: type(result.error) for result in results if isinstance(result, PartFailure)}
-    assert failures == {3: FloatingPointError, 7: OSError}
+    assert failures == {3: FloatingPointError, 7: OutputError}
     assert sorted(result.index for result in results) == list(range(PARTS))
     made = {name for result in results if result.index not in failures for name in result.files}
     assert {name for name in map(str, files(maker)) if "00007" not in name} == made

@@ -1,5 +1,6 @@
 """A table that is damaged, incomplete or foreign is refused; one that cannot be written leaves what was there."""
 
+import contextlib
 import functools
 import gc
 import json
@@ -14,10 +15,10 @@ import pytest
 
 import tendon_cli
 from tendon_cli.engine.sweep import Sweep
-from tendon_cli.errors import InputError, OutputError
+from tendon_cli.errors import InputError, OutputError, Stopped
 from tendon_cli.tables import write as write_module
 from tendon_cli.tables.read import open_table
-from tendon_cli.tables.write import TableFile
+from tendon_cli.tables.write import table_file
 from tests.torture.disk import Disk
 from tests.torture.folders import flip
 
@@ -276,10 +277,9 @@ def one_table(small, monkeypatch):
 
     def write(file):
         task = Sweep(small.plan)
-        with TableFile(file, replace(task.layout("states", 0), at_once=1000, row_group=1000)) as table:
+        with table_file(file, replace(task.layout("states", 0), at_once=1000, row_group=1000)) as table:
             task.fill({"states": table}, 0)
             table.flush()
-            return table.place()
 
     return write
 
@@ -310,8 +310,10 @@ def test_a_write_that_fails_changes_nothing_says_only_its_error_and_can_be_done_
 
 
 def test_a_table_that_is_not_finished_leaves_nothing_and_says_nothing(tmp_path, small, muttered):
-    with TableFile(tmp_path / "designs.parquet", Sweep(small.plan).layout("designs", 0)):
+    layout = Sweep(small.plan).layout("designs", 0)
+    with contextlib.suppress(Stopped), table_file(tmp_path / "designs.parquet", layout):
         assert len(list(tmp_path.iterdir())) == 1
+        raise Stopped
     gc.collect()
     assert (list(tmp_path.iterdir()), muttered) == ([], [])
 
