@@ -130,7 +130,6 @@ def _drawn(study: Study, draw: int) -> tuple[Study, list[str]]:
 
 
 def _no_equilibrium(elbow_torque: float) -> str:
-    """What the status means here: with J ≤ 0 nothing balances, or nothing that the model could single out."""
     if elbow_torque > 0.0:
         return "J is not above zero and τ_a is, so no pair of tensions balances the elbow"
     return "J is not above zero, so a balance may exist, but need not be the only one; the model does not answer"
@@ -166,21 +165,13 @@ def _notes(plan: Plan, block: Block) -> list[str]:
     """Which values were chosen where the study has several."""
     notes = []
     for axis, chosen in zip(plan.axes, block.designs, strict=True):
-        if axis.names:
-            option = "--case" if axis.key == CASE_AXIS else f"--set {axis.key}=..."
-            notes.append(f"{axis.key} {axis.names[chosen.start]} of {len(axis)}; {option} chooses another")
-        elif axis.is_interval:
-            notes.append(f"{axis.key}: the lower end of its interval; --set {axis.key}=... chooses")
-        elif len(axis) > 1:
-            notes.append(f"{axis.key}: the first of {len(axis)} values; --set {axis.key}=... chooses")
+        value = axis.names[chosen.start] if axis.names else "lower end of its interval" if axis.is_interval else "first"
+        option = "--case" if axis.key == CASE_AXIS else f"--set {axis.key}=..."
+        notes += [f"{axis.key}: {value} of {len(axis)} values; {option} chooses another"] if len(axis) > 1 else []
     if plan.study.trajectory is not None:
-        notes.append(
-            f"the first of the trajectory's {plan.states_per_design} samples, with its inertia; `tendon sweep` and "
-            "`tendon show RUN --table states` have them all"
-        )
+        more = ", with its inertia; `tendon sweep` and `tendon show RUN --table states` have them all"
+        notes.append(f"the first of the trajectory's {plan.states_per_design} samples{more}")
     elif plan.states_per_design > 1:
-        notes.append(
-            f"the first of {plan.states_per_design} states; --set 'motion.elbow_angle=75 deg' and "
-            "--set motion.direction=extension choose another"
-        )
+        more = "--set 'motion.elbow_angle=75 deg' and --set motion.direction=extension choose another"
+        notes.append(f"the first of {plan.states_per_design} states; {more}")
     return notes

@@ -99,12 +99,13 @@ def turn_of(state: State, plan: Plan) -> tuple[Array, Array, dict[str, tuple[flo
 
 def _notes(design: Design, plan: Plan, *, turns: bool) -> list[str]:
     speed, limits, notes = plan.study.motion.speed, plan.study.limits, list[str]()
-    if speed is not None:
-        bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
-        notes += [f"Dotted: the limits, {', '.join(bounds)}."] if bounds else []
-        loss = float(np.ravel(cycle(design, plan.elbow_angles[np.newaxis], _BOTH, speed.single)["friction_loss"])[0])
-        if np.isfinite(loss) and len(plan.directions) == 2:
-            notes.append(f"The shaded area is what friction takes over both strokes, {loss:.3g} J.")
+    bounds = [f"{limits[name]:.4g} {QUANTITIES[name].unit}" for name in _LIMITS if name in limits]
+    if speed is not None and bounds:
+        notes.append(f"Dotted: the limits, {', '.join(bounds)}.")
+    if speed is not None and len(plan.directions) == 2:
+        loss = cycle(design, plan.elbow_angles[np.newaxis], _BOTH, speed.single)["friction_loss"]
+        if np.isfinite(loss).all():
+            notes.append(f"The shaded area is what friction takes over both strokes, {loss.item():.3g} J.")
     return notes + (["Dots: where the far end of each tendon follows the spool."] if turns else [])
 
 
@@ -116,23 +117,23 @@ def _torque_and_speed(axes: Axes, strokes: Mapping[str, Stroke], limits: Mapping
     axes.axvline(0.0, color=FAINT, linewidth=0.5)
     axes.margins(0.08)
     style: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1.0, 1.2)), "gid": "limit"}
-    torque, speed, power = (limits.get(name) for name in _LIMITS)
+    torque, speed, power = (limits.get(name, 0.0) for name in _LIMITS)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    for sign in (-1.0, 1.0):
-        if speed is not None:
-            left, right = min(left, -1.12 * speed), max(right, 1.12 * speed)
+    left, right = min(left, -1.12 * speed), max(right, 1.12 * speed)
+    low, high = min(low, -1.12 * torque), max(high, 1.12 * torque)
+    for sign, stop in ((1.0, right), (-1.0, left)):
+        if speed:
             axes.axvline(sign * speed, **style)
-        if torque is not None:
-            low, high = min(low, -1.12 * torque), max(high, 1.12 * torque)
+        if torque:
             axes.axhline(sign * torque, **style)
-    for sign, stop in ((1.0, right), (-1.0, left)) if power is not None else ():
-        turning = np.linspace(sign * (power or 0.0) / high, stop, 200)
-        axes.plot(turning, (power or 0.0) / turning, **style)
+        if power:
+            turning = np.linspace(sign * power / high, stop, 200)
+            axes.plot(turning, power / turning, **style)
     axes.set(title="Torque against speed", xlabel="motor speed (rad/s)", xlim=(left, right), ylim=(low, high))
 
 
 def _loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
-    """The loop against the spool's angle, so that its area is work; the elbow's angle stands above."""
+    """The loop against the spool's angle, so that its area is work."""
     for way, stroke in strokes.items():
         axes.plot(np.degrees(stroke.spool_angle), stroke.motor_torque, gid="curve", **_WAYS[way])
     if len(strokes) == 2:
@@ -140,17 +141,12 @@ def _loop(axes: Axes, strokes: Mapping[str, Stroke]) -> None:
                 for name in ("spool_angle", "motor_torque"))  # fmt: skip
         known = np.isfinite(x) & np.isfinite(y)
         axes.fill(np.degrees(x[known]), y[known], color="#eceff2", linewidth=0.0, zorder=0.5, gid="loss")
-    axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
-    # The elbow's angle is on the upper edge if the spool turns with it all the way.
     stroke = next(iter(strokes.values()))
-    order = np.argsort(stroke.elbow_angle)
-    turned, bent = (np.degrees(each[order]) for each in (stroke.spool_angle, stroke.elbow_angle))
-    if (np.diff(turned) > 0.0).all():
-        ticks = np.linspace(bent[0], bent[-1], 4)
-        above = axes.secondary_xaxis("top")
-        above.set_xticks(np.interp(ticks, bent, turned), [f"{tick:.3g}°" for tick in ticks])
-        above.tick_params(length=2.0, labelsize=6.5)
-        above.set_xlabel("elbow angle θ", size=6.5, labelpad=2.0)
+    for end in (0, -1):
+        place = np.degrees(stroke.spool_angle[end]), stroke.motor_torque[end]
+        axes.annotate(f"θ = {np.degrees(stroke.elbow_angle[end]):.3g}°", place, ha="center", size=6.5)
+    axes.margins(0.12)
+    axes.set(title="Hysteresis", xlabel="spool angle α (deg)")
 
 
 def _turn(axes: Axes, turn: Array, torque: Array, follows: Mapping[str, tuple[float, float]]) -> None:
