@@ -1,4 +1,4 @@
-"""The arm of a study drawn to scale (Fig. 2), the quickest way to see that a study says what one meant."""
+"""The joint of a study: its arm drawn to scale (Fig. 2), or its measured travels over the angle."""
 
 from __future__ import annotations
 
@@ -8,13 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from tendon_cli import say
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import number
 from tendon_cli.figures.arm_shape import ArmShape, ArmSizes, Points, arm_sizes
-from tendon_cli.figures.engine import Arc, Axes, Circle, FancyArrowPatch, Line2D
+from tendon_cli.figures.engine import Arc, Axes, Circle, FancyArrowPatch, Line2D, Patch
 from tendon_cli.figures.frame import Page, framed
+from tendon_cli.figures.scales import plain_numbers
 from tendon_cli.figures.style import FAINT, INK, OKABE_ITO, house_style
-from tendon_cli.figures.travels import travels_page
+from tendon_cli.space.axis import SIDES
+from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.study import Study
 
 FLEXOR, EXTENSOR = OKABE_ITO[:2]
@@ -35,7 +38,7 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
     Raises UsageError for an unknown case.
     """
     if study.joint.excursion is not None:
-        return travels_page(study, elbow_angles)
+        return _travels_page(study, elbow_angles)
     sizes = arm_sizes(study, case)
     of_study = study.motion.elbow_angle.array
     angles = list(elbow_angles) or [float(of_study[at]) for at in evenly(len(of_study), 4)]
@@ -63,6 +66,39 @@ def arm_page(study: Study, elbow_angles: Sequence[float] = (), case: str | None 
             axes = page.figure.add_subplot(row[at])
             _draw_small(axes, shape)
             _settle(axes, *shapes, margin=1.3 * float(sizes.anchors.elbow_radius))  # all to one scale
+    return page
+
+
+def _travels_page(study: Study, angles: Sequence[float]) -> Page:
+    """The travel of each tendon over the angle with what was measured, and its slope; `angles` (rad) are marked.
+
+    Both travels are counted from the setting's angle, as the model counts them.
+    """
+    table: Any = study.joint.excursion
+    curves, measured, origin = curves_of(study), table.angles, study.setting.angle.single
+    span = np.linspace(measured[0], measured[-1], 361)
+    smoothed = ", smoothed" if study.joint.smoothing is not None and study.joint.smoothing.single else ""
+    notes = [f"{len(measured)} measured angles{smoothed}. Travels count from {_degrees(origin)}."]
+    key: list[Any] = [Line2D([], [], color=colour, label=side) for side, colour in zip(SIDES, OKABE_ITO, strict=False)]
+    key += [Line2D([], [], color=INK, marker="o", markersize=2.5, linestyle="", label="measured")]
+    key += [Patch(facecolor="#eceff2", label="motion of the study")]
+    with house_style():
+        page = framed(study.title or study.name, 76.0, key, notes, study=f"tendon study {study.name} {study.hash}")
+        travel, arm = page.figure.subplots(1, 2)
+        for side, colour in zip(SIDES, OKABE_ITO, strict=False):
+            curve = curves[f"joint.{side}_excursion"]
+            zero, values = float(curve(np.asarray(origin))), np.array(table.columns[side])
+            travel.plot(np.degrees(span), 1e3 * (curve(span) - zero), color=colour, gid="travel")
+            travel.plot(np.degrees(measured), 1e3 * (values - zero), "o", color=colour, markersize=2.5, gid="measured")
+            arm.plot(np.degrees(span), 1e3 * curve(span, 1), color=colour, gid="moment arm")
+        motion = study.motion.elbow_angle.array
+        for axes, label in ((travel, "travel H (mm)"), (arm, "moment arm J = dH/dθ (mm)")):
+            axes.axvspan(*np.degrees([motion.min(), motion.max()]), color="#eceff2", linewidth=0.0, zorder=0.3)
+            axes.axhline(0.0, color=INK, linewidth=0.5)
+            for angle in np.degrees(angles):
+                axes.axvline(angle, color=FAINT, linewidth=0.6, linestyle=(0, (3, 2)))
+            axes.set(xlabel=f"{say.joint_word(study)} angle θ (deg)", ylabel=label, xlim=np.degrees(span[[0, -1]]))
+            axes.yaxis.set_major_formatter(plain_numbers())
     return page
 
 
