@@ -117,21 +117,3 @@ def test_a_dry_run_shows_the_question_and_writes_nothing(tendon, study, workplac
     assert done.json["choices"] == {"spring.stiffness": 3, "spool.ratio": 3}
     assert done.json["windows"] == 36
     assert not (workplace / "results").exists()
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('[design]\nminimise = "max_tensoin"\n', "max_tension"),
-        ('[design]\nminimise = "tolerance"\nmaximise = "tolerance"\n', "minimised, too"),
-        ('[design]\nconditions = ["tendon.pretension"]\n', "what tendon design solves for"),
-        ('[limits]\nmax_contact_pressure = "30 kPa"\n', "contact_width"),
-        ('[limits]\nmax_tension = "3 mm"\n', "N"),
-        ('[design]\nminimise = "max_contact_pressure"\n', "arm.contact_width"),
-    ],
-)
-def test_what_cannot_be_asked_is_refused_with_a_hint(tendon, study, text, words):
-    done = tendon("design", study(text))
-    assert done.exit == 2
-    assert words in done.err
-    assert "Traceback" not in done.err

@@ -116,20 +116,3 @@ def test_where_no_pretension_could_do_the_reason_is_told(tmp_path):
     assert (found["served"][thin] == 0.0).all()
     assert np.isnan(found["pretension"][thin]).all()
     assert limits.NOTHING not in found["from_by"][thin]
-
-
-def test_compiled_code_gives_the_same_choices(tmp_path, monkeypatch):
-    from tendon_cli import kernel
-
-    limits = '[limits]\nmax_tension = "400 N"\npeak_motor_torque = "11 N m"\nmin_spool_to_tendon = 22\n'
-    limits += 'max_pretension = "150 N"\n'
-    short = 'name = "short"\narm = { b1 = "140 mm" }\nspool = { flexor_radius = "28 mm" }\n'
-    cases = f'[[cases]]\nname = "as it is"\n[[cases]]\n{short}'
-    for text in (RANGES + limits, RANGES + cases, limits + RANGES + cases, "[design]\nserve = 0.5\n" + limits + RANGES):
-        problem = asked(text, tmp_path)
-        compiled = solved(problem)
-        with monkeypatch.context() as patch:
-            patch.setattr(kernel, "kind", lambda: None)
-            plain = solved(problem)
-        for name, values in plain.results.items():
-            np.testing.assert_array_equal(compiled[name], values, err_msg=name)

@@ -169,22 +169,3 @@ def test_one_direction_has_no_backlash_and_one_angle_no_work():
     assert float(still["motor_work_in"]) == float(still["friction_loss"]) == 0.0
     assert np.isnan(still["efficiency"])
     assert float(still["max_backlash"]) > 0.0
-
-
-def test_works_are_null_where_a_state_has_no_equilibrium_and_peaks_are_those_of_the_others():
-    found = cycle(design(CASES["taut"]), degrees(0.0, 170.0, 18), WAYS, SPEED)
-    assert np.isnan([found["motor_work_in"], found["friction_loss"], found["efficiency"]]).all()
-    assert np.isfinite([found["peak_motor_speed"], found["peak_motor_power"], found["max_backlash"]]).all()
-
-
-def test_many_designs_at_once_are_each_as_they_are_alone():
-    pretensions, loads = np.array([60.0, 100.0, 250.0]), np.array([0.0, 5.0])
-    many = baseline(pretension=pretensions.reshape(3, 1, 1, 1), load_mass=loads.reshape(1, 2, 1, 1))
-    angles = degrees(0.0, 90.0, 7)
-    together = cycle(design(many), angles, WAYS, SPEED)
-    for row, pretension in enumerate(pretensions):
-        for column, load in enumerate(loads):
-            alone = cycle(design(baseline(pretension=pretension, load_mass=load)), angles, WAYS, SPEED)
-            for name, value in alone.items():
-                shared = np.broadcast_to(together[name], (3, 2))
-                assert shared[row, column] == pytest.approx(float(value), rel=1e-9, abs=1e-12), name

@@ -46,45 +46,6 @@ def test_both_models_agree_on_everything_where_nothing_is_slack():
 
 # --- Required pretension ---------------------------------------------------------------------------------------------
 
-SWEEP = np.radians(np.linspace(0.0, 100.0, 41))
-BOTH_WAYS = np.array([[True], [False]])
-
-
-def swept(seed, count=150):
-    """Designs whose flexor can flex the elbow at every angle of the sweep, each a column over directions and angles."""
-    p, _, _ = scattered(count * 6, seed)
-    p["b2"] = 0.5 * p["b1"]
-    p["upper_arm_angle"] = np.where(np.arange(count * 6) % 2, 0.0, p["upper_arm_angle"])
-    columns = {name: values[:, None, None] for name, values in p.items()}
-    tied = actuator.State.of(design(columns), SWEEP, BOTH_WAYS).coupling
-    good = np.isfinite(tied.moment_arm).all(axis=(1, 2)).nonzero()[0][:count]
-    assert len(good) == count
-    return {name: values[good] for name, values in columns.items()}
-
-
-def with_pretension(p, value):
-    return p | {"flexor_pretension": value, "extensor_pretension": value}
-
-
-def required(p):
-    tied = actuator.State.of(design(p), SWEEP, BOTH_WAYS).coupling
-    return np.maximum(0.0, statics.respond(tied).required.max(axis=(1, 2), keepdims=True))
-
-
-@pytest.mark.parametrize("unilateral", [True, False])
-def test_at_the_required_pretension_the_margin_is_zero_and_every_state_is_taut(unilateral):
-    p = swept(20) | {"unilateral": unilateral}
-    least = required(p)
-    state = evaluate(with_pretension(p, least), SWEEP, BOTH_WAYS)
-    assert (state.status == TAUT).all()
-    assert np.max(np.abs(state.balance.loose)) == 0.0
-    lowest = np.minimum(state.balance.flexor, state.balance.extensor).min(axis=(1, 2), keepdims=True)
-    highest = np.maximum(state.balance.flexor, state.balance.extensor).max(axis=(1, 2), keepdims=True)
-    needed = least > 0
-    assert needed.sum() > 100
-    assert np.max(np.abs(lowest / highest)[needed]) < 1e-11
-    assert (lowest[~needed] >= 0).all()
-
 
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
     p, angle, flexion = drawn(23, unilateral=False)

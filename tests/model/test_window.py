@@ -243,19 +243,6 @@ def test_beyond_the_joints_centre_there_is_no_equilibrium():
     assert set(found.low_state) == {2}
 
 
-def test_the_window_is_the_same_in_both_slack_models():
-    published, real = windows(unilateral=False), windows(unilateral=True)
-    np.testing.assert_array_equal(published.low, real.low)
-    np.testing.assert_array_equal(published.high, real.high)
-
-
-def test_from_is_the_required_pretension_where_nothing_else_is_asked():
-    found = windows(bounds=Bounds(min_elbow_stiffness=-np.inf))
-    np.testing.assert_allclose(found.low, (96.83, 133.88, 158.57, 220.32), atol=5.1e-3)
-    assert np.isinf(found.high).all()
-    assert set(found.high_by) == {NOTHING}
-
-
 @pytest.mark.parametrize("name", ["friction", "bend_angle", "diameter", "b1", "elbow_radius", "ratio", "load_mass"])
 def test_every_number_has_a_derivative_by_complex_step(name):
     angle, flexion = ANGLES[..., 90:], BOTH[1:]

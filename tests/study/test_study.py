@@ -180,27 +180,6 @@ def test_the_hash_knows_everything_else(content):
 # --- Exact numbers ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("key", "written", "si"),
-    [
-        ("arm.a1", "9 mm", 0.009),
-        ("arm.a1", "4.5 cm", 0.045),
-        ("arm.a1", "1 in", 0.0254),
-        ("motion.elbow_angle", "90 deg", math.pi / 2),
-        ("sheath.bend_angle", "0.5 rev", math.pi),
-        ("sheath.friction", "7 %", 0.07),
-        ("sheath.friction", "0.07", 0.07),
-        ("tendon.youngs_modulus", "145 GPa", 145e9),
-        ("spring.stiffness", "3 N/mm", 3000.0),
-        ("load.mass", "700 g", 0.7),
-        ("load.mass", 3, 3.0),
-    ],
-)
-def test_a_quantity_is_the_nearest_float_of_what_is_written(key, written, si):
-    table, name = key.split(".")
-    assert getattr(getattr(one(key, written), table), name).single == si
-
-
 FACTORS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0, "um": 1e-6, "in": 0.0254}
 
 

@@ -116,10 +116,3 @@ def test_a_limit_on_a_difference_that_is_none_holds_nobody_back():
     )
     assert free.any()
     assert free.tolist() == held.tolist()
-
-
-@pytest.mark.parametrize("speed", ["0 deg/s", "1000000 deg/s", "-60 deg/s", "60 deg"])
-def test_a_speed_that_no_elbow_has_is_one_message(tendon, workplace, speed):
-    (workplace / "study.toml").write_text(f'[motion]\nspeed = "{speed}"\n')
-    ran = tendon("sweep", "study.toml")
-    assert (ran.exit, ran.err.count("motion.speed")) == (2, 1)

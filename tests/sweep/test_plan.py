@@ -142,15 +142,6 @@ def test_axes_vary_as_the_product_of_the_document_the_last_fastest(new_sweep, tm
     assert list(swept.states[columns].itertuples(index=False, name=None)) == states
 
 
-def test_a_new_axis_of_the_command_line_comes_last_and_a_known_one_keeps_its_place(tmp_path):
-    file = tmp_path / "study.toml"
-    file.write_text("[load]\nmass = [0.0, 2.0]\n[spool]\nratio = [1.0, 0.8]\n", encoding="utf-8")
-    settings_ = ("arm.b1=[0.15, 0.16]", 'load.mass=["1 kg", "2 kg", "3 kg"]')
-    plan = Plan(load_study(file, settings_))
-    assert [axis.key for axis in plan.axes] == ["load.mass", "spool.ratio", "arm.b1"]
-    assert plan.shape == (3, 2, 2)
-
-
 def test_a_product_of_10_to_the_20_is_read_and_refused_before_anything_is_allocated(tmp_path):
     file = tmp_path / "huge.toml"
     file.write_text(HUGE, encoding="utf-8")
@@ -168,14 +159,6 @@ def test_a_product_of_10_to_the_20_is_read_and_refused_before_anything_is_alloca
         tracemalloc.stop()
     assert of_reading < 5_000_000
     assert of_plan < 1_000_000
-
-
-def test_a_huge_study_is_exit_2_on_the_command_line_and_leaves_nothing(tendon, workplace):
-    (workplace / "huge.toml").write_text(HUGE, encoding="utf-8")
-    for words in ((), ("--dry-run",)):
-        ran = tendon("sweep", "huge.toml", "--json", *words)
-        assert (ran.exit, ran.json["error"]["kind"]) == (2, "size")
-    assert [item.name for item in workplace.iterdir()] == ["huge.toml"]
 
 
 def test_more_than_2_to_the_63_states_cannot_be_but_just_below_can():
