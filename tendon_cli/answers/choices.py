@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -14,7 +14,7 @@ import pyarrow as pa
 from tendon_cli import say
 from tendon_cli.answers import tables as answered
 from tendon_cli.answers.answer import findings, named_rows
-from tendon_cli.answers.asked import Columns, goals_of
+from tendon_cli.answers.asked import goals_of
 from tendon_cli.answers.candidates import solved_part, summarised
 from tendon_cli.answers.population import GroupWindows, people_of, population
 from tendon_cli.answers.question import Problem, question, rows_to_prove
@@ -34,20 +34,15 @@ MOST_IN_MEMORY = 2**21  # choices of an answer without a folder
 _LEAST_BYTES = 40  # of a choice
 
 
-@dataclass(frozen=True, eq=False)
 class Choices(Task):
     """Every choice of a question, folded to the window of its conditions."""
 
-    problem: Problem
-    stop: threading.Event = field(init=False)
-    solved: dict[tuple[Any, ...], GroupWindows] = field(init=False, default_factory=dict, repr=False)
-    """The windows of persons or draws by the choice that they are of."""
-
     verb = "design"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "stop", self.problem.stop)
-        problem = self.problem
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.stop = problem, problem.stop
+        self.persons = problem.one_by_one
+        """The axis of persons or draws, each of whom has a row of a table that is written last."""
         if len(problem.choices) * len(problem.conditions) * problem.states_per_design >= 2**63:
             raise SizeError("more than 2^63 states", hint="fewer values on an axis")
         rows_to_prove(problem)  # what names none is a fault before anything is solved
@@ -67,11 +62,6 @@ class Choices(Task):
         """Choices in parts, whose length follows from the question alone; conditions in one."""
         parts = {"choices": -(-len(self.problem.choices) // self.length), "conditions": 1}
         return parts if self.persons is None else {**parts, f"{self.persons.key}s": 0}
-
-    @cached_property
-    def persons(self) -> Axis | None:
-        """The axis of persons or draws, each of whom has a row of a table that is written last."""
-        return self.problem.one_by_one
 
     @property
     def length(self) -> int:
@@ -127,16 +117,15 @@ class Choices(Task):
         try:
             counts = [note["feasible"], *(count for _, count in note["conflicts"])]
             texts = [name for names, _ in note["conflicts"] for name in names]
-            rows = note["rows"]
+            return (
+                note["choices"] == len(part)
+                and all(type(count) is int and 0 <= count <= len(part) for count in counts)
+                and all(isinstance(text, str) for text in texts)
+                and isinstance(note["rows"], list)
+                and all(type(row) is int and row in part for row in note["rows"])
+            )
         except (KeyError, TypeError, ValueError):
             return False
-        return (
-            note.get("choices") == len(part)
-            and all(type(count) is int and 0 <= count <= len(part) for count in counts)
-            and all(isinstance(text, str) for text in texts)
-            and isinstance(rows, list)
-            and all(type(row) is int and row in part for row in rows)
-        )
 
     def place(self, index: int) -> str:
         """The choices of a part."""
@@ -147,7 +136,7 @@ class Choices(Task):
         """The answer, from the choices that may matter."""
         record, chosen, row = findings(self.problem, notes)
         if self.persons is not None:
-            windows = self._windows_of(chosen.columns)
+            windows = GroupWindows.of(self.problem, chosen.columns)
             record["population"] = population(self.problem, chosen, row, windows)
         blocks = [*blocks_of(self.problem, record)]
         return record | {"blocks": blocks, "text": say.as_text(blocks, self.study)}
@@ -179,15 +168,9 @@ class Choices(Task):
 
     def _persons_file(self, axis: Axis, of_record: Mapping[str, Any]) -> LastFile:
         """The table of persons under the choice that the record names first."""
-        axes = (column for column in self.columns("choices") if column.is_axis)
+        table, axes = f"{axis.key}s", (column for column in self.columns("choices") if column.is_axis)
         chosen = {each.name: np.array([answered.as_value(each, of_record["values"][each.name])]) for each in axes}
         pretension = np.nan if of_record["pretension"] is None else of_record["pretension"]
-        rows = answered.person_rows(self.problem, axis, self._windows_of(chosen), chosen, pretension)
-        return f"{axis.key}s.parquet", self.layout(f"{axis.key}s", 0), writer_of(rows, (self.rows(f"{axis.key}s", 0),))
-
-    def _windows_of(self, columns: Columns) -> GroupWindows:
-        """The windows of all persons or draws for one choice, solved once."""
-        key = tuple((name, values[0].item()) for name, values in columns.items())
-        if key not in self.solved:
-            self.solved[key] = GroupWindows.of(self.problem, self.problem.numbers_of(columns))
-        return self.solved[key]
+        windows = GroupWindows.of(self.problem, chosen)
+        rows = answered.person_rows(self.problem, axis, windows, chosen, pretension)
+        return f"{table}.parquet", self.layout(table, 0), writer_of(rows, (self.rows(table, 0),))

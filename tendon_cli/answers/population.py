@@ -10,7 +10,7 @@ import numpy as np
 
 from tendon_cli import say
 from tendon_cli.answers import coverage
-from tendon_cli.answers.asked import Flags
+from tendon_cli.answers.asked import Columns, Flags
 from tendon_cli.answers.bench import FEW, settings, study_arm
 from tendon_cli.answers.coverage import Sizes, best_sizes, effective_count, grouped, normalised, serves
 from tendon_cli.answers.question import Problem
@@ -20,7 +20,7 @@ from tendon_cli.answers.words import LESS, MORE, NEITHER, population_share, row_
 from tendon_cli.model.body import DIMENSIONS
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES, Codes
-from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Numbers, Rows
+from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, Axis, Rows
 from tendon_cli.studies.people.population import Population as People
 from tendon_cli.studies.values import RIGID
 
@@ -43,9 +43,9 @@ class GroupWindows:
     high_condition: Rows
 
     @classmethod
-    def of(cls, problem: Problem, numbers: Numbers) -> GroupWindows:
+    def of(cls, problem: Problem, columns: Columns) -> GroupWindows:
         """Those of all groups of a question, for one choice."""
-        windows = problem.windows(numbers, 1)
+        windows = problem.windows(problem.numbers_of(columns), 1)
         shape = (int(problem.groups[-1]) + 1, -1)
         low, high = windows.low.reshape(shape), windows.high.reshape(shape)
         at_low, at_high = np.argmax(low, axis=1), np.argmin(high, axis=1)  # NaN counts as the first
