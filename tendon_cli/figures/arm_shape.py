@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.kinematics import Anchors, flexor_path
 from tendon_cli.space.space import Space
-from tendon_cli.studies.axes import case_axis, case_place, number_axis, single_numbers
+from tendon_cli.studies.axes import axis_of, case_axis, case_place, single_numbers
 from tendon_cli.studies.study import Study
 
 Points = npt.NDArray[np.float64]
@@ -86,7 +86,7 @@ def arm_sizes(study: Study, case: str | None = None) -> ArmSizes:
     keys = {name: f"arm.{name}" for name in (*_ANCHORS, "forearm_com", "load_distance", "upper_arm_angle")}
     keys |= {"flexor_radius": "spool.flexor_radius", "ratio": "spool.ratio"}
     at = None if case is None else case_place(study, case)
-    axes = [number_axis(study, key) for key in study.axes if key in keys.values()]
+    axes = [axis_of(study, key) for key in study.axes if key in keys.values()]
     cases = [case_axis(study)] if at is not None else []
     space = Space((*cases, *axes), single_numbers(study))
     first = tuple(slice(at, at + 1) if at is not None and axis in cases else slice(0, 1) for axis in space.axes)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -33,7 +33,7 @@ from tendon_cli.space.space import EXCURSION, INERTIA, TRAJECTORY, Space
 from tendon_cli.studies.contents import case_numbers, column_of
 from tendon_cli.studies.curves import curves_of
 from tendon_cli.studies.fields import nearest
-from tendon_cli.studies.study import Study, keys
+from tendon_cli.studies.study import Study
 from tendon_cli.studies.values import Grid, drawn
 from tendon_cli.units import shorten
 
@@ -51,7 +51,7 @@ _WORDS |= {of_side(SPRING_AT, side): "motor" for side in SIDES}
 def space_of(study: Study) -> Space:
     """The product of a study's axes, slowest first."""
     named = {axis.key: axis for axis in named_axes(study)}
-    axes = [named.get(key) or _axis_of(study, key) for key in study.axes]
+    axes = [named.get(key) or axis_of(study, key) for key in study.axes]
     return Space(tuple(replace(axis, role=_role(study, axis.key)) for axis in axes), single_numbers(study))
 
 
@@ -84,10 +84,8 @@ def named_axes(study: Study) -> tuple[Axis, ...]:
     """Cases, persons and draws, as far as a study has them; if each person gets one draw, no axis of draws."""
     asked, axes = study.uncertainty if study.uncertain else None, [case_axis(study)] if study.cases else []
     if study.people is not None:
-        drawn_once = {}
-        if asked is not None and not study.draws:
-            drawn_once = drawn(study.uncertain, len(study.people.population), asked.seed)
-        axes.append(person_axis(study, drawn_once))
+        once = {} if asked is None or study.draws else drawn(study.uncertain, study.people.persons, asked.seed)
+        axes.append(person_axis(study, once))
     if asked is not None and study.draws:
         names = tuple(f"draw {at + 1}" for at in range(study.draws))
         axes.append(Axis(DRAW_AXIS, DRAW_AXIS, drawn(study.uncertain, study.draws, asked.seed), names))
@@ -96,13 +94,12 @@ def named_axes(study: Study) -> tuple[Axis, ...]:
 
 def case_axis(study: Study) -> Axis:
     """The cases of a study, each of which may set numbers and the choices of the model; NaN where it does not."""
-    given = [case_numbers(case) for case in study.cases]
+    given: list[dict[str, float]] = []
+    for case in study.cases:
+        words = {key: word_of(case, key) for key in _WORDS}
+        given.append(case_numbers(case) | {key: float(word == _WORDS[key]) for key, word in words.items() if word})
     named = dict.fromkeys(key for each in given for key in each)
-    numbers = {key: _stacked(each.get(key) for each in given) for key in named}
-    for key, word in _WORDS.items():
-        words = [word_of(case, key) for case in study.cases]
-        if any(words):
-            numbers[key] = _stacked(None if each is None else each == word for each in words)
+    numbers = {key: np.array([each.get(key, np.nan) for each in given]) for key in named}
     return Axis(CASE_AXIS, CASE_AXIS, numbers, tuple(str(getattr(case, "name", "")) for case in study.cases))
 
 
@@ -131,32 +128,20 @@ def person_axis(study: Study, drawn_once: Mapping[str, Array]) -> Axis:
     return Axis(PERSON_AXIS, PERSON_AXIS, numbers, people.names, weighting=people.weighting)
 
 
-def _axis_of(study: Study, key: str) -> Axis:
-    """The axis of a number, or of a word."""
-    if key not in study.words:
-        return number_axis(study, key)
-    words = study.words[key]
-    return Axis(key, column_of(key), {key: np.array([float(word == _WORDS[key]) for word in words])}, words)
-
-
-def number_axis(study: Study, key: str) -> Axis:
-    """A number that varies: a grid with several values is a range, a list a catalogue."""
+def axis_of(study: Study, key: str) -> Axis:
+    """A number that varies, or a word: a grid with several values is a range, a list a catalogue."""
+    if words := study.words.get(key):
+        return Axis(key, column_of(key), {key: np.array([float(word == _WORDS[key]) for word in words])}, words)
     values = study.numbers[key]
     grid = values.source if isinstance(values.source, Grid) and values.source.num > 1 else None
-    is_range, is_log = grid is not None and not values.is_interval, grid is not None and grid.log
-    return Axis(
-        key, keys()[key].column, {key: values.array}, is_range=is_range, is_log=is_log, is_interval=values.is_interval
-    )
+    axis = Axis(key, column_of(key), {key: values.array}, is_log=grid is not None and grid.log)
+    return replace(axis, is_range=grid is not None and not values.is_interval, is_interval=values.is_interval)
 
 
 def _role(study: Study, key: str) -> Role:
     if split_side(key)[0] == PRETENSION:
         return "pretension"
     return "condition" if key in study.conditions else "choice"
-
-
-def _stacked(values: Iterable[float | None]) -> Array:
-    return np.array([np.nan if value is None else float(value) for value in values])
 
 
 # --- What cannot be --------------------------------------------------------------------------------------------------
@@ -191,10 +176,8 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
 
 def _friction_faults(study: Study) -> Iterator[Fault]:
     """A product of friction and bend angle, on one side, beyond any sheath."""
-    ends = {
-        key: values.uncertain.reach if values.uncertain else values.extremes for key, values in study.numbers.items()
-    }
-    largest = {key: high for key, (_, high) in ends.items() if key.startswith("sheath.")}
+    sheath = {key: values for key, values in study.numbers.items() if key.startswith("sheath.")}
+    largest = {key: (each.uncertain.reach if each.uncertain else each.extremes)[1] for key, each in sheath.items()}
     space = Space((case_axis(study),) if study.cases else (), largest)
     for side in SIDES:
         friction, bend_angle = (
@@ -204,8 +187,7 @@ def _friction_faults(study: Study) -> Iterator[Fault]:
         at = int(np.argmax(reached > MAX_FRICTION_EXPONENT))
         if reached[at] > MAX_FRICTION_EXPONENT:
             problem = f"friction x bend_angle reaches {reached[at]:.4g} on the {side}'s side{_in_case(space, at)}"
-            problem += f", expected {MAX_FRICTION_EXPONENT:g} at most"
-            yield Fault("sheath.friction", problem, "a bend angle without unit is in rad")
+            yield Fault("sheath.friction", f"{problem}, expected {MAX_FRICTION_EXPONENT:g} at most")
             return
 
 
@@ -219,7 +201,7 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     """An elbow angle asked for at which the flexor's two anchors coincide: its path has no direction there."""
     anchors = {name: f"arm.{name}" for name in ("a1", "b1", "a2", "b2")}
     axes = [case_axis(study)] if study.cases else []
-    axes += [number_axis(study, key) for key in study.axes if key in anchors.values()]
+    axes += [axis_of(study, key) for key in study.axes if key in anchors.values()]
     space = Space(tuple(axes), single_numbers(study))
     if len(space) > _MOST_ARMS_TO_CHECK:
         return  # such states are found one by one when the study runs, as states without equilibrium
@@ -227,14 +209,9 @@ def _anchor_faults(study: Study) -> Iterator[Fault]:
     a1, b1, a2, b2 = (np.broadcast_to(each, (*space.shape, 1, 1)).ravel() for each in given)
     meeting = np.pi - np.arctan2(a1, b1) - np.arctan2(a2, b2)
     alike = np.abs(np.hypot(a1, b1) - np.hypot(a2, b2)) <= 1e-12 * b1
-    angles = study.angles
-    low, high = angles.min(), angles.max()
-    for row in np.flatnonzero(alike & (low <= meeting) & (meeting <= high)):
-        if np.min(np.abs(angles - meeting[row])) < 1e-9:
-            yield Fault(
-                "arm",
-                f"the flexor's anchors coincide (L_c = 0) at the elbow angle {np.degrees(meeting[row]):.6g} deg"
-                + _in_case(space, int(row)),
-                "make a1, b1 and a2, b2 differ, or leave this angle out",
-            )
+    for row in np.flatnonzero(alike & (study.angles.min() <= meeting) & (meeting <= study.angles.max())):
+        if np.min(np.abs(study.angles - meeting[row])) < 1e-9:
+            at = f"the elbow angle {np.degrees(meeting[row]):.6g} deg{_in_case(space, int(row))}"
+            hint = "make a1, b1 and a2, b2 differ, or leave this angle out"
+            yield Fault("arm", f"the flexor's anchors coincide (L_c = 0) at {at}", hint)
             return

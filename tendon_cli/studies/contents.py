@@ -145,7 +145,7 @@ _SHORT_COLUMNS = {"sheath.friction": "friction", "sheath.bend_angle": "bend_angl
 
 @dataclass(frozen=True)
 class Key:
-    """A number's dotted key, such as `tendon.flexor.pretension`."""
+    """The dotted key of a number, such as `tendon.flexor.pretension`."""
 
     path: str
     number: Number

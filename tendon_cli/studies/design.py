@@ -28,8 +28,7 @@ CHOICE_RESULTS = (
 
 def _field_of(limit: DesignLimit) -> tuple[Any, Any]:
     """The field of a limit in a study, and its default."""
-    unit = QUANTITIES[limit.name].unit
-    default = None if limit.default is None else f"{limit.default:g} {unit}"
+    default = None if limit.default is None else f"{limit.default:g} {QUANTITIES[limit.name].unit}"
     return Annotated[Values | None, Single(limit.name, *limit.accepts)], default
 
 
@@ -71,9 +70,8 @@ class _Placed(Single):
     def read(self, value: object) -> Any:
         """A word as it is, else one value; raises PydanticCustomError."""
         if isinstance(value, str) and value.isalpha() and value not in PLACES:
-            raise fault(
-                f"{described(value)} is no place in a window", '"middle", "least" or a pretension such as "38 N"'
-            )
+            hint = '"middle", "least" or a pretension such as "38 N"'
+            raise fault(f"{described(value)} is no place in a window", hint)
         return value if value in PLACES else super().read(value)
 
     def _json_one(self) -> dict[str, Any]:

@@ -46,9 +46,7 @@ def any_study(content: AnyStudy) -> Study:
     if isinstance(content, str | PathLike):
         return load_study(content)
     if not isinstance(content, Mapping):
-        raise StudyError(
-            [Fault("", f"{described(content)} is not a study, expected a path or a dictionary of its keys")]
-        )
+        raise StudyError([Fault("", f"{described(content)} is not a study, expected a path or a dictionary of keys")])
     return study_from(plain(content))
 
 
@@ -122,9 +120,8 @@ def plain(value: Any, path: tuple[str, ...] = ()) -> Any:
             hint = "give fit_friction a bend_angle"
             raise StudyError([Fault(key, "the fit has no bend angle, so no friction coefficient", hint)])
         return {"mean": value.friction, "std": value.standard_error}
-    if isinstance(value, range) or hasattr(value, "tolist"):
-        value = list(value) if isinstance(value, range) else value.tolist()
-    if isinstance(value, (list, tuple)):
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, (list, tuple, range)):
         return [plain(item, (*path, str(at))) for at, item in enumerate(value)]
     if value is None or isinstance(value, (str, bool, int, float, date, time)):
         return value
@@ -148,7 +145,7 @@ def recorded_study(record: Mapping[str, Any]) -> Study:
 
 
 def _without_nothing(content: Any, path: str, faults: list[Fault]) -> Any:
-    """The content without keys that have no value, as YAML allows: `faults`. Numbers are left to their fields."""
+    """The content without keys that have no value, as YAML allows: `faults`; numbers are left to their fields."""
     if isinstance(content, list):
         return [_without_nothing(item, f"{path}.{at}", faults) for at, item in enumerate(content)]
     if not isinstance(content, dict) or path in keys():
@@ -193,8 +190,7 @@ def _innermost(content: dict[str, Any], path: tuple[int | str, ...]) -> tuple[di
 
 def _axes_in_order(document: Document) -> list[str]:
     """Keys of the document that hold a list or a grid, in the order of its lines."""
-    given = _number_keys(document.content).items()
-    axes = [key for key, value in given if isinstance(value, (list, dict)) and key != "motion.elbow_angle"]
+    axes = [key for key, value in _number_keys(document.content).items() if isinstance(value, (list, dict))]
     return sorted(axes, key=lambda key: document.places.line_of(key) or 0)
 
 

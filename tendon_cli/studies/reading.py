@@ -110,8 +110,7 @@ def _check_events(events: Any) -> None:
         if getattr(event, "anchor", None) is not None:
             raise refused("YAML anchors and aliases are not read", "write the value out", line)
         if getattr(event, "tag", None) is not None:
-            tag = str(event.tag).replace("tag:yaml.org,2002:", "!!")
-            raise refused(f"the YAML tag {shorten(tag)} is not read", "leave it out", line)
+            raise refused(f"the YAML tag {shorten(str(event.tag))} is not read", "leave it out", line)
 
 
 def _value(yaml: Any, node: Any, path: str, places: KeyPlaces) -> Any:
@@ -149,7 +148,6 @@ def _scalar(yaml: Any, node: Any, path: str) -> Any:
     try:
         return yaml.constructor.construct_object(node)
     except (ValueError, OverflowError):
-        is_date = str(node.tag).endswith(":timestamp")
         date = f'"{shorten(node.value)}" is not a date of the calendar, expected text in quotes'
-        problem = date if is_date else LONG_INTEGER
+        problem = date if str(node.tag).endswith(":timestamp") else LONG_INTEGER
         raise refused(problem, None, node.start_mark.line + 1, shorten(path, 120)) from None

@@ -21,8 +21,6 @@ TEMPLATES = {
     "friction": "what do friction and bend of the sheath do, and their uncertainty?",
 }
 """The starter studies, each with the question that it asks."""
-_EXAMPLES = "examples"
-_EXAMPLES_OF_A_CHECKOUT = "configs"
 
 
 def starter(path: Path, template: str = "sweep") -> str:
@@ -53,8 +51,8 @@ def _as_yaml(toml: str) -> str:
 def examples() -> dict[str, Path]:
     """Every study and CSV that the documentation uses, by its name, such as `design/universal.toml`."""
     package = Path(str(files("tendon_cli")))
-    folders = (package / _EXAMPLES, package.parent / _EXAMPLES_OF_A_CHECKOUT)
-    folder = next((folder for folder in folders if folder.is_dir()), folders[0])
+    installed = package / "examples"
+    folder = installed if installed.is_dir() else package.parent / "configs"  # of a checkout
     paths = (file for kind in ("toml", "csv") for file in folder.rglob(f"*.{kind}"))
     return {file.relative_to(folder).as_posix(): file for file in sorted(paths)}
 
@@ -62,7 +60,7 @@ def examples() -> dict[str, Path]:
 def write_example(name: str, path: Path | None) -> tuple[Path, str]:
     """Copy an example to a new file, by default of the same name, and return both; raises UsageError, OutputError."""
     known = examples()
-    short = {Path(each).stem: each for each in reversed(known)} | {Path(each).name: each for each in reversed(known)}
+    short = {part: each for each in reversed(known) for part in (Path(each).stem, Path(each).name)}
     full = name if name in known else short.get(name)
     if full is None:
         hint = nearest(name, (*known, *short)) or "`tendon init --list` lists them"
@@ -82,6 +80,5 @@ def write_starter(path: Path, template: str = "sweep") -> None:
 
 def _write(path: Path, content: bytes) -> None:
     if not write_new(path, content):
-        raise UsageError(
-            "exists already, and is not overwritten", where=shorten(str(path), 1000), hint="name another file"
-        )
+        problem, where = "exists already, and is not overwritten", shorten(str(path), 1000)
+        raise UsageError(problem, where=where, hint="name another file")

@@ -13,7 +13,7 @@ from pydantic import Field, PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.model.trajectory import Trajectory
-from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS, SIDES, of_side
+from tendon_cli.space.axis import CASE_AXIS, DRAW_AXIS, PERSON_AXIS
 from tendon_cli.space.space import ANCHORS
 from tendon_cli.studies import parts
 from tendon_cli.studies.contents import (
@@ -126,9 +126,9 @@ class Study(Displayed, Part):
     @property
     def words(self) -> dict[str, tuple[str, ...]]:
         """Words that vary, by dotted key: where the springs sit."""
-        sides = {"spring.at": self.spring, **{of_side("spring.at", side): getattr(self.spring, side) for side in SIDES}}
-        places = {key: getattr(spring, "at", None) for key, spring in sides.items()}
-        return {key: words for key, words in places.items() if isinstance(words, tuple)}
+        springs = {"spring.at": self.spring, "spring.flexor.at": self.spring.flexor}
+        springs["spring.extensor.at"] = self.spring.extensor
+        return {key: at for key, each in springs.items() if isinstance(at := getattr(each, "at", None), tuple)}
 
     @property
     def of_the_body(self) -> tuple[str, ...]:

@@ -100,12 +100,10 @@ class Grid:
 
 @dataclass(frozen=True)
 class Values:
-    """What a study says for one key. It is an axis of the product unless it is a single value.
-
-    `source` is what gives the numbers: a tuple of SI values, or a grid that is only written out when it is needed.
-    """
+    """What a study says for one key. It is an axis of the product unless it is a single value."""
 
     source: tuple[float, ...] | Grid
+    """SI values, or a grid that is only written out when it is needed."""
     is_axis: bool
     uncertain: Uncertain | None = None
     """How a single value is distributed around the one in `source`, where the study says so."""
@@ -144,10 +142,8 @@ class Values:
         """The same numbers as a study file would say them, in SI; grids stay as short as they were written."""
         if isinstance(self.source, Grid):
             grid = self.source
-            if self.is_interval:
-                return {"from": grid.start.document(), "to": grid.stop.document()}
-            spacing = {"spacing": "log"} if grid.log else {}
-            return {"from": grid.start.document(), "to": grid.stop.document(), "num": grid.num, **spacing}
+            ends, spacing = {"from": grid.start.document(), "to": grid.stop.document()}, {"spacing": "log"}
+            return ends if self.is_interval else {**ends, "num": grid.num, **(spacing if grid.log else {})}
         if self.uncertain is not None:
             return self.uncertain.document
         values = [in_si(value, dimension) for value in self.source]

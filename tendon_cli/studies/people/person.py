@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 
 from tendon_cli.errors import UsageError
 from tendon_cli.model.body import ANCHOR_ALONG, DIMENSIONS, FOREARM_COM_SHARE, FOREARM_MASS_SHARE
 from tendon_cli.quantities import QUANTITIES
+from tendon_cli.studies.fields import nearest
 from tendon_cli.studies.people.population import NAMED, OF_THE_BODY, Population, arms_of, named
 from tendon_cli.studies.people.survey import ansur2
 from tendon_cli.studies.study import Study
@@ -79,7 +79,6 @@ def _person(study: Study, name: str) -> Population:
     names = people.names if people is not None else ()
     if people is not None and name in names:
         return people.only(slice(names.index(name), names.index(name) + 1))
-    near = difflib.get_close_matches(name, [*NAMED, *names[:10_000]], n=1, cutoff=0.5)
     known = [*NAMED, *names[:_MANY]] + (["..."] if len(names) > _MANY else [])
-    hint = f'did you mean "{near[0]}"?' if near else f"persons: {', '.join(map(shorten, known))}"
+    hint = nearest(name, (*NAMED, *names[:10_000])) or f"persons: {', '.join(map(shorten, known))}"
     raise UsageError(f'there is no person "{shorten(name)}"', hint=hint)

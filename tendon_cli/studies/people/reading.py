@@ -105,8 +105,7 @@ def _refuse_other_words(text: str, where: str) -> None:
     words = re.sub(r"[^a-z0-9]+", "_", "".join(sign for sign in plain if not unicodedata.combining(sign))).split("_")
     german = _GERMAN.get(re.sub("(?<=[aou])e", "", words[0]))  # ae, oe, ue stand for one with dots
     name = text.partition("(")[0].partition("[")[0].strip().casefold()
-    near = difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)
-    if meant := german or "".join(near):
+    if meant := german or "".join(difflib.get_close_matches(name, _KNOWN, n=1, cutoff=0.8)):
         quantity = QUANTITIES.get(meant)
         unit = next((word for word in words if quantity and word in known_units(quantity.dimension)), None)
         given = f" ({unit or quantity.shown_in})" if quantity else ""
