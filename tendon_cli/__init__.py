@@ -27,8 +27,7 @@ if TYPE_CHECKING:
         UsageError,
         WorkersLostError,
     )
-    from tendon_cli.face.pictures import plot
-    from tendon_cli.face.runs import design, estimate, open, sweep  # noqa: A004
+    from tendon_cli.face import design, estimate, open, plot, sweep  # noqa: A004
     from tendon_cli.friction.fit import fit_friction
     from tendon_cli.reports.report import write_report as report
     from tendon_cli.state_page.page import state_page as state
@@ -38,11 +37,11 @@ if TYPE_CHECKING:
 _PLACES = {
     "load_study": "studies.load.load_study", "study": "studies.load.any_study", "varied": "studies.load.varied_study",
     "state": "state_page.page.state_page", "states": "engine.states.states",
-    "sweep": "face.runs.sweep", "design": "face.runs.design", "estimate": "face.runs.estimate",
-    "open": "face.runs.open", "open_run": "engine.results.open_run",
+    "sweep": "face.sweep", "design": "face.design", "estimate": "face.estimate",
+    "open": "face.open", "open_run": "engine.results.open_run",
     "check": "checks.check.check", "report": "reports.report.write_report",
     "fit_friction": "friction.fit.fit_friction",
-    "plot": "face.pictures.plot", "picture": "face.pictures.picture",
+    "plot": "face.plot", "picture": "face.picture",
     "run_text": "summary.run_text", "study_text": "summary.study_text", "fit_text": "friction.report.summary_lines",
 }  # fmt: skip
 """By its name, where something of the face stands."""

@@ -120,8 +120,7 @@ def draw_declared(spec: FigureSpec, run: Path, out: Path | None = None, finish: 
 
 def table_of(path: Path, spec: FigureSpec, wanted: str | None = None) -> AnyTable:
     """The table that a path means, or of a run folder the one that has what is asked for; raises as `table_in`."""
-    asked = [*spec.quantity, *filter(None, (spec.x, spec.colour, spec.panels)), *(each.name for each in spec.filters)]
-    return table_of_study(path, wanted, asked)
+    return table_of_study(path, wanted, spec.asked)
 
 
 def _planned(cube: Cube, spec: FigureSpec) -> tuple[MapPlan | CurvePlan, list[Condition]]:

@@ -145,6 +145,15 @@ class FigureSpec(Part):
     )
 
     @property
+    def asked(self) -> tuple[str, ...]:
+        """Every column that it names."""
+        return (
+            *self.quantity,
+            *filter(None, (self.x, self.colour, self.panels)),
+            *(each.name for each in self.filters),
+        )
+
+    @property
     def table(self) -> str:
         """The table that has its quantities."""
         return "states" if self.quantity[0] in OF_STATES else "designs"

@@ -1,1 +1,0 @@
-"""The functions of the library that stand above all rooms."""
