@@ -144,17 +144,6 @@ def _without_locks(number):
 
 
 @contextmanager
-def _journal_is_a_folder(folder, _patch):
-    content = folder.journal.read_bytes() if folder.journal.exists() else None
-    folder.journal.unlink(missing_ok=True)
-    folder.journal.mkdir()
-    yield "make it a file"
-    folder.journal.rmdir()
-    if content is not None:
-        folder.journal.write_bytes(content)
-
-
-@contextmanager
 def _journal_is_forbidden(folder, patch):
     """The superuser may read everything, so it is injected."""
     read = journal_module.read_file
@@ -169,7 +158,7 @@ def _journal_is_forbidden(folder, patch):
 
 
 NO_LOCKS = ("ENOLCK", "EOPNOTSUPP", "ENOSYS")
-OBSTACLES = {"held": _held, "folder": _journal_is_a_folder, "forbidden": _journal_is_forbidden} | {
+OBSTACLES = {"held": _held, "forbidden": _journal_is_forbidden} | {
     name: _without_locks(getattr(errno, name)) for name in NO_LOCKS
 }
 

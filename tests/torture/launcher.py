@@ -15,19 +15,6 @@ import time
 from pathlib import Path
 
 
-def points():
-    """Where a run can be held: an owner, and the name of its function."""
-    from tendon_cli.answers.choices import Choices
-    from tendon_cli.engine.folder import RunFolder
-    from tendon_cli.engine.sweep import Sweep
-
-    return {
-        "part": [(Sweep, "fill"), (Choices, "fill")],
-        "figures": [(RunFolder, "place_figures")],
-        "record": [(RunFolder, "finish")],
-    }
-
-
 def hold(owner, name, settings):
     """Let a function wait, as a slow disk or a large part would."""
     before, calls = getattr(owner, name), itertools.count()
@@ -45,33 +32,36 @@ def hold(owner, name, settings):
     setattr(owner, name, slow)
 
 
-def forbid_network():
+NETWORK = ("socket.connect", "socket.bind", "socket.getaddrinfo", "socket.gethostbyname", "socket.sendto")
+
+
+def forbid_network(event, _arguments):
     """Whatever reaches for the network ends the process with a code that nothing else has."""
-    touched = ("socket.connect", "socket.bind", "socket.getaddrinfo", "socket.gethostbyname", "socket.sendto")
-
-    def watch(event, _arguments):
-        if event in touched:
-            sys.stderr.write(f"network: {event}\n")
-            os._exit(99)
-
-    sys.addaudithook(watch)
+    if event in NETWORK:
+        sys.stderr.write(f"network: {event}\n")
+        os._exit(99)
 
 
 def main():
     """Set the stage, then run the command."""
     settings, words = json.loads(sys.argv[1]), sys.argv[2:]
     if settings.get("offline"):
-        forbid_network()
+        sys.addaudithook(forbid_network)
     from tendon_cli import cli
 
     if "parts" in settings:
         from tendon_cli.answers import choices
-        from tendon_cli.engine import plan
+        from tendon_cli.engine import folder, plan, sweep
 
         plan.STATES_PER_FILE = plan.STATES_PER_PART = plan.DESIGNS_PER_PART = settings["parts"]
         choices.CHOICES_PER_PART = 1
-    for owner, name in points()[settings["hold"]] if "hold" in settings else ():
-        hold(owner, name, settings)
+        points = {
+            "part": [(sweep.Sweep, "fill"), (choices.Choices, "fill")],
+            "figures": [(folder.RunFolder, "place_figures")],
+            "record": [(folder.RunFolder, "finish")],
+        }
+        for owner, name in points.get(settings.get("hold"), ()):
+            hold(owner, name, settings)
     if "go" in settings:
         Path(f"go-{settings['go']}").touch()
         while not Path("go").exists():

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from .attempts import ATTEMPTS
 from .breed import breeder
-from .seeds import dictionary, seeds
+from .seeds import seeds
 from .tally import Tally, too_slow
 
 SECONDS = 60
@@ -59,7 +59,6 @@ def guided(kind, cases, folder, words):
             file.write_bytes(content)
             with contextlib.suppress(Exception):  # a fault is a matter for the tally
                 attempt(file)
-    (folder / "words").write_text(dictionary(kind), encoding="ascii")
     tally = Tally(folder, attempt, longest=0)
 
     def one(content):
@@ -76,7 +75,7 @@ def guided(kind, cases, folder, words):
     resource.setrlimit(resource.RLIMIT_AS, (16 << 30, resource.getrlimit(resource.RLIMIT_AS)[1]))
     options = [
         "-seed=1", f"-max_len={MOST_BYTES[kind]}", f"-timeout={SECONDS}", "-rss_limit_mb=0", "-len_control=0",
-        "-mutate_depth=2", f"-dict={folder / 'words'}", f"-artifact_prefix={folder}/",
+        "-mutate_depth=2", f"-artifact_prefix={folder}/",
     ]  # fmt: skip
     atheris.Setup([sys.argv[0], *options, str(folder / "found"), str(good_files), *words], one, custom_mutator=custom)
     atheris.Fuzz()

@@ -110,16 +110,3 @@ def good_tables():
             sweep(study, Path(place, "run"), 1)
             tables += [Path(place, f"run/{table}.parquet").read_bytes() for table in ("designs", "states")]
     return tables
-
-
-def dictionary(kind):
-    """The words of a kind, as libFuzzer reads them."""
-    from tendon_cli.studies.study import keys
-    from tendon_cli.units import UNITS
-
-    tokens = TOKENS[kind]
-    if kind in ("toml", "yaml"):
-        parts = {part for key in keys() for part in key.split(".")} | set(keys()) | set(UNITS)
-        tokens = [*tokens, *(part.encode() for part in sorted(parts))]
-    lines = ('"' + "".join(f"\\x{byte:02x}" for byte in token) + '"' for token in tokens if len(token) <= 64)
-    return "\n".join(lines) + "\n"
