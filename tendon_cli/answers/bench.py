@@ -20,9 +20,9 @@ from tendon_cli.answers.solve import Solutions, severest, worst
 from tendon_cli.answers.words import Row
 from tendon_cli.model.actuator import evaluate
 from tendon_cli.model.design import Design
-from tendon_cli.model.drift import Drift, drift
 from tendon_cli.model.kinematics import Array
 from tendon_cli.model.limits import LIMIT_NAMES
+from tendon_cli.model.reversal import Drift, drift
 from tendon_cli.model.setting import all_readings, per_length
 from tendon_cli.space.axis import DRAW_AXIS, PERSON_AXIS, PRETENSION, SIDES, Axis, Numbers
 

@@ -54,13 +54,7 @@ class Bounds(Mapping[str, "Real"]):
     @cached_property
     def asked(self) -> list[DesignLimit]:
         """The limits that hold for any design, in the order of the table."""
-        return [limit for limit in LIMITS.values() if limit.name in self and limit.is_asked(self[limit.name])]
-
-    @property
-    def of_states(self) -> Bounds:
-        """The same without those that compare states of the whole motion."""
-        others = {name: bound for name, bound in self.items() if not LIMITS[name].of_motion}
-        return Bounds(speed=self.speed, **others)
+        return [limit for name, limit in LIMITS.items() if name in self and not np.all(np.isinf(self[name]))]
 
     @property
     def of_motion(self) -> list[DesignLimit]:

@@ -98,10 +98,6 @@ class DesignLimit:
             return bound, None
         return (-np.asarray(bound) if self.name.startswith("peak_") else None), bound
 
-    def is_asked(self, bound: Real) -> bool:
-        """Whether a bound is one, for any design."""
-        return not bool(np.all(np.isinf(bound)))
-
     def beyond(self, values: Array, bound: Real) -> Array:
         """By how much values are outside of the bound: above 0 they break it."""
         if self.from_below:

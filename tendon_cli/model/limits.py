@@ -223,11 +223,8 @@ ALWAYS = {
         "extensor slack", "slack", "the extensor goes slack", "prevents slack", "lets the extensor go slack"
     ),
     "no equilibrium": LimitWords(
-        "no equilibrium",
-        "equilibrium",
-        "the flexor has passed the joint's centre",
-        "allows equilibrium",
-        "leaves no equilibrium",
+        "no equilibrium", "equilibrium", "the flexor has passed the joint's centre",
+        "allows equilibrium", "leaves no equilibrium",
     ),
-}
+}  # fmt: skip
 """What always ends a window, in words."""

@@ -1,4 +1,4 @@
-"""What happens where the motion turns: how far the spool turns back before each tendon's far end follows.
+"""Apart from the motion: how far the spool turns back where it turns, and how far a joint drifts that is let go.
 
 As the spool turns, friction changes its direction from the motor's end on, up to a front that walks along the sheath;
 beyond it the tendon sticks with the tension that it had. With Coulomb friction both profiles are exponentials, so the
@@ -8,17 +8,27 @@ front is where they meet, and the elastic stretch between them is what the spool
 M. Kaneko, M. Wada, H. Maekawa, K. Tanie, "A new consideration on tendon-tension control system of robot hands", IEEE
 International Conference on Robotics and Automation, 1991, call what is lost so the equivalent backlash. SI units,
 angles in radians.
+
+With the spool held at α the distal tensions are those that the paths leave (Eqs. 13 to 16 solved for the tensions),
+
+    x = max(0, F0 + (R_f α - H_f)/c_f),   y = max(0, F0 + (H_e - η R_f α)/c_e)
+
+and what drives the joint is J_f x - J_e y - τ_a. The spool that holds a state where the elbow is unstable holds another
+one, stable, further on: in between the joint is driven there.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tendon_cli.model.actuator import State
+from tendon_cli.model.actuator import State, evaluate
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags, Real
 from tendon_cli.model.sheath import Sheathed, sheaths_of
+
+_POINTS = 2001
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,3 +113,44 @@ def _side(before: Sheathed, after: Sheathed, tension: Array, radius: Array) -> S
         loss=released - near * of_tendon * (1.0 + 4.0 / 3.0 * change + 0.5 * np.square(change)),
         sprung=sprung,
     )
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Where a joint that is let go comes to rest, the spool held."""
+
+    start: float
+    """Angle at which it is let go, rad."""
+    end: float
+    """Where it is balanced again, or the end of the motion, rad."""
+    torque: float
+    """The largest magnitude that drives it there, N m."""
+    balanced: bool
+    """Whether it is balanced at the end."""
+
+
+def drift(design: Design, start: float, last: float) -> Drift:
+    """The drift of one design (numbers, or arrays of one value) from an elbow angle toward another one, rad.
+
+    Friction is that of the motion: flexion if `last` is the larger angle. Quasi-static.
+    """
+    design, flexion = replace(design, trajectory=None), np.array([[last > start]])
+    angles = np.linspace(start, last, _POINTS)[np.newaxis]
+    net = _driving_torque(evaluate(design, angles, flexion)).ravel() * np.sign(last - start)
+    against = np.flatnonzero(net[1:] <= 0.0)
+    at = int(against[0]) + 1 if len(against) else _POINTS - 1
+    if at == 1:  # it does not leave
+        return Drift(start, start, 0.0, balanced=True)
+    share = 1.0 if not len(against) else net[at - 1] / (net[at - 1] - net[at])
+    end = float(angles[0, at - 1] + share * (angles[0, at] - angles[0, at - 1]))
+    return Drift(start, end, float(net[:at].max()), balanced=bool(len(against)))
+
+
+def _driving_torque(state: State) -> Array:
+    """What drives the joint toward flexion at each angle, the spool held where it holds the first one, N m."""
+    design, motion, tied = state.design, state.motion, state.coupling
+    held = np.asarray(design.flexor_radius) * state.spool_angle[..., :1]
+    flexor = design.flexor.pretension + (held - motion.flexor_travel) / tied.flexor_compliance
+    extensor = design.extensor.pretension + (motion.extensor_travel - design.ratio * held) / tied.extensor_compliance
+    pulls = tied.moment_arm * np.maximum(flexor, 0.0) - tied.extensor_arm * np.maximum(extensor, 0.0)
+    return np.asarray(pulls - tied.elbow_torque)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, ends_of
 from tendon_cli.model.design import F0, Design
-from tendon_cli.model.kinematics import Array, Flag, Flags, Real
+from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
     FLEXOR_SLACK,
@@ -72,20 +72,14 @@ class Window(Ends):
     high_by: Codes
 
 
-def window(design: Design, elbow_angle: Real, flexion: Flag, bounds: Bounds) -> Window:
-    """The windows of designs over their states, which lie along the last two axes of the broadcast product."""
-    at = State.of(design, elbow_angle, flexion)
-    low, high, low_by, high_by, blocked = ends_of_states(at, bounds)
-    ceiling, fixed = _ceiling(design, bounds), _broken_by_design(design, bounds)
-    shape = np.broadcast_shapes(*(each.shape for each in (low, high, low_by, high_by, blocked, fixed, ceiling)), (1, 1))
+def window(design: Design, elbow_angle: Array, flexion: Flags, bounds: Bounds) -> Window:
+    """The windows of designs over their states: of angles (1, K) in each direction, (D, 1), or (1, K) in a motion."""
+    at, states = State.of(design, elbow_angle, flexion), (len(flexion), elbow_angle.size)
+    of_design = _ceiling(design, bounds), _broken_by_design(design, bounds)
+    shape = np.broadcast_shapes(*(each.shape for each in (*ends_of_states(at, bounds), *of_design)), states)
     folded = begin(shape[:-2])
-    fold(folded, at, bounds, np.arange(shape[-2] * shape[-1]).reshape(shape[-2:]))
-    ends = finished(folded, design, bounds)
-    return Window(
-        **vars(ends),
-        low_by=_by(ends.low_state, low_by, ends, blocked, fixed, upper=False),
-        high_by=_by(ends.high_state, high_by, ends, blocked, fixed, upper=True),
-    )
+    fold(folded, at, bounds, np.arange(states[0] * states[1]).reshape(states))
+    return named(finished(folded, design, bounds), design, elbow_angle, flexion, bounds)
 
 
 def begin(shape: tuple[int, ...]) -> Found:
@@ -171,25 +165,18 @@ def named(ends: Ends, design: Design, elbow_angle: Array, flexion: Flags, bounds
 
     The states are all of `elbow_angle`, (1, K), in each direction of `flexion`, (D, 1), or (1, K) along a trajectory.
     """
-    limits, fixed = [], _broken_by_design(design, bounds)
+    limits, fixed = [], _over_design(_broken_by_design(design, bounds))
     for state, beside, upper in ((ends.low_state, ends.low_angle, False), (ends.high_state, ends.high_angle, True)):
         direction, place = np.divmod(np.maximum(state, 0), elbow_angle.size)
         angle = np.where(np.isnan(beside), elbow_angle.ravel()[place], beside)[..., np.newaxis, np.newaxis]
         way = np.broadcast_to(flexion, (len(flexion), elbow_angle.size))[direction, place]
         at = State.of(design, angle, way[..., np.newaxis, np.newaxis])
         _, _, low_by, high_by, blocked = ends_of_states(at, bounds)
-        limits.append(_by(state, high_by if upper else low_by, ends, blocked, fixed, upper=upper))
+        of_state, reason = map(_over_design, (high_by if upper else low_by, blocked))
+        of_none = np.where(np.isfinite(ends.high), PRETENSION, NOTHING) if upper else NOTHING
+        by = np.where(np.isnan(ends.low), np.where(state < 0, fixed, reason), np.where(state < 0, of_none, of_state))
+        limits.append(by.astype(np.int8))
     return Window(**vars(ends), low_by=limits[0], high_by=limits[1])
-
-
-def _by(state: Positions, codes: Codes, ends: Ends, blocked: Codes, fixed: Codes, *, upper: bool) -> Codes:
-    """The limits that bind at ends, from those of all states and of the designs."""
-    shape = (*state.shape, *np.broadcast_shapes(codes.shape, blocked.shape)[-2:])
-    place = np.maximum(state, 0) % (shape[-1] * shape[-2])
-    of_state, reason = (_at(np.broadcast_to(each, shape).reshape(*state.shape, -1), place) for each in (codes, blocked))
-    of_none = np.where(np.isfinite(ends.high), PRETENSION, NOTHING) if upper else np.asarray(NOTHING)
-    open_by = np.where(state < 0, of_none, of_state)
-    return np.where(np.isnan(ends.low), np.where(state < 0, _over_design(fixed), reason), open_by).astype(np.int8)
 
 
 def ends_of_states(at: State, bounds: Bounds) -> tuple[Array, Array, Codes, Codes, Codes]:

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from tendon_cli.answers.question import question
 from tendon_cli.model.actuator import evaluate
-from tendon_cli.model.drift import drift
+from tendon_cli.model.reversal import drift
 from tendon_cli.studies.load import study_from
 
 

@@ -51,12 +51,6 @@ def test_the_two_references_differ_by_the_same_length_at_every_angle(arm, angle)
     assert kinematics(arm, 0.0, from_initial=True).flexor_travel == 0.0
 
 
-def test_anchors_on_the_lines_of_a_right_angle_follow_pythagoras():
-    motion = kinematics(Anchors(0.0, 0.3, 0.0, 0.4, 0.045), np.pi / 2)
-    assert motion.flexor_path == pytest.approx(0.5, rel=1e-15)
-    assert motion.flexor_moment_arm == pytest.approx(0.24, rel=1e-15)
-
-
 @pytest.mark.parametrize("unilateral", [True, False])
 @pytest.mark.parametrize("flexion", [True, False])
 def test_coincident_anchors_have_no_moment_arm_and_no_equilibrium(flexion, unilateral):

@@ -98,23 +98,13 @@ def test_the_noise_is_found_from_the_points(name, noise):
     assert noise_of(points + rng.normal(0.0, noise, points.shape)) == pytest.approx(noise, rel=0.25)
 
 
-@pytest.mark.parametrize("name", ["helix", "arc", "arcs"])
-def test_a_route_bends_as_much_from_its_other_end(name):
-    rng = np.random.default_rng(1)
-    points = resampled(ROUTES[name]()[0], 0.02, rng)
-    points += rng.normal(0.0, 0.5e-3, points.shape)
-    there, back = measured_route(points), measured_route(points[::-1])
-    assert there.bend_angle == pytest.approx(back.bend_angle, rel=1e-9)
-    assert there.standard_error == pytest.approx(back.standard_error, rel=1e-9)
-
-
 @given(st.integers(0, 1000), st.floats(1e-3, 1e3))
 @settings(max_examples=40)
-def test_neither_the_unit_nor_the_frame_counts(seed, unit):
+def test_neither_the_unit_nor_the_frame_nor_the_end_counts(seed, unit):
     rng = np.random.default_rng(seed)
     points = resampled(arc()[0], 0.02, rng)
     points += rng.normal(0.0, 1e-3, points.shape)
-    moved = unit * (Rotation.random(rng=rng).apply(points) + rng.normal(0.0, 1.0, 3))
+    moved = unit * (Rotation.random(rng=rng).apply(points[::-1]) + rng.normal(0.0, 1.0, 3))
     first, second = measured_route(points), measured_route(moved)
     assert second.bend_angle == pytest.approx(first.bend_angle, rel=1e-6)
     assert second.standard_error == pytest.approx(first.standard_error, rel=1e-6)

@@ -114,10 +114,3 @@ def test_without_an_upper_end_the_window_ends_where_a_limit_does():
     assert float(cycle(at, ANGLES, WAYS, SPEED)["spool_travel"]) == pytest.approx(7.0, rel=1e-9)
     free = narrowed(found, one, ANGLES, WAYS, Bounds(speed=SPEED, max_spool_travel=1e9))
     assert np.isinf(free.high)
-
-
-def test_one_direction_has_no_differences_to_limit():
-    one = design(baseline(load_mass=3.0))
-    found = window(one, ANGLES, WAYS[:1], Bounds())
-    left = narrowed(found, one, ANGLES, WAYS[:1], Bounds(speed=SPEED, max_backlash=1e-9, max_torque_band=1e-9))
-    assert (float(left.low), float(left.high)) == (float(found.low), float(found.high))

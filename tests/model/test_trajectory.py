@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.bounds import Bounds
-from tendon_cli.model.drift import drift
 from tendon_cli.model.motor import along, cycle
 from tendon_cli.model.motor_window import narrowed
+from tendon_cli.model.reversal import drift
 from tendon_cli.model.trajectory import Trajectory, ways
 from tendon_cli.model.window import window
 
@@ -47,13 +47,6 @@ def test_inertia_asks_for_torque_and_leaves_the_stiffness_as_it_is():
     asked = (0.08 + 2.0 * 0.32**2) * trajectory.acceleration
     np.testing.assert_allclose(at.coupling.elbow_torque - rest.coupling.elbow_torque, asked[np.newaxis], atol=1e-12)
     np.testing.assert_array_equal(at.torque_slope, rest.torque_slope)
-
-
-def test_without_inertia_states_are_those_of_the_angles_alone():
-    trajectory = swing(301)
-    made = moved(trajectory, inertia=0.0)
-    state, still = along_states(made), evaluate(design(baseline()), trajectory.angle, trajectory.flexion)
-    np.testing.assert_array_equal(state.motor_torque[0], still.motor_torque)
 
 
 def test_each_sample_is_known_by_its_angle_though_the_joint_rests():

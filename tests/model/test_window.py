@@ -77,15 +77,15 @@ WIDTH, FREE_LENGTH, SPEED = 0.04, 0.07, 1.3
 
 
 def drawn(seed=77):
-    """Designs (n, 1, 1, 1) with four loads (n, 4, 1, 1), angles (n, 1, 1, 6), and limits, some of each not asked."""
+    """Designs (n, 1, 1, 1) with four loads (n, 4, 1, 1), angles (1, 6), and limits, some of each not asked."""
     rng = np.random.default_rng(seed)
     p, *_ = scattered(COUNT, seed)
     p = {name: np.asarray(values).reshape(-1, 1, 1, 1) for name, values in p.items()}
     for side in ("flexor", "extensor"):
         p[f"{side}_pretension"] = np.zeros_like(p["ratio"])
     p["load_mass"] = rng.uniform(0.0, 10.0, (COUNT, 4, 1, 1))
-    p["upper_arm_angle"] = rng.choice([0.0, 0.4, -0.4], (COUNT, 1, 1, 1))
-    angles = np.sort(rng.uniform(0.05, rng.choice([1.8, 2.6], (COUNT, 1, 1, 1)), (COUNT, 1, 1, STATES[1])), axis=-1)
+    p["upper_arm_angle"] = rng.choice([0.0, 0.4, -2.4], (COUNT, 1, 1, 1))
+    angles = np.append(np.sort(rng.uniform(0.05, 1.8, STATES[1] - 1)), 2.2)[np.newaxis]
 
     def some(low, high, otherwise):
         values = rng.uniform(low, high, (COUNT, 1, 1, 1))
