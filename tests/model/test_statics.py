@@ -32,9 +32,6 @@ def evaluate(p, angle, flexion):
     return actuator.evaluate(design(p), angle, flexion)
 
 
-# --- Slack -----------------------------------------------------------------------------------------------------------
-
-
 def test_both_models_agree_on_everything_where_nothing_is_slack():
     p, angle, flexion = drawn(6, unilateral=True)
     hard, soft = evaluate(p, angle, flexion), evaluate(p | {"unilateral": np.zeros(COUNT, bool)}, angle, flexion)
@@ -42,9 +39,6 @@ def test_both_models_agree_on_everything_where_nothing_is_slack():
     for name in ("flexor_tension_proximal", "extensor_tension_proximal", "motor_torque", "spool_angle"):
         np.testing.assert_array_equal(getattr(hard, name)[taut], getattr(soft, name)[taut])
     np.testing.assert_array_equal(hard.elbow_stiffness[taut], soft.elbow_stiffness[taut])
-
-
-# --- Required pretension ---------------------------------------------------------------------------------------------
 
 
 def test_a_search_on_the_rig_finds_the_same_required_pretension():
@@ -184,9 +178,6 @@ def test_exchanging_the_tendons_turns_the_spool_ratio_over(
     if least > 1e-6 * (f_f + f_e + 1) and least > 2 * near:
         exchanged = {FLEXOR_SLACK: EXTENSOR_SLACK, EXTENSOR_SLACK: FLEXOR_SLACK}
         assert int(b.status) == exchanged.get(int(a.status), int(a.status))
-
-
-# --- Stiffness -------------------------------------------------------------------------------------------------------
 
 
 def test_exactly_at_the_edge_rounding_does_not_make_a_state_slack():
