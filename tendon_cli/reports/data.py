@@ -22,15 +22,6 @@ MOST_CELLS = 700_000
 MOST_BYTES = 2_300_000
 """Of all maps together, so that a page stays under 5 MB with its library and its states."""
 
-CLASSES = (
-    {"label": "feasible", "sign": "F", "colour": "feasible"},
-    {"label": "beyond a limit", "sign": "L", "colour": "beyond"},
-    {"label": "unstable", "sign": "U", "colour": "unstable"},
-    {"label": "slack", "sign": "S", "colour": "slack"},
-    {"label": "no equilibrium", "sign": "N", "colour": "nowhere"},
-)
-"""What a design comes to, the best first; signs say what colours do."""
-
 
 def page_data(**given: Any) -> dict[str, Any]:
     """What the scripts of a page are given: every name there is, whether the page has it or not."""
@@ -77,34 +68,17 @@ def thinning_text(axes: Iterable[PageAxis], left_out: Sequence[str]) -> list[str
     return [f"This page is kept small: {'; '.join(parts)}. The tables have everything."] if parts else []
 
 
-def quantities(columns: Mapping[str, Values], shown: Mapping[str, Shown]) -> tuple[list[dict[str, Any]], list[str]]:
-    """Columns in the order of their use, as many as MOST_BYTES hold; and the names of the others."""
+def within_size(records: Iterable[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[str]]:
+    """Columns in the order of their use, as many as MOST_BYTES hold; and what the others are called."""
     kept, left_out, budget = [], [], MOST_BYTES
-    for name, values in columns.items():
-        record = outcomes_record(values) if name == OUTCOME else number_record(shown[name], values)
+    for record in records:
         size = len(record["array"]["data"])
         if size > budget:
             left_out.append(record["label"])
             continue
         budget -= size
-        kept.append({**record, "name": name})
+        kept.append(record)
     return kept, left_out
-
-
-OUTCOME = "outcome"
-
-
-def outcomes(columns: Mapping[str, npt.NDArray[Any]], no_equilibrium: npt.NDArray[np.bool_]) -> npt.NDArray[np.float64]:
-    """The class of each design, an index into CLASSES."""
-    worst = np.where(columns["feasible"], 0.0, 1.0)
-    worst = np.where(columns["stable"], worst, 2.0)
-    worst = np.where(columns["taut"], worst, 3.0)
-    return np.where(no_equilibrium, 4.0, worst)
-
-
-def outcomes_record(values: npt.NDArray[Any]) -> dict[str, Any]:
-    """What designs come to, as the page has it."""
-    return {"label": "what a design comes to", "unit": "", "classes": list(CLASSES), "array": packed_classes(values)}
 
 
 def number_record(shown: Shown, values: Values) -> dict[str, Any]:

@@ -24,9 +24,9 @@ from tendon_cli.reports.data import (
     packed_classes,
     page_axes,
     page_data,
-    quantities,
     thinning_text,
     truths_record,
+    within_size,
 )
 from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
 from tendon_cli.space.axis import PRETENSION
@@ -63,7 +63,7 @@ def design_page(folder: Path, record: dict[str, Any]) -> str:
     read = cube.gather(rows, [name for name in (*kept, *RESULTS, *_TRUTHS, *_WORDS) if name in cube.columns])
     columns = {name: read[name] for name in RESULTS if name in read and np.isfinite(read[name]).any()}
     labels = {name: cube.shown(name) for name in columns}
-    maps, left_out = quantities({name: values[: len(grid)] for name, values in columns.items()}, labels)
+    maps, left_out = within_size(number_record(labels[name], values[: len(grid)]) for name, values in columns.items())
     maps.insert(min(1, len(maps)), _conflicts(cube, {name: values[: len(grid)] for name, values in read.items()}))
     states, arms = _states(cube, axes, read["pretension"][: len(grid)])
     persons = folder / "persons.parquet"

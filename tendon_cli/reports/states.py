@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -11,7 +10,6 @@ import numpy.typing as npt
 
 from tendon_cli.cube.axes import evenly
 from tendon_cli.cube.labels import Shown
-from tendon_cli.engine.plan import Block, Plan
 from tendon_cli.model.actuator import State, evaluate
 from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Anchors, Array
@@ -62,16 +60,6 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
     measures = {name: getattr(joint, name) for name in _ANCHORS} if is_drawn else {}
     measures["load_distance"] = design.arm.load_distance
     return result | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
-
-
-def curves_of_sweep(study: Study, positions: Sequence[npt.NDArray[np.int64]]) -> Curves:
-    """Of designs of a sweep, the product of some positions on each of its axes."""
-    plan, result = Plan(study), []
-    rest = slice(0, len(plan.directions)), slice(0, len(plan.elbow_angles))
-    for at in itertools.product(*(each.tolist() for each in positions)):
-        block = Block(0, tuple(slice(index, index + 1) for index in at), *rest)
-        result.append(curves(study, plan.design(block), (1,) * len(at)))
-    return {name: np.concatenate([each[name] for each in result]) for name in result[0]}
 
 
 def states_record(

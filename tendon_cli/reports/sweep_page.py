@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tendon_cli import say
 from tendon_cli.cube.axes import thinned
-from tendon_cli.cube.columns import TRUTHS
+from tendon_cli.cube.columns import TRUTHS, Values
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import Run
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
-    OUTCOME,
     PageAxis,
-    outcomes,
+    number_record,
+    packed_classes,
     page_axes,
     page_data,
-    quantities,
     thinning_text,
     truths_record,
+    within_size,
 )
-from tendon_cli.reports.states import MOST_DESIGNS, curves_of_sweep, states_record
-from tendon_cli.studies.load import recorded_study
-from tendon_cli.studies.study import Study
+from tendon_cli.reports.states import MOST_DESIGNS, curves, states_record
+from tendon_cli.studies.axes import space_of
 from tendon_cli.summary import run_facts, run_head
 from tendon_cli.tables.read import open_table
 
@@ -37,6 +37,14 @@ WORTH = (
 )  # fmt: skip
 """Columns of designs in the order in which they earn their room on the page; all others follow."""
 
+_CLASSES = (
+    {"label": "feasible", "sign": "F", "colour": "feasible"},
+    {"label": "beyond a limit", "sign": "L", "colour": "beyond"},
+    {"label": "unstable", "sign": "U", "colour": "unstable"},
+    {"label": "slack", "sign": "S", "colour": "slack"},
+    {"label": "no equilibrium", "sign": "N", "colour": "nowhere"},
+)
+"""What a design comes to, the best first; signs say what colours do."""
 _SLOWLY = "One design is shown over the angle, moved slowly; `tendon plot` draws its motion in time, with inertia."
 
 
@@ -50,9 +58,9 @@ def sweep_page(folder: Path, run: Run) -> str:
     names = _columns(cube)
     columns = cube.gather(rows, [*names, *TRUTHS, "slack_fraction", "min_elbow_stiffness"])
     nowhere = np.isnan(columns["min_elbow_stiffness"]) & (columns["slack_fraction"] > 0)
-    chosen = {OUTCOME: outcomes(columns, nowhere)} | {name: columns[name] for name in names}
-    maps, left_out = quantities(chosen, {name: cube.shown(name) for name in names})
-    states, arms = _states(recorded_study(table.facts["study"]), axes)
+    records = (number_record(cube.shown(name), columns[name]) for name in names)
+    maps, left_out = within_size([_outcomes(columns, nowhere), *records])
+    states, arms = _states(cube, axes)
     shown = [*({"axis": at} for at in range(len(axes))), *({"quantity": at} for at in range(len(maps)))]
     listed = {"rows": rows.size, "columns": [*shown, *truths_record({name: columns[name] for name in TRUTHS})]}
     data = page_data(
@@ -80,7 +88,20 @@ def _columns(cube: Cube) -> list[str]:
     return [*(name for name in WORTH if name in results), *(n for n in results if n not in WORTH and n not in keys)]
 
 
-def _states(study: Study, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
-    kept = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS)
-    position = {each.axis.key: each.kept[at] for each, at in zip(axes, kept, strict=True)}
-    return states_record(study, kept, [("", curves_of_sweep(study, [position[key] for key in study.axes]))])
+def _outcomes(columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool_]) -> dict[str, Any]:
+    """What each design comes to, as a map of classes."""
+    worst = np.where(columns["feasible"], 0, 1)
+    worst = np.where(columns["stable"], worst, 2)
+    worst = np.where(columns["taut"], worst, 3)
+    values = np.where(no_equilibrium, 4, worst)
+    about = {"name": "outcome", "label": "what a design comes to", "unit": ""}
+    return {**about, "classes": list(_CLASSES), "array": packed_classes(values)}
+
+
+def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
+    """Curves of some designs."""
+    kept, space = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS), space_of(cube.asked)
+    places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
+    rows = cube.rows(list(places), places).ravel()
+    design = space.at(space.numbers(rows)).design()
+    return states_record(cube.asked, kept, [("", curves(cube.asked, design, (len(rows),)))])

@@ -87,12 +87,12 @@ def test_what_is_set_lies_between_the_lines_as_it_is_read(more: dict[str, object
         assert np.nanmin(upper) == pytest.approx(best["pretension_to"], rel=1e-3)
 
 
-def test_the_command_and_the_page_show_it_too(answer: tendon.Answer, tmp_path: Path) -> None:
+def test_the_page_shows_it_too_and_names_the_joint(answer: tendon.Answer, tmp_path: Path) -> None:
     page = tendon.report(answer, tmp_path / "page.html").read_text(encoding="utf-8")
     data = json.loads(page.partition('id="data">')[2].partition("</script>")[0])
     best = answer.record["best"]
     assert data["between"]["window"] == [best["pretension_from"], best["pretension_to"]]
-    assert [len(line["values"]) for line in data["between"]["lines"]] == [91] * len(data["between"]["lines"])
+    assert {len(line["values"]) for line in data["between"]["lines"]} == {91}
     assert data["angle"] == "knee angle"
     seen = page.partition("<main>")[2].partition('<section id="study')[0]
     assert re.findall(r"\bknees?\b", seen)

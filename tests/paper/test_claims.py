@@ -65,6 +65,21 @@ def test_every_number_next_to_a_verdict_is_right_to_a_thousandth_and_every_claim
     assert {claim.id: claim.verdict for claim in reproduced.of("claim")} == VERDICTS
 
 
+BASELINE = {"spring_stiffness": 3000.0, "spool_ratio": 1.0, "friction": 0.07, "bend_angle": np.pi, "pretension": 100.0}
+VARIED = {"fig09": "pretension", "fig10": "spring_stiffness", "fig11": "spool_ratio"}
+
+
+@pytest.mark.parametrize("name", ["fig04", "fig06", "fig07", "fig08", "fig09", "fig10", "fig11"])
+def test_every_study_is_the_baseline_but_for_what_its_figure_varies(paper, name):
+    states, designs = paper[name].states, paper[name].designs
+    for column, value in BASELINE.items():
+        if column != VARIED.get(name):
+            assert np.isclose(designs[column], value).all(), column
+    assert states[["flexor_slack", "extensor_slack"]].isna().all(axis=None)  # bilateral
+    assert not (states["status"] == "no equilibrium").any()
+    assert np.degrees(states["elbow_angle"]).max() == pytest.approx(90.0)
+
+
 # --- Where the load is held ------------------------------------------------------------------------------------------
 
 

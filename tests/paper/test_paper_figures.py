@@ -71,25 +71,23 @@ def test_figs_7_and_8_show_the_front_and_the_back_of_the_arm(pages, paper, name,
     assert {f"{mass:g} kg load" for mass in run.loads} | {"flexion, filled", "extension, open"} <= set(key(page))
 
 
-@pytest.mark.parametrize("name", ["fig07", "fig08", "fig09", "fig10", "fig11"])
-def test_what_lies_below_zero_is_shaded_and_called_slack(pages, name):
-    for axes in pages[name].axes:
+VARIED = {"fig07": "load_mass", "fig08": "load_mass", "fig09": "load_mass", "fig10": "spring_stiffness",
+          "fig11": "spool_ratio"}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_what_lies_below_zero_is_slack_shaded_and_called_so(pages, paper, name):
+    run, end = paper[name], "proximal" if name == "fig08" else "distal"
+    for axes, side in zip(pages[name].axes, ("flexor", "extensor"), strict=True):
         (area,) = [patch for patch in axes.patches if patch.get_gid() == "slack area"]
         (word,) = [text for text in axes.texts if text.get_gid() == "slack word"]
         assert area.get_window_extent().y1 == pytest.approx(axes.transData.transform((0.0, 0.0))[1])
         assert word.get_text() == "slack"
         assert axes.get_ylim()[0] < 0.0
-
-
-@pytest.mark.parametrize("name", ["fig09", "fig10", "fig11"])
-def test_lengths_are_below_zero_just_where_the_tendon_is_slack(pages, paper, name):
-    run = paper[name]
-    axis = {"fig09": "load_mass", "fig10": "spring_stiffness", "fig11": "spool_ratio"}[name]
-    for axes, side in zip(pages[name].axes, ("flexor", "extensor"), strict=True):
         lines = iter(curves(axes))
-        for value in run.values(axis):
+        for value in run.values(VARIED[name]):
             for direction in ("flexion", "extension"):
-                tension = run.line(f"{side}_tension_distal", direction, **{axis: value})
+                tension = run.line(f"{side}_tension_{end}", direction, **{VARIED[name]: value})
                 np.testing.assert_array_equal(np.sign(next(lines).get_ydata()), np.sign(tension))
 
 
