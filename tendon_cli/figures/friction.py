@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tendon_cli.cube.labels import plain
 from tendon_cli.figures.engine import Axes, Figure, Line2D
@@ -58,16 +57,14 @@ def _compose(figure: Figure, fit: Any) -> Axes:
     upper.tick_params(labelbottom=False)
     by_force, by_rate = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
     by_rate.sharey(by_force)
-    _draw_checks(by_force, by_rate, fit)
+    unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
+    _draw_check(by_force, fit, 1.0 / fit.points["force"], "Zero error of a cell?", f"1 / force at load{unit}")
+    _draw_check(by_rate, fit, fit.points.get("rate"), "A late cell?", "d ln F/dt, per unit of time")
+    by_force.set_ylabel("residual before\noffsets and delay")
+    by_rate.tick_params(labelleft=False)
     _draw_loop(figure.add_subplot(grid[3, 0]), fit)
-    if fit.speed is not None:
-        _draw_speed(figure.add_subplot(grid[3, 1]), fit)
-    else:
-        _draw_budget(figure.add_subplot(grid[3, 1]), fit)
-    if fit.is_log:
-        _draw_log(upper, lower, fit)
-    else:
-        _draw_settled(upper, lower, fit)
+    (_draw_budget if fit.speed is None else _draw_speed)(figure.add_subplot(grid[3, 1]), fit)
+    (_draw_log if fit.is_log else _draw_settled)(upper, lower, fit)
     upper.set_ylabel("ln (force at motor / force at load)")
     lower.set_ylabel("residual")
     lower.axhline(0.0, color=_LINE, linewidth=1.0, zorder=1)
@@ -88,8 +85,8 @@ def _key(fit: Any) -> list[Line2D]:
     line = "fit; below, mean of a stroke" if fit.is_log else "fit: slope μ, height at 0 = ln gain ratio"
     key.append(Line2D([], [], color=_LINE, linewidth=1.6, label=line))
     if np.any(~rows.used & np.isfinite(rows.log_ratio)):
-        sign, label = (".", "set aside") if fit.is_log else ("x", "set aside")
-        key.append(Line2D([], [], linestyle="none", marker=sign, color=_ASIDE, label=label))
+        sign = "." if fit.is_log else "x"
+        key.append(Line2D([], [], linestyle="none", marker=sign, color=_ASIDE, label="set aside"))
     if np.any(fit.points.effects):
         key.append(Line2D([], [], linestyle="none", marker=".", markersize=2.0, color=_LINE, label="effects fitted"))
     return key
@@ -102,38 +99,34 @@ def _verdict(fit: Any) -> tuple[list[str], str]:
     return [*warnings, *notes], _DRAGGED if fit.warnings else _LINE
 
 
-def _draw_checks(by_force: Axes, by_rate: Axes, fit: Any) -> None:
-    """What offsets (along 1/F) and a delay (along d ln F/dt) make of the log ratio: nothing where points lie level."""
-    points = fit.points.to_records(index=False)
-    unit = f" / {fit.unit}$^{{-1}}$" if fit.unit else ""
-    for axes, along, label in (
-        (by_force, 1.0 / points.force, f"1 / force at load{unit}"),
-        (by_rate, points.rate if "rate" in fit.points else None, "d ln F/dt, per unit of time"),
-    ):
-        axes.set_xlabel(label)
-        axes.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
-        if along is None:
-            axes.text(0.5, 0.8, "no time in the file", transform=axes.transAxes, ha="center")
-            axes.set_xticks([])
-            continue
-        for way, colour, marker, _ in _WAYS:
-            mine = points.way == way
-            axes.plot(along[mine], points.misfit[mine], marker, color=colour, markersize=2.5, alpha=0.6)
-            if np.any(points.effects):
-                order = np.flatnonzero(mine)[np.argsort(along[mine])]
-                axes.plot(along[order], points.effects[order], ".", color=_LINE, markersize=2.0)
-        if np.ptp(along) < _LEVEL * float(np.max(np.abs(along), initial=0.0)):
-            axes.margins(x=0.5)
-        axes.locator_params(axis="x", nbins=5)
-    _name(by_force, "Zero error of a cell? A slope would show it")
-    _name(by_rate, "A late cell? A slope would show it")
-    by_force.set_ylabel("residual before\noffsets and delay")
-    by_rate.tick_params(labelleft=False)
+def _draw_check(axes: Axes, fit: Any, along: Any, name: str, across: str) -> None:
+    """What offsets (along 1/F) or a delay (along d ln F/dt) make of the log ratio: nothing where points lie level."""
+    _name(axes, f"{name} A slope would show it", across)
+    axes.axhline(0.0, color=_LINE, linewidth=0.8, zorder=1)
+    if along is None:
+        axes.text(0.5, 0.8, "no time in the file", transform=axes.transAxes, ha="center")
+        axes.set_xticks([])
+        return
+    points = fit.points.assign(along=along)
+    for way, colour, marker, _ in _WAYS:
+        mine = points[points["way"] == way]
+        axes.plot(mine["along"], mine["misfit"], marker, color=colour, markersize=2.5, alpha=0.6)
+        if np.any(points["effects"]):
+            axes.plot(mine["along"], mine["effects"], ".", color=_LINE, markersize=2.0)
+    _widen(axes, along, 0.5)
 
 
-def _name(axes: Axes, text: str) -> None:
-    """What a panel shows."""
+def _name(axes: Axes, text: str, across: str) -> None:
+    """What a panel shows, and over what."""
     axes.set_title(text, loc="left", fontsize=7.5)
+    axes.set_xlabel(across)
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _widen(axes: Axes, along: Any, margin: float) -> None:
+    """Leave what hardly varies in the middle of its panel."""
+    if np.ptp(along) < _LEVEL * float(np.max(np.abs(along))):
+        axes.margins(x=margin)
 
 
 def _draw_loop(axes: Axes, fit: Any) -> None:
@@ -148,12 +141,10 @@ def _draw_loop(axes: Axes, fit: Any) -> None:
         *((known[(rows.used & (rows.way == way))[known]], colour) for way, colour, _, _ in _WAYS),
     ):
         axes.plot(across[mine], rows.motor[mine], ".", color=colour, markersize=size, rasterized=True)
-    _name(axes, "Loop of hysteresis" if fit.is_log else "Forces of the readings")
-    axes.set_xlabel("position of the motor, as in the file" if moved else f"force at load{unit}")
+    name = "Loop of hysteresis" if fit.is_log else "Forces of the readings"
+    _name(axes, name, "position of the motor, as in the file" if moved else f"force at load{unit}")
     axes.set_ylabel(f"force at motor{unit}")
-    if np.ptp(across[known]) < _LEVEL * float(np.max(np.abs(across[known]), initial=0.0)):
-        axes.margins(x=2.0)
-    axes.locator_params(axis="x", nbins=5)
+    _widen(axes, across[known], 2.0)
 
 
 def _draw_budget(axes: Axes, fit: Any) -> None:
@@ -165,9 +156,7 @@ def _draw_budget(axes: Axes, fit: Any) -> None:
         axes.text(0.0, row + 0.42, f" {part.name} (type {part.type}), {width:.2g} %", fontsize=6.5, va="center")
     axes.set_ylim(-0.6, max(len(parts), 3) - 0.1)
     axes.set_yticks([])
-    _name(axes, "What the standard error is made of")
-    axes.set_xlabel("part of the standard error, % of the number")
-    axes.locator_params(axis="x", nbins=5)
+    _name(axes, "What the standard error is made of", "part of the standard error, % of the number")
 
 
 def _draw_speed(axes: Axes, fit: Any) -> None:
@@ -175,8 +164,8 @@ def _draw_speed(axes: Axes, fit: Any) -> None:
     for _, colour, marker, name in _WAYS:
         strokes = fit.stroke_table[fit.stroke_table["direction"] == name]
         axes.plot(strokes["speed"], strokes["friction"], marker, color=colour, markersize=3.5)
-    _name(axes, f"Against speed: to the power {fit.speed.power:.3f} ± {fit.speed.standard_error:.2g}")
-    axes.set_xlabel("speed of the motor, as in the file")
+    name = f"Against speed: to the power {fit.speed.power:.3f} ± {fit.speed.standard_error:.2g}"
+    _name(axes, name, "speed of the motor, as in the file")
     axes.set_ylabel("coefficient of a stroke")
 
 
@@ -185,8 +174,6 @@ def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
     rows = fit.rows.to_records(index=False)
     signed = np.degrees(rows.way * rows.bend_angle)
     reach = 1.15 * float(np.max(np.abs(signed)))
-    # Residuals of one angle are spread a little, in the order of the file, or they would hide each other.
-    place = signed + 0.015 * reach * _position_in_group(signed)
     ends = np.array([-reach, reach])
     height = fit.fitted * np.radians(ends) + np.log(fit.gain_ratio)
     upper.plot(ends, height, color=_LINE, linewidth=1.2, zorder=1)
@@ -194,22 +181,11 @@ def _draw_settled(upper: Axes, lower: Axes, fit: Any) -> None:
     upper.axvline(0.0, color="#cccccc", linewidth=0.8, zorder=0)
     for way, colour, marker, _ in _WAYS:
         mine = rows.used & (rows.way == way)
-        if mine.any():
-            upper.plot(signed[mine], rows.log_ratio[mine], marker, color=colour, markersize=5, alpha=0.8)
-            lower.plot(place[mine], rows.residual[mine], marker, color=colour, markersize=5, alpha=0.8)
+        upper.plot(signed[mine], rows.log_ratio[mine], marker, color=colour, markersize=5, alpha=0.8)
+        lower.plot(signed[mine], rows.residual[mine], marker, color=colour, markersize=5, alpha=0.8)
     aside = ~rows.used & np.isfinite(rows.log_ratio)
-    if aside.any():
-        upper.plot(signed[aside], rows.log_ratio[aside], "x", color=_ASIDE, markersize=5)
+    upper.plot(signed[aside], rows.log_ratio[aside], "x", color=_ASIDE, markersize=5)
     lower.set_xlabel("bend angle, deg   (+ pulled toward the motor, − toward the load)")
-
-
-def _position_in_group(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Places from -1 to 1 for readings that share a value, in their order."""
-    place = np.zeros(len(values))
-    for value in np.unique(values):
-        mine = np.flatnonzero(values == value)
-        place[mine] = np.linspace(-1.0, 1.0, len(mine)) if len(mine) > 1 else 0.0
-    return place
 
 
 def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
@@ -220,18 +196,10 @@ def _draw_log(upper: Axes, lower: Axes, fit: Any) -> None:
     shown = np.arange(0, len(place), max(1, len(place) // _MOST_POINTS))
     residual = fit.rows[fit.rows["used"]].groupby("run")["residual"].mean()
     aside = shown[~rows.used[shown]]
-    style: dict[str, Any] = {
-        "linestyle": "none",
-        "marker": ".",
-        "markeredgewidth": 0,
-        "markersize": 4,
-        "rasterized": True,
-    }
+    style: dict[str, Any] = {"ls": "none", "marker": ".", "mew": 0, "ms": 4, "rasterized": True}
     upper.plot(place[aside], rows.log_ratio[aside], color=_ASIDE, **style)
     for way, colour, _, _ in _WAYS:
         mine = shown[(rows.used & (rows.way == way))[shown]]
-        if not len(mine):
-            continue
         upper.plot(place[mine], rows.log_ratio[mine], color=colour, **style)
         lower.plot(place[mine], rows.residual[mine], color=colour, alpha=0.35, **style)
         for stroke in np.unique(rows.run[mine]):
