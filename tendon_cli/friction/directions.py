@@ -162,30 +162,30 @@ def sides_by_sign(readings: Readings, log_ratio: Floats) -> Integers:
 
 
 def motor_cell(
-    readings: Readings, way: Integers, sides: Integers, cells: tuple[Floats, Floats], stated: str | None
+    readings: Readings, first: str, way: Integers, sides: Integers, cells: tuple[Floats, Floats], *, is_stated: bool
 ) -> tuple[str, list[str], list[str]]:
     """Which cell is the motor's, "1" or "2", with notes and warnings; `way` is 0 where no name says it.
 
-    It is as stated, by the headers, by named directions, or by the steadier force.
+    It is as stated, by the headers, by named directions, or by the steadier force; `first` is taken to be it.
     """
+    other = "2" if first == "1" else "1"
     agree = 0 if "position" in readings.rows else int(np.sum(way * sides))
-    by_name = "1" if agree > 0 else "2" if agree < 0 else None
-    given = stated or readings.motor
-    if given and by_name and given != by_name:
-        problem = f"friction would help the motion: cell {given}, at the motor, reads less where it pulls"
-        hint = f"if cell {by_name} is at the motor, say --motor {by_name}; else check the column of directions"
+    if agree < 0 and (is_stated or readings.motor):
+        problem = f"friction would help the motion: cell {first}, at the motor, reads less where it pulls"
+        hint = f"if cell {other} is at the motor, say --motor {other}; else check the column of directions"
         raise InputError(problem, where=readings.source, hint=hint)
-    if stated or (by_name and not given):
-        return stated or by_name or "1", [], []
+    if agree < 0:
+        return other, [], []
+    if is_stated or (agree > 0 and not readings.motor):
+        return first, [], []
     changes = [0.0, 0.0]
     if np.any(sides > 0) and np.any(sides < 0):
         changes = [abs(float(np.mean(log[sides > 0]) - np.mean(log[sides < 0]))) for log in map(np.log, cells)]
-    if given:
-        header = f'"{shorten(readings.names[int(given) - 1], 30)}"'
-        swapped = changes[int(given) - 1] < _STILL * max(changes)
+    if readings.motor:
+        header = f'"{shorten(readings.names[int(first) - 1], 30)}"'
         warning = f"{header} hardly changes between the directions, the other does: are the headers swapped?"
-        return given, [], [warning] if swapped else []
-    for at, number in enumerate(("1", "2")):
-        if changes[at] > _STEADIER * changes[1 - at]:
+        return first, [], [warning] * (changes[0] < _STILL * max(changes))
+    for number, (change, others) in ((first, changes), (other, changes[::-1])):
+        if change > _STEADIER * others:
             return number, [f"cell {number} is taken as the motor's: it changes more between the directions"], []
     return "1", ["cell 1 is taken as the motor's, since nothing says which is; --motor 2 says otherwise"], []

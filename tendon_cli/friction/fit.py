@@ -171,25 +171,22 @@ def _plain(log: Log, result: Estimated, directions: dict[str, DirectionFit]) -> 
 
 def _rows(readings: Readings, prepared: Prepared, result: Estimated, angles: Floats) -> pd.DataFrame:
     """Every reading with what became of it; what effects of the rig do is in the line, not taken off the readings."""
-    log, at = prepared.log, prepared.rows
+    log, (motor, load) = prepared.log, prepared.cells
     line = result.friction * log.way * log.bend + result.average.log_gain + result.shape
-    motor, load = prepared.cells
     both = (motor > 0.0) & (load > 0.0)
-    stated = readings.rows.drop(
-        columns=["cell_1", "cell_2", "direction", "stroke", "bend_uncertainty"], errors="ignore"
-    )
-    rows = stated.rename(columns={"position": "speed"} if readings.position_is_speed else {}).assign(
-        file=stated.get("file", 0), motor=motor, load=load, way=0, bend_angle=angles, run=-1, residual=np.nan,
-        code=np.where(prepared.codes == USED, INSIDE, prepared.codes), used=False,
+    not_read = ["cell_1", "cell_2", "direction", "stroke", "bend_uncertainty"]
+    stated = readings.rows.drop(columns=not_read, errors="ignore")
+
+    def placed(values: Any, elsewhere: Any) -> Any:
+        column = np.array(np.broadcast_to(elsewhere, len(motor)))
+        column[prepared.rows] = values
+        return column
+
+    inside = np.where(result.reached[log.stroke], INSIDE, PARTIAL)
+    return stated.rename(columns={"position": "speed"} if readings.position_is_speed else {}).assign(
+        file=stated.get("file", 0), motor=motor, load=load, way=placed(log.way, 0), bend_angle=angles,
+        run=placed(log.stroke, -1), residual=placed(np.where(result.used, log.log_ratio - line, np.nan), np.nan),
+        code=placed(np.where(result.used, USED, inside), np.where(prepared.codes == USED, INSIDE, prepared.codes)),
+        used=placed(result.used, elsewhere=False),
         log_ratio=np.log(np.where(both, motor, np.nan)) - np.log(np.where(both, load, np.nan)),
     )  # fmt: skip
-    of_log = {
-        "way": log.way, "run": log.stroke, "used": result.used,
-        "residual": np.where(result.used, log.log_ratio - line, np.nan),
-        "code": np.where(result.used, USED, np.where(result.reached[log.stroke], INSIDE, PARTIAL)),
-    }  # fmt: skip
-    for name, values in of_log.items():
-        column = rows[name].to_numpy(copy=True)
-        column[at] = values
-        rows[name] = column
-    return rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -61,8 +61,9 @@ class Prepared:
 def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[float, float]) -> Prepared:
     """`zeros` are what the motor's and the load's cell read without load, in the unit of the file."""
     check_forces(readings)
-    swapped = (motor or readings.motor) == "2"
-    cells = _zeroed(readings.cells, zeros[::-1] if swapped else zeros, swapped)
+    first = motor or readings.motor or "1"
+    cells, names = (readings.cells, readings.names) if first == "1" else (readings.cells[::-1], readings.names[::-1])
+    cells = _zeroed(cells, zeros)
     steps = resolution_of(cells[0]), resolution_of(cells[1])
     way, rest = stated_motion(readings)
     codes = unusable(cells, steps, rest)
@@ -74,23 +75,21 @@ def prepare(readings: Readings, bend: Floats, motor: str | None, zeros: tuple[fl
     rounding = sum(0.5 * step / float(np.median(force)) for step, force in zip(steps, forces, strict=True))
     middle, half, noise = levels = _levels(log_ratio, known, group, rounding)
     side, settled = _sides(readings, log_ratio, known, group, levels, good)
-    cell, notes, warnings = motor_cell(readings, way[good], side, forces, motor)
-    if cell == "2" and not swapped and zeros[0] != zeros[1]:
-        return prepare(readings, bend, "2", zeros)
-    sign, order = (1, (0, 1)) if cell == "1" else (-1, (1, 0))
+    cell, notes, warnings = motor_cell(readings, first, way[good], side, forces, is_stated=motor is not None)
+    if cell != first:
+        return replace(prepare(readings, bend, cell, zeros), notes=notes)
     stroke = _strokes(readings, side, bend, good, settled)
     at = np.argsort(stroke, kind="stable")
     at = at[side[at] != 0]
     rows = np.flatnonzero(good)[at]
     _check_enough(side[at], bend[rows], readings.source)
     log = Log(
-        forces[order[0]][at], forces[order[1]][at], sign * side[at], bend[rows],
-        np.unique(stroke[at], return_inverse=True)[1], np.linspace(-0.5, 0.5, len(good))[rows], sign * middle[at],
-        half[at], noise[at], (steps[order[0]], steps[order[1]]), None if settled else readings.times[rows], settled,
-        float(np.mean(np.log(forces[order[1]][at]))),
+        forces[0][at], forces[1][at], side[at], bend[rows], np.unique(stroke[at], return_inverse=True)[1],
+        np.linspace(-0.5, 0.5, len(good))[rows], middle[at], half[at], noise[at], steps,
+        None if settled else readings.times[rows], settled, float(np.mean(np.log(forces[1][at]))),
     )  # fmt: skip
-    _check_follows(log, (readings.names[order[0]], readings.names[order[1]]), readings.source)
-    return Prepared(log, rows, codes, (cells[order[0]], cells[order[1]]), cell, notes, warnings)
+    _check_follows(log, names, readings.source)
+    return Prepared(log, rows, codes, cells, cell, notes, warnings)
 
 
 def _good(codes: npt.NDArray[np.int8], source: str) -> Mask:
@@ -115,9 +114,9 @@ def _check_enough(side: Integers, bend: Floats, source: str) -> None:
         raise InputError("every bend angle is 0", where=source)
 
 
-def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float], swapped: bool) -> tuple[Floats, Floats]:
-    """The readings less what the cells read without load; the second cell is the motor's if they are swapped."""
-    for end, zero, cell in zip(("load", "motor") if swapped else ("motor", "load"), zeros, cells, strict=True):
+def _zeroed(cells: tuple[Floats, Floats], zeros: tuple[float, float]) -> tuple[Floats, Floats]:
+    """The readings of the motor's and the load's cell less what they read without load."""
+    for end, zero, cell in zip(("motor", "load"), zeros, cells, strict=True):
         if zero and np.nanquantile(cell, 0.9) <= zero:
             problem = f"the stated zero of the {end}'s cell, {zero:g}, is larger than its forces"
             raise InputError(problem, where=f"--zero-{end}", hint="it is what the cell reads without load")
