@@ -1,7 +1,4 @@
-"""The answer to a design question: what is best, what binds it, and if nothing suits, why and what would help.
-
-It is a record as `design.json` and `--json` have it; texts, figures and pages are made of that and the tables.
-"""
+"""The record of an answer: what is best, what binds it, and if nothing suits, why and what would help."""
 
 from __future__ import annotations
 
@@ -43,6 +40,8 @@ class Named:
     """By what share of its score a refined choice beats the best of the grid, by goal's column."""
     front: Solutions | None = None
     """Choices that no other beats, if there are several goals; in the order of the first goal."""
+    given_up: float | None = None
+    """Of what the goals span on the front, the largest share that the best compromise gives up of any."""
     places: dict[tuple[Any, ...], int] = field(default_factory=dict)
     """Where those between the points of the grid stand in the table, after all others."""
 
@@ -59,7 +58,9 @@ class Named:
                 named.gains[goal.column] = (after - before) / abs(before)
         if len(named.goals) > 1 and len(feasible):
             named.front = named.numbered(_front(problem, named.goals, feasible, [*named.best.values()]))
-            named.best = {"": named.front.taken([candidates.compromise(named.front.scores(named.goals))])}
+            scores = named.front.scores(named.goals)
+            named.best = {"": named.front.taken([candidates.compromise(scores)])}
+            named.given_up = float(candidates.losses(scores).max(axis=1).min())
         named.best = {column: named.numbered(one) for column, one in named.best.items()}
         return named
 
@@ -82,14 +83,6 @@ class Named:
         on_front = np.full(len(choices), self.front is not None or len(self.goals) == 1)
         rows = as_records(choice_columns(self.problem), choice_rows(self.problem, choices, is_refined, on_front))
         return [{"choice": number, **row} for number, row in zip(choices.row.tolist(), rows, strict=True)]
-
-    def given_up(self, chosen: Solutions) -> float | None:
-        """Of what the goals span on the front, the largest share that the best compromise gives up of any."""
-        if self.front is None:
-            return None
-        scores = self.front.scores(self.goals)
-        at = np.flatnonzero((scores == chosen.scores(self.goals)[0]).all(axis=1))[0]
-        return float(candidates.losses(scores)[at].max())
 
 
 def _front(problem: Problem, goals: tuple[Goal, ...], feasible: Solutions, bests: list[Solutions]) -> Solutions:
@@ -158,7 +151,7 @@ def _of_named(problem: Problem, named: Named, chosen: Solutions | None, ends: En
         "goals": [asdict(goal) for goal in named.goals],
         "best": next(iter(best.values()), None),
         "best_by": {} if named.goals else best,
-        "given_up": None if chosen is None else named.given_up(chosen),
+        "given_up": named.given_up,
         "window_for_all": None if ends is None else _window_for_all(problem, ends),
         "gains": named.gains,
         "front": [] if named.front is None else named.records(named.front),

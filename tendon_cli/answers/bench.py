@@ -1,9 +1,7 @@
 """The suit on the bench and on the arm: what to set for a pretension, and what speaks against building or wearing it.
 
-The pretension F0 is a tension of the model that no gauge reads: where the suit is set, the arm's weight and the moment
-arms make other tensions of it (`model/setting.py`), by default of the straight arm that hangs down, the hand empty.
-Limits that the study does not set are compared with what is known, and said only if a suit exceeds that. Beyond the
-upper end of a window the elbow is not held near one angle: `drift_of` says how far it goes.
+No gauge reads the pretension F0 of the model: where the suit is set, the arm's weight and the moment arms make other
+tensions of it (`model/setting.py`). Limits that the study does not set are compared with what is known.
 """
 
 from __future__ import annotations

@@ -60,8 +60,8 @@ def worst_between(problem: Problem, numbers: Numbers, pretension: Array, served:
             rise = np.abs(np.diff(values, 2)).max(axis=-1, keepdims=True) / 4.0
         may = np.maximum(values[..., 1:], values[..., :-1]) + rise >= most[:, np.newaxis, np.newaxis, np.newaxis]
         for place in np.flatnonzero(may.any(axis=(0, 1, 2))):
-            beside = dense[:, max(0, place * _STEPS - 1) : (place + 1) * _STEPS + 2]
-            most = np.fmax(most, _tops(_quantities_at(design, beside, problem.flexion)).max(axis=(1, 2, 3)))
+            finer = dense[:, max(0, place * _STEPS - 1) : (place + 1) * _STEPS + 2]
+            most = np.fmax(most, _tops(_quantities_at(design, finer, problem.flexion)).max(axis=(1, 2, 3)))
     return worst_columns(np.where(np.isfinite(most), most, np.nan)[:, np.newaxis])
 
 
@@ -89,9 +89,8 @@ def estimated(problem: Problem, numbers: Numbers, one: Solutions, ends: Ends) ->
     """By how much ends that are sampled may be off, N, as they are read; None if none is, or no window may be left.
 
     `ends` are those over all angles, as F0. Sampled are those that limits on the whole motion set, and all along a
-    trajectory. It is what samples sixteen times as dense take from the window of the conditions that it serves. These
-    miss, too: of a peak between two samples a share of what samples as wide as the window's, displaced by shares of a
-    step, miss at worst; of one near the first or the last, which all have, a share of what the window's miss.
+    trajectory. It is what samples sixteen times as dense take from the window, and a share of what samples as wide as
+    the window's, displaced by shares of a step, miss at worst.
     """
     trajectory = problem.study.trajectory
     if not problem.bounds.of_motion and trajectory is None:

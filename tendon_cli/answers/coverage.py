@@ -1,11 +1,8 @@
 """Which share of persons, draws or conditions one pretension serves, and which few suits together serve most.
 
-The share served changes only where a window begins or ends, so the pretensions that serve most, and those that serve
-enough, are known from the sorted ends. Windows are closed: two that only touch share one pretension.
-
-A few suits, each at its pretension, serve together: of each only the largest sets matter, those between an end at
-which a window begins and the next one, at which a window ends. Which few of these together serve most is a problem of
-maximal coverage, solved exactly as a mixed-integer linear program.
+The share changes only where a window begins or ends, so all follows from the sorted ends. Windows are closed: two that
+only touch share one pretension. Of each suit only the largest sets matter, those between an end at which a window
+begins and the next one, at which a window ends; which few of these serve most is a problem of maximal coverage.
 """
 
 from __future__ import annotations

@@ -53,8 +53,8 @@ def fixes(problem: Problem, choice: Solutions) -> list[dict[str, Any]]:
     """
     numbers = problem.numbers_of(choice.columns)
     before = {key: value for key in PARAMETERS if 0.0 < (value := _now(problem, numbers, key)) < np.inf}
-    found = [_fix(problem, numbers, key, value) for key, value in before.items()]
-    return sorted(found, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
+    all_fixes = [_fix(problem, numbers, key, value) for key, value in before.items()]
+    return sorted(all_fixes, key=lambda fix: abs(np.log(fix["after"] / fix["before"])) if fix["after"] else np.inf)
 
 
 def sampled(problem: Problem, choice: Solutions) -> Problem:

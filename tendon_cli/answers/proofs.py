@@ -201,9 +201,9 @@ def _tightened(problem: Problem, ends: Ends, broken: Cells, held: _Held) -> Ends
         if not len(which):
             continue
         some = held.taken(broken.row[which])
-        found = _tightest(some, middle[which], state[which], upper=upper)
+        tightest = _tightest(some, middle[which], state[which], upper=upper)
         value, of_state, of_angle = (getattr(ends, f"{name}{of}") for of in ("", "_state", "_angle"))
-        for at, end, its_state, its_angle in zip(found[0], *found[1], strict=True):
+        for at, end, its_state, its_angle in zip(tightest[0], *tightest[1], strict=True):
             if (end < value[0, at]) if upper else (end > value[0, at]):
                 value[0, at], of_state[0, at], of_angle[0, at] = end, its_state, its_angle
     return ends
@@ -228,11 +228,11 @@ def _tightest(held: _Held, points: Array, state: Positions, *, upper: bool) -> t
     each = np.repeat(np.arange(len(held)), len(ways))
     for _ in range(_CLIMBS):
         points = np.clip(shares[each] + step * np.tile(ways, (len(held), 1)), -1.0, 1.0)
-        found = ends_at(held.taken(each), points, best[1][each])
-        top = (sign * found[0]).reshape(len(held), -1).argmax(axis=1) + np.arange(len(held)) * len(ways)
-        better = sign * found[0][top] > sign * best[0]
+        tightest = ends_at(held.taken(each), points, best[1][each])
+        top = (sign * tightest[0]).reshape(len(held), -1).argmax(axis=1) + np.arange(len(held)) * len(ways)
+        better = sign * tightest[0][top] > sign * best[0]
         shares = np.where(better[:, np.newaxis], points[top], shares)
-        best = [np.where(better, new[top], old) for new, old in zip(found, best, strict=True)]
+        best = [np.where(better, new[top], old) for new, old in zip(tightest, best, strict=True)]
         if not better.any():
             step *= 0.5
             if step < _LAST_STEP:

@@ -69,9 +69,9 @@ class Problem(Asked):
         angles = self.angles if still else between.with_edges(self.angles)
         for rows, conditions, design in self.chunks(numbers, count):
             shape = rows.stop - rows.start, conditions.stop - conditions.start
-            found, states = window.begin(shape), (*shape, len(self.flexion), angles.size)
-            kernel.fold_window(found, State.of(design, angles, self.flexion), self.bounds, states)
-            for name, values in vars(window.finished(found, design, self.bounds)).items():
+            folded, states = window.begin(shape), (*shape, len(self.flexion), angles.size)
+            kernel.fold_window(folded, State.of(design, angles, self.flexion), self.bounds, states)
+            for name, values in vars(window.finished(folded, design, self.bounds)).items():
                 every = whole.setdefault(name, np.empty((count, len(self.conditions)), dtype=values.dtype))
                 every[rows, conditions] = values
         ends = Ends(**whole)

@@ -1,8 +1,7 @@
 """What it would take that some choice has a window: the least change of one thing that is asked for, all else equal.
 
-Eased as far as is plausible, each thing leaves some choices with a window or none; half as far, fewer. So the least
-change is sought by bisection over the choices that still have one. What is eased more never takes a window away, but
-for postures and anchors, of which that is not proved.
+Eased more, each thing leaves more choices with a window, so that bisection over these finds the least change; of
+postures and anchors that is not proved.
 """
 
 from __future__ import annotations

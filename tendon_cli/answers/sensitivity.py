@@ -55,9 +55,9 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
     design, bounds = alone.design(numbers), alone.bounds
     slope = (_of_motor if of_motion else _of_state)(alone, choice, end, design)
 
-    def record(key: str, value: float, slope: float, *, steady: bool = True) -> dict[str, Any]:
-        each = {"end": end, "key": key, "value": value, "slope": slope, "steady": steady}
-        return {**each, "per_percent": slope * value / 100.0}
+    def record(key: str, value: float, moved: float, *, steady: bool = True) -> dict[str, Any]:
+        each = {"end": end, "key": key, "value": value, "slope": moved, "steady": steady}
+        return {**each, "per_percent": moved * value / 100.0}
 
     values = _numbers_at(alone, numbers)
     steady = _steady(problem, numbers, values, end, (code, state))
@@ -66,23 +66,18 @@ def _of_end(problem: Problem, choice: Solutions, end: str) -> Iterator[dict[str,
         yield record(key, value, slope(changed, bounds), steady=steady[key])
     if name not in bounds:
         return
-    if "motion.speed" in (need.key for need in LIMITS[name].needs) and problem.study.trajectory is None:
-        speed = float(bounds.speed)
-        yield record("motion.speed", speed, slope(design, _stepped(bounds, "speed", speed)))
-    bound = float(bounds[name])
-    yield record(f"limits.{name}", bound, slope(design, _stepped(bounds, name, bound)))
-
-
-def _stepped(bounds: Bounds, name: str, value: float) -> Bounds:
-    """Bounds of which one, or the speed, is complex."""
-    return bounds.changed(name, np.asarray(value + _STEP * 1j))
+    has_speed = "motion.speed" in (need.key for need in LIMITS[name].needs) and problem.study.trajectory is None
+    of_bounds = {"motion.speed": ("speed", bounds.speed)} if has_speed else {}
+    for key, (bound, given) in {**of_bounds, f"limits.{name}": (name, bounds[name])}.items():
+        value = float(given)
+        yield record(key, value, slope(design, bounds.changed(bound, np.asarray(value + _STEP * 1j))))
 
 
 def _of_state(alone: Problem, choice: Solutions, end: str, design: Design) -> Slope:  # noqa: ARG001
     """Of an end that a limit on a state sets: it is where the limit is just kept."""
-    code, state, beside = int(choice[f"{end}_by"][0]), int(choice[f"{end}_state"][0]), choice.one(f"{end}_angle")
+    code, state, between = int(choice[f"{end}_by"][0]), int(choice[f"{end}_state"][0]), choice.one(f"{end}_angle")
     direction, place = divmod(state, alone.angles.size)
-    angle = np.array([[float(alone.angles[0, place]) if np.isnan(beside) else beside]])
+    angle = np.array([[float(alone.angles[0, place]) if np.isnan(between) else between]])
     ways = np.broadcast_to(alone.flexion, (len(alone.flexion), alone.angles.size))
     flexion = np.array([[bool(ways[direction, place])]])
 
@@ -150,7 +145,7 @@ def _binds(problem: Problem, numbers: Numbers, count: int, end: str, binding: tu
 
 # --- Sobol indices ---------------------------------------------------------------------------------------------------
 
-BODY = "body"  # all dimensions of a body together: they are correlated, so that none has an index of its own
+BODY = "body"  # all dimensions of a body together: they are correlated, so that none has an index alone
 
 _STATES = 2e7  # most states that are worked out for the indices
 _MOST, _FEWEST = 4096, 64
@@ -170,7 +165,7 @@ def sobol(ends: Ends, inputs: tuple[str, ...], names: tuple[str, ...], count: in
     a, b = np.split(stats.qmc.Sobol(2 * width, rng=random, bits=64).random(count), 2, axis=1)
     mixed = [np.where(np.arange(width) == at, b, a) for at in range(width)]
     results = ends(np.concatenate([a, b, *mixed])).reshape(len(names), width + 2, count)
-    # The result's own bootstrap draws anew each time, so that the same question would not have the same answer.
+    # SciPy's bootstrap draws anew each time, so that the same question would not have the same answer.
     draws = random.integers(count, size=(_RESAMPLES, count))
 
     def indices(values: Array) -> Array:

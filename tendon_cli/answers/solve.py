@@ -33,10 +33,9 @@ class Solutions:
     """Choices and what they come to: columns as `choices.parquet` has them, (choices,); NaN where there is none.
 
     `pretension_to` is infinite where nothing bounds the window, which is empty where from > to, and NaN where no
-    pretension could do. `from_by` and `to_by` are indices into `limits.LIMIT_NAMES`, or NOTHING. Besides, of both ends:
-    `from_state`, the state that binds by its place among directions and angles, -1 if the limit belongs to none, and
-    `from_angle`, the elbow angle that binds, rad, if it lies beside that of the state. `has_worst` is whether the worst
-    is worked out: else it is NaN, or a bound. `between_samples` is an index into `say.STATUSES`.
+    pretension could do. `from_by` and `to_by` are indices into `limits.LIMIT_NAMES`, or NOTHING; `from_state` and
+    `to_state` places among directions and angles, -1 if the limit belongs to none; `from_angle` and `to_angle` the
+    elbow angles that bind, rad, next to those of the states. Without `has_worst` the worst is NaN, or a bound.
     """
 
     results: Columns

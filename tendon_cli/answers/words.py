@@ -19,7 +19,7 @@ from tendon_cli.studies.values import RIGID
 Row = Mapping[str, Any]  # a part of the record of an answer, such as a row of `choices.parquet`
 
 _MOST_NAMED = 3
-_DIFFERENT = 0.5  # standard deviations from which on those not served are said to differ
+_DIFFERENT = 0.5  # standard deviations from which on those not served differ
 MORE, LESS, NEITHER = "more", "less", "another suit"
 """What someone who is not served would need: more pretension, less, or another suit."""
 _NEEDS = {MORE: "would need more", LESS: "would need less", NEITHER: "cannot be served by any pretension"}

@@ -49,14 +49,6 @@ def test_the_text_has_its_margins_and_what_would_help_one_that_does_not_do(given
     assert answer.feasible or any(fix["after"] is not None for fix in answer.fixes)
 
 
-def test_a_share_is_enough():
-    answer = answered("160 N", people={"count": 60}, spring={"stiffness": "5 kN/m"}, spool={"ratio": 0.6},
-                      design={"serve": 0.5})  # fmt: skip
-    row = answer.choices.iloc[0]
-    assert row.feasible == (row.served_at >= 0.5)
-    assert answer.persons["served"].mean() == pytest.approx(row.served_at, abs=1e-12)
-
-
 @pytest.mark.parametrize("value", ["midle", "3 mm", "-4 N", ["3 N", "4 N"]])
 def test_what_is_no_pretension_is_refused(value):
     with pytest.raises(StudyError, match=r"design\.pretension"):

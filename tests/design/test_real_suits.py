@@ -59,17 +59,18 @@ def test_the_joints_own_stiffness_opens_what_the_papers_suits_lack(stiffness, ex
     assert (found.pretension_from, found.pretension_to) == pytest.approx(expected, abs=0.051)
 
 
-def test_an_anchor_a_spring_in_series_and_one_of_both_are_the_same():
-    """1/K adds up at the joint: a rigid spring behind an anchor of 5 kN/m is a spring of 5 kN/m on a rigid anchor."""
-    swapped = {"spring": {"stiffness": "rigid"}, "anchor": {"stiffness": "5 kN/m"}}
-    halves = {"spring": {"stiffness": "10 kN/m"}, "anchor": {"stiffness": "10 kN/m"}}
-    for tables in (swapped, halves):
-        assert window("K 5", tables) == pytest.approx(window("K 5"), rel=1e-12)
+RIGID, HALF, SMOOTH = {"stiffness": "rigid"}, {"stiffness": "10 kN/m"}, {"friction": 0.0}
+SAME = {
+    "an anchor in place of a spring": ({"spring": RIGID, "anchor": {"stiffness": "5 kN/m"}}, {}),
+    "1/K adds up at the joint": ({"spring": HALF, "anchor": HALF}, {}),
+    "either end without friction": ({"sheath": SMOOTH, "spring": {"at": "motor"}}, {"sheath": SMOOTH}),
+}
 
 
-def test_without_friction_it_does_not_matter_at_which_end_a_spring_sits():
-    smooth = {"sheath": {"friction": 0.0}}
-    assert window("K 5", smooth | {"spring": {"at": "motor"}}) == pytest.approx(window("K 5", smooth), rel=1e-12)
+@pytest.mark.parametrize("what", SAME)
+def test_suits_that_are_the_same_have_the_same_window(what):
+    one, other = SAME[what]
+    assert window("K 5", one) == pytest.approx(window("K 5", other), rel=1e-12)
 
 
 def test_the_stiffer_the_anchor_the_nearer_a_rigid_one():
