@@ -34,20 +34,20 @@ WARM = 2
 
 
 class Released:
-    """The processor time of calls that let go of the lock, less that of what these call back."""
+    """The processor time of calls that let go of the lock."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
 
-    def counted(self, call: Callable[..., Any], sign: int = 1) -> Callable[..., Any]:
-        """The same function, counted; the sign is -1 for one that is called back and holds the lock again."""
+    def counted(self, call: Callable[..., Any]) -> Callable[..., Any]:
+        """The same function, counted."""
 
         def timed(*arguments: Any, **options: Any) -> Any:
             started = time.thread_time()
             try:
                 return call(*arguments, **options)
             finally:
-                self.seconds += sign * (time.thread_time() - started)
+                self.seconds += time.thread_time() - started
 
         return timed
 

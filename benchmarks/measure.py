@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import subprocess
 import sys
@@ -10,11 +9,8 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from benchmarks.machine import ROOT
-
-_SAMPLED_EVERY = 0.02  # s
 
 
 @dataclass(frozen=True)
@@ -27,14 +23,9 @@ class Took:
 
 @dataclass(frozen=True)
 class Cost(Took):
-    """What a whole process took, with peak resident bytes.
-
-    `memory` is the peak of the largest process of the tree, as the system knows it; `tree` that of their sum, sampled,
-    and only where asked for.
-    """
+    """What a whole process took, with its peak of resident bytes; tendon starts no other processes."""
 
     memory: int
-    tree: int
 
 
 @dataclass(frozen=True)
@@ -54,28 +45,21 @@ class Times:
         return [each.processor for each in self.runs]
 
 
-def run(command: Sequence[str], *, watch_tree: bool = False) -> Cost:
+def run(command: Sequence[str]) -> Cost:
     """Run a command once; raises RuntimeError with its error output where it fails.
 
     Linux begins the peak of a process with that of the one which starts it, so this one imports nothing large.
     """
     started = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, cwd=ROOT) as process:
-        peak, over = [0], threading.Event()
-        watcher = threading.Thread(target=_watch, args=(process.pid, peak, over))
-        if watch_tree:
-            watcher.start()
         errors = process.stderr.read() if process.stderr else ""
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - started
         process.returncode = os.waitstatus_to_exitcode(status)
-    over.set()
-    if watch_tree:
-        watcher.join()
     if process.returncode:
         raise RuntimeError(f"{' '.join(command)} failed:\n{errors}")
-    own = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    return Cost(seconds, usage.ru_utime + usage.ru_stime, own, max(own, peak[0]))
+    memory = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+    return Cost(seconds, usage.ru_utime + usage.ru_stime, memory)
 
 
 def interleaved(times: int, *sides: Callable[[], Took]) -> list[Times]:
@@ -105,24 +89,3 @@ def in_threads(calls: Iterable[Callable[[], object]]) -> Took:
 def ratios(above: Sequence[float], below: Sequence[float]) -> list[float]:
     """The ratios of runs made next to each other, the smallest first."""
     return sorted(one / other for one, other in zip(above, below, strict=True))
-
-
-def _watch(process: int, peak: list[int], over: threading.Event) -> None:
-    while not over.wait(_SAMPLED_EVERY):
-        peak[0] = max(peak[0], sum(map(_resident, _tree(process))))
-
-
-def _tree(process: int) -> list[int]:
-    """A process and everything below it; on systems without /proc nothing is found."""
-    found = [process]
-    for each in found:  # grows as it goes
-        for file in Path(f"/proc/{each}/task").glob("*/children"):
-            with contextlib.suppress(OSError):  # ended in between
-                found += map(int, file.read_text(encoding="ascii").split())
-    return found
-
-
-def _resident(process: int) -> int:
-    with contextlib.suppress(OSError, IndexError):
-        return int(Path(f"/proc/{process}/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
-    return 0

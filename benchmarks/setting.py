@@ -55,14 +55,12 @@ class Bench:
         """A study as a file of its own."""
         return studies.written(text, self.fresh("study.toml"))
 
-    def sweep(
-        self, study: Path, *, keep: Path | None = None, watch_tree: bool = False, figures: bool = False
-    ) -> tuple[Cost, float]:
+    def sweep(self, study: Path, *, keep: Path | None = None, figures: bool = False) -> tuple[Cost, float]:
         """Run a study into a fresh folder, as a whole process; its cost, and the seconds that its record says."""
         folder = keep or self.fresh("run")
         words = ["sweep", str(study), "--out", str(folder), "--quiet", "--jobs", str(self.threads)]
         words += [] if figures else ["--no-figures"]
-        cost = run([*TENDON, *words], watch_tree=watch_tree)
+        cost = run([*TENDON, *words])
         inside = float(json.loads((folder / "run.json").read_text(encoding="utf-8"))["seconds"])
         if keep is None:
             shutil.rmtree(folder)

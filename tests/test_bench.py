@@ -105,19 +105,14 @@ def test_parts_of_a_table_are_put_together_in_order(new_sweep, tmp_path, small_p
     assert all(column.num_chunks == 1 for column in whole.columns)
 
 
-def test_memory_and_processor_time_are_those_of_the_whole_tree():
+def test_memory_and_processor_time_are_those_of_the_process():
     """Measured from a small process, since the peak of a process begins with that of the one which starts it."""
-    inner = "import time; held = b'x' * 60_000_000; time.sleep(0.3)\nwhile time.process_time() < 0.3: pass"
-    outer = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {inner!r}], check=True)"
-    asks = (
-        f"import sys; from benchmarks.measure import run; c = run([sys.executable, '-c', {outer!r}], watch_tree=True)"
-    )
-    asks += "; print(c.memory, c.tree, c.processor, c.seconds)"
+    works = "import time; held = b'x' * 60_000_000; time.sleep(0.3)\nwhile time.process_time() < 0.3: pass"
+    asks = f"import sys; from benchmarks.measure import run; c = run([sys.executable, '-c', {works!r}])"
+    asks += "; print(c.memory, c.processor, c.seconds)"
     done = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True, cwd=measure.ROOT)
-    largest, tree, processor, seconds = map(float, done.stdout.split())
-    assert (largest > 60e6, processor > 0.3, seconds > 0.3) == (True, True, True)
-    if Path("/proc/self/task").exists():
-        assert tree > largest + 4e6  # the outer one, which waits
+    memory, processor, seconds = map(float, done.stdout.split())
+    assert (60e6 < memory < 90e6, processor > 0.3, seconds > 0.3) == (True, True, True)
 
 
 def test_a_command_that_fails_is_no_measurement():
