@@ -21,7 +21,6 @@ SUITS = {
 
 GOALS = [
     {},
-    {"minimise": ["max_tension"]},
     {"maximise": ["min_elbow_stiffness"]},
     {"minimise": ["peak_motor_torque", "max_contact_pressure"]},
     {"minimise": ["max_spring_extension", "pretension"], "maximise": ["tolerance"]},

@@ -110,7 +110,6 @@ TWINS = [
         "[spool]\nratio = { from = 0.1, to = 10, num = 3, spacing = 'log' }",
         "spool: {ratio: {from: 0.1, to: 10, num: 3, spacing: log}}\n",
     ),
-    ("load.mass = 5e-1", "load:\n  mass: 0.5\n"),
     ("load.mass = 0x10", "load:\n  mass: 0x10\n"),
 ]
 

@@ -44,25 +44,15 @@ NUMBERS = (
     value("a negative mass", "load.mass", '"-1 kg"', "-1 kg is negative", "expected 0 to 10000 kg"),
     value("a tendon of no length", "tendon.length", '"0 m"', "impossible", "1e-06 to 100 m"),
     value("an arm of a kilometre", "arm.b1", '"1 km"', "1 km is out of range", "0.1 km"),
-    toml(
-        "anchors that meet",
-        "".join(f'arm.{name} = "100 mm"\n' for name in ("a1", "b1", "a2", "b2")) + 'motion.elbow_angle = "90 deg"\n',
-        "arm",
-        "L_c = 0",
-        "90 deg",
-    ),
-    toml(
-        "anchors that meet in one case",
-        "".join(f'arm.{name} = "100 mm"\n' for name in ("a1", "b1", "a2"))
-        + '[[cases]]\nname = "a"\n[[cases]]\nname = "b"\narm.b2 = "100 mm"\n',
-        "arm",
-        "L_c = 0",
-    ),
-    toml(
-        "anchors that meet on an axis",
-        'arm.a1 = "100 mm"\narm.b1 = "100 mm"\narm.a2 = "100 mm"\narm.b2 = ["90 mm", "100 mm"]\n',
-        "arm",
-        "L_c = 0",
+    *(
+        toml(
+            f"anchors that meet {where}", "".join(f'arm.{name} = "100 mm"\n' for name in same) + more, "arm", "L_c = 0"
+        )
+        for where, same, more in (
+            ("at an angle", ("a1", "b1", "a2", "b2"), 'motion.elbow_angle = "90 deg"\n'),
+            ("in a case", ("a1", "b1", "a2"), '[[cases]]\nname = "a"\n[[cases]]\nname = "b"\narm.b2 = "100 mm"\n'),
+            ("on an axis", ("a1", "b1", "a2"), 'arm.b2 = ["90 mm", "100 mm"]\n'),
+        )
     ),
     toml(
         "a friction beyond any sheath", "sheath = { friction = 9, bend_angle = '90 rad' }\n", "sheath.friction", "810"
