@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
-from pydantic_core import CoreSchema, core_schema
+from pydantic import GetJsonSchemaHandler
+from pydantic_core import CoreSchema
 
 from tendon_cli.errors import InputError
 from tendon_cli.model.kinematics import Array, Spline
 from tendon_cli.studies.columns import read_columns
-from tendon_cli.studies.fields import Single, fault
+from tendon_cli.studies.fields import Mark, Single, fault
 from tendon_cli.studies.number import Number, schema_table
 from tendon_cli.units import described
 
@@ -59,7 +59,7 @@ class CurveTable:
 
 
 @dataclass(frozen=True)
-class CurveColumns:
+class CurveColumns(Mark):
     """Marks a field as a curve: the name of a CSV, or a table with these columns; each with its dimension."""
 
     dimensions: tuple[tuple[str, str], ...]
@@ -91,9 +91,6 @@ class CurveColumns:
         kinds = {"angle": "elbow_angle", "torque": "elbow_torque", "length": "flexor_travel", "time": "time"}
         single = Single(kinds[dimension], 0, 0)
         return tuple(single.measure(value).si for value in values)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return {"anyOf": [{"type": "string", "minLength": 1}, self.json_table()]}

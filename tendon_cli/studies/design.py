@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, create_model
+from pydantic import AfterValidator, BeforeValidator, WithJsonSchema, create_model
 
 from tendon_cli.model.forms import DesignLimit
 from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.studies.fields import Single, fault, whole
-from tendon_cli.studies.parts import Part, Words
+from tendon_cli.studies.parts import Part, Words, usual
 from tendon_cli.studies.values import Values
 from tendon_cli.units import described
 
@@ -81,19 +81,18 @@ class _Placed(Single):
 class Goals(Part):
     """What `tendon design` solves for, over the axes that are not its conditions."""
 
-    conditions: Words | None = Field(
-        default=None,
+    conditions: Words | None = usual(
+        None,
         description="axes that a design must survive; default load, joint, anchor, setting, arm (not its "
         "contact_width), cases, people and uncertain numbers",
     )
     serve: Annotated[Values | None, Single("serve", 0.0, 1.0)] = None
-    minimise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
-    maximise: Words = Field(default=(), description="columns of choices.parquet; with several goals a front")
-    prove: Words = Field(default=(), description="choices to prove besides the best, by their rows in choices.parquet")
-    by: Literal["sex"] | None = Field(default=None, description="shares by a column of the people, too")
-    pretension: Annotated[str | Values, _Placed("pretension", 0.0, 1e5)] = Field(
-        default="middle",
-        description="where in its window a choice is set, or the pretension that all are set to",
+    minimise: Words = usual((), description="columns of choices.parquet; with several goals a front")
+    maximise: Words = usual((), description="columns of choices.parquet; with several goals a front")
+    prove: Words = usual((), description="choices to prove besides the best, by their rows in choices.parquet")
+    by: Literal["sex"] | None = usual(None, description="shares by a column of the people, too")
+    pretension: Annotated[str | Values, _Placed("pretension", 0.0, 1e5)] = usual(
+        "middle", description="where in its window a choice is set, or the pretension that all are set to"
     )
 
 
@@ -123,10 +122,10 @@ class Uncertainty(Part):
         *whole(1, MOST_DRAWS),
         AfterValidator(_power_of_two),
         WithJsonSchema({"enum": [2**power for power in range(MOST_DRAWS.bit_length())]}),
-    ] = Field(default=256, description="how many draws, a power of two")
-    seed: Seed = Field(default=1, description="the same seed gives the same draws")
-    cross: Truth | None = Field(
-        default=None,
+    ] = usual(256, description="how many draws, a power of two")
+    seed: Seed = usual(1, description="the same seed gives the same draws")
+    cross: Truth | None = usual(
+        None,
         description="with people: every draw for every person, instead of one draw for each; default true with fewer "
         "persons than draws",
     )

@@ -1,7 +1,6 @@
 """The kinds of field that a study has: one number with a unit, tables that few studies have, and the words of a fault.
 
-Each number field has one validator, which turns whatever the file says into `Values` or into one fault. What a number
-that may be an axis can say beyond one value stands in `number`.
+What a number that may be an axis can say beyond one value stands in `number`.
 """
 
 from __future__ import annotations
@@ -75,8 +74,19 @@ def _each_once(words: tuple[str, ...]) -> tuple[str, ...]:
     return words
 
 
+class Mark:
+    """Marks a field whose one validator, `read`, says whatever is wrong in one fault."""
+
+    def read(self, value: object) -> Any:
+        """What the file says, as the study has it; raises PydanticCustomError."""
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+
 @dataclass(frozen=True)
-class OneOf:
+class OneOf(Mark):
     """Marks a field as one of some words, or a list of several: an axis, unless the field `is_list` in any case."""
 
     words: tuple[str, ...]
@@ -94,9 +104,6 @@ class OneOf:
             raise fault("an empty list, expected at least one value")
         words = _each_once(tuple(map(str, several)))
         return words if self.is_list or isinstance(value, (list, tuple)) else words[0] if words else None
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         one = {"enum": list(self.words)}
@@ -119,7 +126,7 @@ def whole(low: int, high: int) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True)
-class Single:
+class Single(Mark):
     """Marks a field as one number of the quantity `name`, within [low, high]."""
 
     name: str
@@ -179,9 +186,6 @@ class Single:
         kind = "negative" if value < self.low == 0.0 else "impossible" if value <= 0.0 < self.low else "out of range"
         raise fault(f"{given} is {kind}, expected {low:.6g} to {high:.6g}{unit}")
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
-
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """What an editor may complete and check."""
         quantity = self.quantity
@@ -208,7 +212,7 @@ class Single:
 
 
 @dataclass(frozen=True)
-class Later:
+class Later(Mark):
     """Marks a list of tables that few studies have: `kind` builds its type, for those and for the schema only."""
 
     kind: Callable[[], Any]
@@ -220,9 +224,6 @@ class Later:
     def read(self, value: object) -> Any:
         """What the file says, as the type has it; raises ValidationError."""
         return value if value == () else self._adapter.validate_python(value)
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self.read)
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return handler(self._adapter.core_schema)

@@ -20,7 +20,7 @@ from tendon_cli.errors import Fault, UsageError
 from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
 from tendon_cli.studies.fields import fault, nearest, one_or_many
 from tendon_cli.studies.filters import Filter, read_filter
-from tendon_cli.studies.parts import Name, Part
+from tendon_cli.studies.parts import Name, Part, usual
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
 
 MOST_QUANTITIES = 8
@@ -108,40 +108,35 @@ class FigureSpec(Part):
 
     model_config = ConfigDict(json_schema_extra={"required": ["name", "quantity"]})
 
-    name: Annotated[Name, AfterValidator(_not_a_slack_map)] | None = Field(
-        default=None, description="stem of the figure's file, each once"
+    name: Annotated[Name, AfterValidator(_not_a_slack_map)] | None = usual(
+        None, description="stem of the figure's file, each once"
     )
-    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = Field(
-        default="", description="above the panels; default the title of the study"
+    title: Annotated[str, StringConstraints(max_length=300, strict=True)] = usual(
+        "", description="above the panels; default the title of the study"
     )
     quantity: Annotated[
         tuple[_Text, ...],
         Field(max_length=MOST_QUANTITIES),
         AfterValidator(_quantities),
         *one_or_many({"enum": [*OF_STATES, *OF_DESIGNS]}, MOST_QUANTITIES, each_once=True),
-    ] = Field(
-        default=(), description="what is drawn: one or more results of the states, or of the designs; a panel each"
-    )
-    overlay: Annotated[bool, Field(strict=True)] = Field(
+    ] = usual((), description="what is drawn: one or more results of the states, or of the designs; a panel each")
+    overlay: Annotated[bool, Field(strict=True)] = usual(
         default=False, description="draw the quantities in one panel, one colour each"
     )
-    x: _Column | None = Field(
-        default=None, description="column along x; default the elbow angle, or of designs the first axis"
+    x: _Column | None = usual(None, description="column along x; default the elbow angle, or of designs the first axis")
+    colour: _Column | None = usual(None, description="axis with one colour per value; default the load")
+    panels: _Column | None = usual(None, description="axis with one panel per value")
+    where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = usual(
+        (), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
     )
-    colour: _Column | None = Field(default=None, description="axis with one colour per value; default the load")
-    panels: _Column | None = Field(default=None, description="axis with one panel per value")
-    where: Annotated[tuple[_Filter, ...], *one_or_many({"type": "string"}, 20)] = Field(
-        default=(), max_length=20, description='filters, such as "load_mass = 5 kg"; all of them hold'
-    )
-    unit: Annotated[tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)] = Field(
-        default=(), max_length=20, description="units to show, each for its dimension, such as cm"
+    unit: Annotated[tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)] = usual(
+        (), max_length=20, description="units to show, each for its dimension, such as cm"
     )
     format: Annotated[
         tuple[_Format, ...], Field(min_length=1, max_length=3), *one_or_many({"enum": ["png", "svg", "pdf"]}, 3)
-    ] = Field(default=("png",), description="png, svg, pdf, or several of them")
-    size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = Field(
-        default="page",
-        description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"',
+    ] = usual(("png",), description="png, svg, pdf, or several of them")
+    size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = usual(
+        "page", description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"'
     )
 
     @property

@@ -38,7 +38,7 @@ Dimension = Literal[
 SpringPlace = Annotated[str | tuple[str, ...] | None, OneOf(("joint", "motor"))]
 
 
-written: Any = Field
+usual: Any = Field
 """A default as a study file would say it; the field's validator reads it."""
 
 
@@ -76,15 +76,15 @@ class Part(BaseModel):
 class Arm(Part):
     """The arm (Fig. 2) and its weight."""
 
-    a1: Annotated[Values, Number("a1", **LENGTH)] = written("40 mm")
-    b1: Annotated[Values, Number("b1", **POSITIVE_LENGTH)] = written("150 mm")
-    a2: Annotated[Values, Number("a2", **LENGTH)] = written("20 mm")
-    b2: Annotated[Values, Number("b2", **POSITIVE_LENGTH)] = written("150 mm")
-    elbow_radius: Annotated[Values, Number("elbow_radius", **POSITIVE_LENGTH)] = written("45 mm")
-    forearm_mass: Annotated[Values, Number("forearm_mass", 0.0, 1e4)] = written("1.54 kg")
-    forearm_com: Annotated[Values, Number("forearm_com", **LENGTH)] = written("174 mm")
-    load_distance: Annotated[Values, Number("load_distance", **LENGTH)] = written("320 mm")
-    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = written("0 deg")
+    a1: Annotated[Values, Number("a1", **LENGTH)] = usual("40 mm")
+    b1: Annotated[Values, Number("b1", **POSITIVE_LENGTH)] = usual("150 mm")
+    a2: Annotated[Values, Number("a2", **LENGTH)] = usual("20 mm")
+    b2: Annotated[Values, Number("b2", **POSITIVE_LENGTH)] = usual("150 mm")
+    elbow_radius: Annotated[Values, Number("elbow_radius", **POSITIVE_LENGTH)] = usual("45 mm")
+    forearm_mass: Annotated[Values, Number("forearm_mass", 0.0, 1e4)] = usual("1.54 kg")
+    forearm_com: Annotated[Values, Number("forearm_com", **LENGTH)] = usual("174 mm")
+    load_distance: Annotated[Values, Number("load_distance", **LENGTH)] = usual("320 mm")
+    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = usual("0 deg")
     contact_width: Annotated[Values | None, Number("contact_width", **POSITIVE_LENGTH)] = None
     contact_radius: Annotated[Values | None, Number("contact_radius", **POSITIVE_LENGTH)] = None
 
@@ -93,17 +93,17 @@ class SheathSide(Part):
     """What differs on one side of the arm; what is left out is as on the other."""
 
     friction: Friction | None = None
-    friction_from: FileName | None = Field(default=None, description="a file written by `tendon fit-friction --out`")
+    friction_from: FileName | None = usual(None, description="a file written by `tendon fit-friction --out`")
     bend_angle: BendAngle | None = None
-    path: FileName | None = Field(default=None, description="a CSV of way-points x, y, z of the routed sheath, in m")
+    path: FileName | None = usual(None, description="a CSV of way-points x, y, z of the routed sheath, in m")
     path_smoothing: Annotated[Values | None, Single("path_smoothing", 0.0, 1.0)] = None
 
 
 class Sheath(SheathSide):
     """The sheaths of both tendons."""
 
-    friction: Friction | None = written(0.07)
-    bend_angle: BendAngle | None = written("180 deg")
+    friction: Friction | None = usual(0.07)
+    bend_angle: BendAngle | None = usual("180 deg")
     flexor: SheathSide | None = None
     extensor: SheathSide | None = None
 
@@ -120,10 +120,10 @@ class TendonSide(Part):
 class Tendon(TendonSide):
     """Both tendons, of round cross-section."""
 
-    length: TendonLength | None = written("2 m")
-    diameter: TendonDiameter | None = written("1.5 mm")
-    youngs_modulus: YoungsModulus | None = written("145 GPa")
-    pretension: Pretension | None = written("100 N")
+    length: TendonLength | None = usual("2 m")
+    diameter: TendonDiameter | None = usual("1.5 mm")
+    youngs_modulus: YoungsModulus | None = usual("145 GPa")
+    pretension: Pretension | None = usual("100 N")
     flexor: TendonSide | None = None
     extensor: TendonSide | None = None
 
@@ -133,14 +133,14 @@ class SpringSide(Part):
 
     stiffness: Stiffness | None = None
     free_length: Annotated[Values | None, Number("spring_free_length", **LENGTH)] = None
-    at: SpringPlace = Field(default=None, description="the end of the tendon that the spring sits at")
+    at: SpringPlace = usual(None, description="the end of the tendon that the spring sits at")
 
 
 class Spring(SpringSide):
     """The series springs at the elbow ends of both tendons."""
 
-    stiffness: Stiffness | None = written("3 kN/m")
-    at: SpringPlace = Field(default="joint", description="the end of the tendon that the spring sits at")
+    stiffness: Stiffness | None = usual("3 kN/m")
+    at: SpringPlace = usual("joint", description="the end of the tendon that the spring sits at")
     flexor: SpringSide | None = None
     extensor: SpringSide | None = None
 
@@ -154,7 +154,7 @@ class AnchorSide(Part):
 class Anchor(AnchorSide):
     """Tissue and cuff behind the anchors of both tendons."""
 
-    stiffness: AnchorStiffness | None = written(RIGID)
+    stiffness: AnchorStiffness | None = usual(RIGID)
     flexor: AnchorSide | None = None
     extensor: AnchorSide | None = None
 
@@ -162,18 +162,18 @@ class Anchor(AnchorSide):
 class Joint(Part):
     """The joint that the suit moves: what it is called, how its tendons travel, what it asks for by itself."""
 
-    name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = Field(
-        default="elbow", description="the joint's name in texts and figures"
+    name: Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z -]{0,30}$", strict=True)] = usual(
+        "elbow", description="the joint's name in texts and figures"
     )
-    excursion: Annotated[str | CurveTable | None, EXCURSION] = Field(
-        default=None, description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen"
+    excursion: Annotated[str | CurveTable | None, EXCURSION] = usual(
+        None, description="a CSV of angle, flexor, extensor: how far their paths shorten and lengthen"
     )
     smoothing: Annotated[Values | None, Single("excursion_noise", 0.0, 0.1)] = None
-    scale_with: Dimension | None = Field(
-        default=None, description="with people: the dimension of the body that travels are in proportion to"
+    scale_with: Dimension | None = usual(
+        None, description="with people: the dimension of the body that travels are in proportion to"
     )
-    torque: Annotated[str | CurveTable | None, TORQUE] = Field(
-        default=None, description="a CSV of angle, torque: what the joint itself asks for to be flexed further"
+    torque: Annotated[str | CurveTable | None, TORQUE] = usual(
+        None, description="a CSV of angle, torque: what the joint itself asks for to be flexed further"
     )
     stiffness: Annotated[Values | None, Number("joint_stiffness", 0.0, 1e6)] = None
     rest_angle: Annotated[Values | None, Number("rest_angle", **FULL_TURNS)] = None
@@ -182,44 +182,44 @@ class Joint(Part):
 class Spool(Part):
     """The motor's spool."""
 
-    flexor_radius: Annotated[Values, Number("flexor_radius", **POSITIVE_LENGTH)] = written("30 mm")
-    ratio: Annotated[Values, Number("spool_ratio", 1e-3, 1e3)] = written(1.0)
+    flexor_radius: Annotated[Values, Number("flexor_radius", **POSITIVE_LENGTH)] = usual("30 mm")
+    ratio: Annotated[Values, Number("spool_ratio", 1e-3, 1e3)] = usual(1.0)
 
 
 class Setting(Part):
     """The posture in which the pretension is set, and how it is read."""
 
-    angle: Annotated[Values, Number("setting_angle", **FULL_TURNS)] = written("0 deg")
-    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = written("0 deg")
-    load: Annotated[Values, Number("load_mass", 0.0, 1e4)] = written("0 kg")
-    after: Direction = Field(default="extension", description="the direction of the last motion before it is read")
-    read: Literal["pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"] = Field(
-        default="pretension", description="what a pretension of the study is: F0 of the model, or a gauge's reading"
+    angle: Annotated[Values, Number("setting_angle", **FULL_TURNS)] = usual("0 deg")
+    upper_arm_angle: Annotated[Values, Number("upper_arm_angle", **FULL_TURNS)] = usual("0 deg")
+    load: Annotated[Values, Number("load_mass", 0.0, 1e4)] = usual("0 kg")
+    after: Direction = usual("extension", description="the direction of the last motion before it is read")
+    read: Literal["pretension", "flexor at joint", "extensor at joint", "flexor at motor", "extensor at motor"] = usual(
+        "pretension", description="what a pretension of the study is: F0 of the model, or a gauge's reading"
     )
 
 
 class Load(Part):
     """What the hand carries."""
 
-    mass: Annotated[Values, Number("load_mass", 0.0, 1e4)] = written("0 kg")
-    torque: Annotated[str | CurveTable | None, TORQUE] = Field(
-        default=None, description="a CSV of angle, torque: what a task asks for besides"
+    mass: Annotated[Values, Number("load_mass", 0.0, 1e4)] = usual("0 kg")
+    torque: Annotated[str | CurveTable | None, TORQUE] = usual(
+        None, description="a CSV of angle, torque: what a task asks for besides"
     )
-    scale: Annotated[Values, Number("load_scale", -1e3, 1e3)] = written(1.0)
+    scale: Annotated[Values, Number("load_scale", -1e3, 1e3)] = usual(1.0)
 
 
 class Motion(Part):
     """The states that each design goes through."""
 
-    direction: Directions = Field(
-        default=("flexion", "extension"), description="flexion, extension or both, in the order of the rows"
+    direction: Directions = usual(
+        ("flexion", "extension"), description="flexion, extension or both, in the order of the rows"
     )
-    elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS, uncertain=False)] = written(
+    elbow_angle: Annotated[Values, Number("elbow_angle", **FULL_TURNS, uncertain=False)] = usual(
         {"from": "0 deg", "to": "90 deg", "num": 91}
     )
     speed: Annotated[Values | None, Single("speed", 1e-6, 1e3)] = None
-    trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = Field(
-        default=None, description="a CSV of time, angle: a motion in time, instead of angles, directions and a speed"
+    trajectory: Annotated[str | CurveTable | None, TRAJECTORY] = usual(
+        None, description="a CSV of time, angle: a motion in time, instead of angles, directions and a speed"
     )
     cutoff: Annotated[Values | None, Single("cutoff", 1e-3, 1e4)] = None
     reversal: Annotated[Values | None, Single("reversal", 0.0, 3.2)] = None
@@ -229,20 +229,18 @@ class Motion(Part):
 class Model(Part):
     """How the model is read."""
 
-    slack: Literal["unilateral", "bilateral"] = Field(
-        default="unilateral",
-        description="unilateral: a tendon cannot push; bilateral: negative tension, as in the paper",
+    slack: Literal["unilateral", "bilateral"] = usual(
+        "unilateral", description="unilateral: a tendon cannot push; bilateral: negative tension, as in the paper"
     )
-    reference: Literal["published", "initial"] = Field(
-        default="published",
-        description="flexor travel from b1 + b2, as published, or from the path length at 0 degrees",
+    reference: Literal["published", "initial"] = usual(
+        "published", description="flexor travel from b1 + b2, as published, or from the path length at 0 degrees"
     )
 
 
 class Output(Part):
     """What is written."""
 
-    tables: Tables = Field(default=("designs", "states"), description="which tables to write")
-    states: StateColumns | None = Field(
-        default=None, description="results of the states to keep, such as status; default all of them"
+    tables: Tables = usual(("designs", "states"), description="which tables to write")
+    states: StateColumns | None = usual(
+        None, description="results of the states to keep, such as status; default all of them"
     )

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, PrivateAttr
+from pydantic import PrivateAttr
 
 from tendon_cli.display import Displayed, face
 from tendon_cli.model.trajectory import Trajectory
@@ -29,7 +29,7 @@ from tendon_cli.studies.contents import (
 from tendon_cli.studies.design import Goals, Limits, Uncertainty
 from tendon_cli.studies.fields import Later
 from tendon_cli.studies.figures import FigureSpec
-from tendon_cli.studies.parts import Part
+from tendon_cli.studies.parts import Part, usual
 from tendon_cli.studies.people.asked import People
 from tendon_cli.studies.values import Uncertain, Values
 
@@ -42,10 +42,8 @@ _GIVEN, _STRAP = ("load", "joint", "anchor", "setting", "arm"), "arm.contact_wid
 class Study(Displayed, Part):
     """A parameter study: every combination of its axes, in the order of the document, is one design."""
 
-    name: parts.Name = Field(
-        default="study", description="name of the run folder; without it, the stem of the file's name"
-    )
-    title: Title = Field(default="", description="for figures")
+    name: parts.Name = usual("study", description="name of the run folder; without it, the stem of the file's name")
+    title: Title = usual("", description="for figures")
     arm: parts.Arm = parts.Arm()
     sheath: parts.Sheath = parts.Sheath()
     tendon: parts.Tendon = parts.Tendon()
@@ -58,8 +56,8 @@ class Study(Displayed, Part):
     motion: parts.Motion = parts.Motion()
     model: parts.Model = parts.Model()
     output: parts.Output = parts.Output()
-    cases: Annotated[tuple[Part, ...], Later(case_tables)] = Field(
-        default=(), description="one axis of linked values, such as persons"
+    cases: Annotated[tuple[Part, ...], Later(case_tables)] = usual(
+        (), description="one axis of linked values, such as persons"
     )
 
     limits: Limits = Limits()
@@ -67,8 +65,8 @@ class Study(Displayed, Part):
     people: People | None = None
     uncertainty: Uncertainty | None = None
 
-    figure: tuple[FigureSpec, ...] = Field(
-        default=(), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
+    figure: tuple[FigureSpec, ...] = usual(
+        (), exclude=True, description="figures drawn of the run; they change neither its tables nor its hash"
     )
 
     _axes: tuple[str, ...] | None = PrivateAttr(None)

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator
 
 from tendon_cli.errors import Fault
 from tendon_cli.studies.design import Seed
 from tendon_cli.studies.fields import Single, fault, whole
-from tendon_cli.studies.parts import FileName, Part
+from tendon_cli.studies.parts import FileName, Part, usual
 from tendon_cli.studies.values import Values
 
 if TYPE_CHECKING:
@@ -54,27 +54,27 @@ class People(Part):
     The study's anchors and elbow radius are those of the survey's mean man, and are scaled to each person.
     """
 
-    source: Literal["ansur2"] = Field(default="ansur2", description="the survey that persons are drawn from")
-    statistics: FileName | None = Field(
-        default=None, description="in the place of source: means, deviations and correlations in a TOML file of yours"
+    source: Literal["ansur2"] = usual("ansur2", description="the survey that persons are drawn from")
+    statistics: FileName | None = usual(
+        None, description="in the place of source: means, deviations and correlations in a TOML file of yours"
     )
-    statistics_content: Annotated[str, AfterValidator(_packed)] | None = Field(
-        default=None, description="what that file held, as tendon keeps it"
+    statistics_content: Annotated[str, AfterValidator(_packed)] | None = usual(
+        None, description="what that file held, as tendon keeps it"
     )
-    file: FileName | None = Field(default=None, description="a CSV of real persons, with units in its headers")
-    content: Annotated[str, AfterValidator(_packed)] | None = Field(
-        default=None, description="what the file held, as tendon keeps it"
+    file: FileName | None = usual(None, description="a CSV of real persons, with units in its headers")
+    content: Annotated[str, AfterValidator(_packed)] | None = usual(
+        None, description="what the file held, as tendon keeps it"
     )
-    sex: Literal["male", "female", "both"] = Field(
-        default="both", description="of those drawn; with a file, of those whose sex it does not say"
+    sex: Literal["male", "female", "both"] = usual(
+        "both", description="of those drawn; with a file, of those whose sex it does not say"
     )
-    women: Annotated[Values | None, Single("women", 0.0, 1.0)] = Field(
-        default=None, description="share of women with both; default the survey's, 0.327"
+    women: Annotated[Values | None, Single("women", 0.0, 1.0)] = usual(
+        None, description="share of women with both; default the survey's, 0.327"
     )
-    count: Annotated[int, *whole(1, MAX_COUNT)] = Field(default=1000, description="how many are drawn")
-    seed: Seed = Field(default=1, description="the same seed draws the same persons")
-    completions: Annotated[int, *whole(1, MOST_COMPLETIONS)] | None = Field(
-        default=None, description="with a file: how many draws of what was not measured of a person, given what was"
+    count: Annotated[int, *whole(1, MAX_COUNT)] = usual(1000, description="how many are drawn")
+    seed: Seed = usual(1, description="the same seed draws the same persons")
+    completions: Annotated[int, *whole(1, MOST_COMPLETIONS)] | None = usual(
+        None, description="with a file: how many draws of what was not measured of a person, given what was"
     )
 
     @cached_property
