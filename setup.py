@@ -10,7 +10,7 @@ KERNEL = Path("tendon_cli/kernel")
 VERSION = re.search(r"^VERSION = (\d+)$", (KERNEL / "__init__.py").read_text(encoding="utf-8"), re.MULTILINE)[1]
 EXTENSION = Extension(
     "tendon_cli.kernel._native",
-    sources=[str(KERNEL / f"{name}.c") for name in ("module", "plain", "avx2", "avx512")],
+    sources=[str(KERNEL / f"{name}.c") for name in ("native", "plain", "avx2", "avx512")],
     depends=[str(path) for path in sorted(KERNEL.glob("*.h"))],
     define_macros=[("KERNEL_VERSION", VERSION)],
     extra_compile_args=["-std=c11", "-O3", "-g0", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"],

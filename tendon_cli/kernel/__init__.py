@@ -4,27 +4,27 @@ In C a state stands once, in `state.h`: `drive_at` is what a design has in one d
 as straight lines in pretension, `state_at` these at a pretension. What is wanted of many states is a *fold* over that:
 `rows.h` writes each state's row, `extremes.h` finds what is smallest, largest and counted, `window.h` between which
 pretensions every limit is kept; the last two take designs `beside.h` each other, one a lane. `arrays.h` names, once,
-what goes in and out; `arguments.h` checks what Python hands over, `module.c` lets go of Python's lock. Everything is
-compiled for each kind of processor, and the best that runs here is taken.
+what goes in and out; `native.py` checks what Python hands over. Everything is compiled for each kind of processor, and
+the best that runs here is taken.
 
 To add a fold: name its results in `arrays.h`, as EXTREMES does; write `your_fold.h` with a visit that `over_designs`
 makes to all designs in each direction, and that calls `lines_at` (and `state_at`, where it wants a pretension); let
-`entry.h` export it and `module.c` call it, like extremes. Say the same in `tendon_cli/model/` with NumPy, and here
+`entry.h` export it and `native.py` call it, like extremes. Say the same in `tendon_cli/model/` with NumPy, and here
 choose between the two. Raise VERSION. `tests/kernel/` holds both to the same bits.
 """
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import os
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tendon_cli.kernel.native import Columns, Native
 from tendon_cli.model import window
 from tendon_cli.model.actuator import SIDES, State
 from tendon_cli.model.bounds import SHARES, Bounds, held_forms
@@ -35,33 +35,29 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 16
+VERSION = 17
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
-MOST_FORMS = 8
-"""Forms of several shares that compiled code takes at once, as `arrays.h` says."""
-
-Columns = Mapping[str, npt.NDArray[Any]]
 RowWriter = Callable[[Columns, range], Collection[str] | None]
 """Writes some rows of a block into columns of that many rows; says which hold NaN, or None where it was not asked."""
 
 
 @cache
-def native() -> Any:
-    """The extension module; None where there is none of this version, or none is wanted."""
-    if os.environ.get(UNWANTED):
-        return None
+def native() -> Native | None:
+    """The compiled code; None if there is none of this version, or none is wanted."""
+    spec = None if os.environ.get(UNWANTED) else importlib.util.find_spec("tendon_cli.kernel._native")
     try:
-        module = importlib.import_module("tendon_cli.kernel._native")
-    except ImportError:
+        code = Native(spec.origin) if spec and spec.origin else None
+    except (OSError, ValueError):
         return None
-    return module if module.version == VERSION else None
+    return code if code and code.version == VERSION else None
 
 
 @cache
 def kind() -> str | None:
     """The kind of processor whose code is used; None where NumPy does it all."""
-    return str(native().kinds()[-1]) if native() else None
+    code = native()
+    return code.kinds[-1] if code else None
 
 
 def remark() -> str | None:
@@ -78,16 +74,16 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
     the columns' types; of the results only those asked for are written. Safe from several threads. NumPy works out the
     columns that compiled code does not know.
     """
-    chosen = kind()
-    if chosen is None:
+    code, chosen = native(), kind()
+    if code is None or chosen is None:
         return writer_of({**keys, "status": at.status, **at.columns()}, shape)
-    known = {*keys, "status", *native().results()}
+    known = {*keys, "status", *code.results}
     given, spread = _given(at), {name: np.ascontiguousarray(values) for name, values in keys.items()}
     null = [name for name, values in spread.items() if np.isnan(values).any()]
 
     def write(columns: Columns, rows: range) -> Collection[str]:
         wanted = {name: values for name, values in spread.items() if name in columns}
-        results: list[str] = native().rows(chosen, shape, given, wanted, dict(columns), rows.start, len(rows))
+        results = code.rows(chosen, shape, given, wanted, columns, rows.start, len(rows))
         others = {name: values for name, values in columns.items() if name not in known}
         if others:
             writer_of(at.columns(others), shape)(others, rows)
@@ -98,11 +94,11 @@ def row_writer(at: State, shape: tuple[int, ...], keys: Columns) -> RowWriter:
 
 def fold_extremes(found: Found, at: State, elbow_angle: Array, shape: tuple[int, ...]) -> None:
     """Fold all states of a block into what is known of its designs: `model.extremes.fold`."""
-    chosen = kind()
-    if chosen is None:
+    code, chosen = native(), kind()
+    if code is None or chosen is None:
         fold(found, at, elbow_angle)
     else:
-        native().extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), found)
+        code.extremes(chosen, shape, _given(at), np.ascontiguousarray(elbow_angle), found)
 
 
 def fold_window(
@@ -120,15 +116,15 @@ def fold_window(
     """
     sides = {side: replace(getattr(at.design, side), pretension=0.0) for side in SIDES}
     at = replace(at, design=replace(at.design, **sides))
-    total, chosen = angles or shape[-1], kind()
-    if chosen is None:
+    total, code, chosen = angles or shape[-1], native(), kind()
+    if code is None or chosen is None:
         states = np.arange(shape[-2])[:, np.newaxis] * total + first + np.arange(shape[-1])
         window.fold(found, at, bounds, states)
     else:
         given, (one, forms) = _given(at), _held_to(at, bounds)
-        for start in range(0, max(1, len(forms)), MOST_FORMS):  # the tightest end is the same whatever comes first
-            some = forms[start : start + MOST_FORMS]
-            native().window(chosen, shape, given, one, some, found, first, total)
+        for start in range(0, max(1, len(forms)), code.most_forms):  # the tightest end is the same whatever comes first
+            some = forms[start : start + code.most_forms]
+            code.window(chosen, shape, given, one, some, found, first, total)
 
 
 def _held_to(at: State, bounds: Bounds) -> tuple[dict[str, Array], tuple[dict[str, Array], ...]]:

@@ -1,4 +1,5 @@
-/* What Python hands over: arrays over the axes of designs, then direction, then elbow angle, and a walk over them. */
+/* What Python hands over, as `native.py` has it: arrays over the axes of designs, then direction, then elbow angle, and
+ * a walk over them. */
 
 #ifndef TENDON_ARRAYS_H
 #define TENDON_ARRAYS_H
@@ -100,30 +101,27 @@ typedef struct {
  * `no_number` becomes true of a column in which something is not a number. */
 typedef struct {
     Walk walk;
-    Array arrays[INPUTS + MOST_AXES];
-    double *column[COLUMNS];
-    int no_number[COLUMNS];
+    Array *arrays;
+    double **column;
+    int *no_number;
     signed char *status;
-    Key key[MOST_AXES];
-    int keys;
-    long first, count;
+    Key *key;
+    long keys, first, count;
 } Rows;
 
 /* Extremes over states: the inputs, then an accumulator for each of EXTREMES, which has no step along direction and
  * angle. */
 typedef struct {
     Walk walk;
-    Array arrays[INPUTS + ACCUMULATORS];
-    Array angle;
+    Array *arrays, *angle;
 } Extremes;
 
 /* Ends of windows over states: the inputs, the bounds, the forms, then an accumulator for each of WINDOW. The angles are
  * those from `first` on of `total` in each direction. */
 typedef struct {
     Walk walk;
-    Array arrays[LIMITED + ENDS];
-    long first, total;
-    int forms;
+    Array *arrays;
+    long forms, first, total;
 } Window;
 
 #endif

@@ -5,6 +5,6 @@
 #if CHOICE
 #pragma GCC target("avx2")
 #define LANES 4
-#define NAMED(name) name##_avx2
+#define NAMED(name) tendon_avx2_##name
 #include "entry.h"
 #endif

@@ -5,6 +5,6 @@
 #if CHOICE
 #pragma GCC target("avx512f")
 #define LANES 8
-#define NAMED(name) name##_avx512
+#define NAMED(name) tendon_avx512_##name
 #include "entry.h"
 #endif

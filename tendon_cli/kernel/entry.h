@@ -4,6 +4,6 @@
 #include "rows.h"
 #include "window.h"
 
-void NAMED(tendon_extremes)(void *what) { extremes(what); }
-void NAMED(tendon_rows)(void *what) { rows(what); }
-void NAMED(tendon_window)(void *what) { window(what); }
+void NAMED(extremes)(Extremes *what) { extremes(what); }
+void NAMED(rows)(Rows *what) { rows(what); }
+void NAMED(window)(Window *what) { window(what); }

@@ -50,7 +50,7 @@ static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, 
                      long angles, int plain) {
     Lanes limit = same(-INFINITY), in[IN_gravity_moment];
     for (long at = 0; at < angles; at++, lines++) {
-        angle[at] = *(const double *)(e->angle.at + (from + at) * e->angle.step[e->walk.axes - 1]);
+        angle[at] = *(const double *)(e->angle->at + (from + at) * e->angle->step[e->walk.axes - 1]);
         angle_across(of, in, from + at);
         *lines = lines_at(d, in, plain);
         limit = larger(lines->limit, limit), b->shortfall = larger(lines->shortfall, b->shortfall);

@@ -66,7 +66,7 @@ def assert_same_rows(plan, cuts=()):
 @contextlib.contextmanager
 def each_kind():
     """Every kind of code that this processor can run, in turn, and None for NumPy: a function that takes one."""
-    kinds = native.kinds() if (native := kernel.native()) else ()
+    kinds = native.kinds if (native := kernel.native()) else ()
     with pytest.MonkeyPatch.context() as patch:
         yield (*kinds, None), lambda kind: patch.setattr(kernel, "kind", lambda: kind)
 

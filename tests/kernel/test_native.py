@@ -94,18 +94,18 @@ GIVEN = {name: np.ones((2, 1, 4)) for name in NAMES}
     ("fault", "problem"),
     [
         ({"kind": "abacus"}, "no code named abacus"),
-        ({"given": GIVEN | {"sine": np.zeros((2, 3))}}, "sine has another shape"),
-        ({"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}}, "its angles lie apart"),
-        ({"given": GIVEN | {"ratio": np.zeros((2, 1, 4), np.float32)}}, "values of 4 bytes"),
+        ({"given": GIVEN | {"sine": np.zeros((2, 3))}}, "sine has the shape"),
+        ({"given": GIVEN | {"sine": np.zeros((2, 1, 8))[..., ::2]}}, "the last axis side by side"),
+        ({"given": GIVEN | {"ratio": np.zeros((2, 1, 4), np.float32)}}, "values of float32"),
         ({"given": {}}, "moment_arm"),
-        ({"shape": (3, 1, 4)}, "moment_arm has another shape"),
-        ({"shape": (2, 1, 1)}, "moment_arm has another shape"),
-        ({"shape": (1, 4)}, "moment_arm has another shape"),
+        ({"shape": (3, 1, 4)}, "moment_arm has the shape"),
+        ({"shape": (2, 1, 1)}, "moment_arm has the shape"),
+        ({"shape": (1, 4)}, "moment_arm has the shape"),
         ({"shape": (2, 0, 4)}, "an axis is empty"),
         ({"shape": (4,)}, "1 axes, expected 2 to 64"),
-        ({"columns": {"motor_torque": np.zeros(7)}}, "not a column of 8 rows"),
-        ({"columns": {"motor_torque": np.zeros(16)[::2]}}, "not a column of 8 rows"),
-        ({"columns": {"status": np.zeros(8)}}, "values of 8 bytes"),
+        ({"columns": {"motor_torque": np.zeros(7)}}, "motor_torque has the shape"),
+        ({"columns": {"motor_torque": np.zeros(16)[::2]}}, "motor_torque has the shape"),
+        ({"columns": {"status": np.zeros(8)}}, "values of float64"),
         ({"first": 1}, "no such rows"),
         ({"first": -1}, "no such rows"),
         ({"keys": {"design": np.zeros((2, 1, 4))}}, "design"),
@@ -130,4 +130,4 @@ def test_make_compiles_it_where_there_is_a_compiler():
 @needs_code
 def test_every_column_that_it_writes_is_one_of_states():
     """NumPy works out those that it does not know, so that a slip in a name would only show as lost time."""
-    assert {*kernel.native().results()} <= {*OF_STATES}
+    assert {*kernel.native().results} <= {*OF_STATES}

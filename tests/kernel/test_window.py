@@ -49,7 +49,7 @@ def folded(at, bounds, whole, cuts=()):
 @pytest.mark.parametrize("seed", range(60))
 def test_windows_are_the_same_to_the_bit_by_whatever_code(seed, monkeypatch):
     """In a third of the cases with more forms than compiled code takes at once."""
-    monkeypatch.setattr(kernel, "MOST_FORMS", 8 if seed % 3 else 1)
+    monkeypatch.setattr(kernel.native(), "most_forms", 8 if seed % 3 else 1)
     rng = np.random.default_rng(seed)
     situation, angles, whole = situation_of(rng, "unilateral")
     flexion = np.array([[True], [False]])[: whole[-2]]
