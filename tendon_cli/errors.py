@@ -123,7 +123,10 @@ def is_memory_short(error: BaseException) -> bool:
         "malloc of size",
         "realloc of size",
     )
-    return isinstance(error, (OSError, ImportError, RuntimeError)) and any(words in str(error) for words in said)
+    if isinstance(error, (OSError, ImportError, RuntimeError)) and any(words in str(error) for words in said):
+        return True
+    # A pool of threads that could not be started stumbles over its own tidying up.
+    return isinstance(error, AttributeError) and error.__context__ is not None and is_memory_short(error.__context__)
 
 
 class InterruptError(TendonError):

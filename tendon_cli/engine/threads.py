@@ -8,6 +8,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from types import FrameType
 
@@ -110,33 +111,41 @@ def _one_by_one(maker: PartMaker, missing: Iterator[int]) -> Results:
 
 
 def _at_once(jobs: int, maker: PartMaker, missing: Iterator[int]) -> Results:
-    """Parts as they are finished, and failures among them; twice as many are begun as jobs, for some wait for the disk.
+    """Parts as they are finished, and failures among them, since joblib would end all at the first exception.
 
-    As many threads as there are jobs compute, so that no others have the C library keep memory for them. However this
-    ends, no thread works on a part any more.
+    As many threads as there are jobs compute, so that no others have the C library keep memory for them; twice as many
+    parts are begun, for some wait for the disk. However this ends, no thread works on a part any more.
     """
-    from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait  # only several parts pay for it
+    from concurrent.futures import ThreadPoolExecutor
 
-    begun = set[Future[PartResult | PartFailure]]()
+    from joblib import Parallel, delayed  # a small study does without this import
+
+    ended = threading.Event()
+    begun = threading.Semaphore(2 * jobs)
+
+    def make(index: int) -> PartResult | PartFailure:
+        with begun:
+            return PartFailure(index, Stopped()) if ended.is_set() else _attempt(maker, index, computed)
 
     def computed(work: Callable[[], Note]) -> Note:
         return computing.submit(work).result()
 
-    def finished(most: int) -> Results:
-        while len(begun) > most:
-            done, _ = wait(begun, return_when=FIRST_COMPLETED)
-            begun.difference_update(done)
-            yield from (part.result() for part in done)
-
-    with ThreadPoolExecutor(jobs) as computing, ThreadPoolExecutor(2 * jobs) as writing:
+    with (
+        ThreadPoolExecutor(jobs) as computing,
+        Parallel(2 * jobs, backend="threading", return_as="generator_unordered", pre_dispatch="n_jobs") as pool,
+    ):
+        parts = pool(delayed(make)(index) for index in takewhile(lambda _: not ended.is_set(), missing))
         try:
-            for index in missing:
-                begun.add(writing.submit(_attempt, maker, index, computed))
-                yield from finished(2 * jobs - 1)
-            yield from finished(0)
+            for part in parts:  # noqa: UP028 - `yield from` would close joblib's generator, which then cancels
+                yield part
         except BaseException:
             maker.task.stop.set()
             raise
+        finally:
+            ended.set()
+            list(parts)  # until those that are at work are done, for which joblib would not wait
+            for _ in range(2 * jobs):  # nor does it after KeyboardInterrupt
+                begun.acquire()
 
 
 def _attempt(maker: PartMaker, index: int, *working: Callable[[Callable[[], Note]], Note]) -> PartResult | PartFailure:
