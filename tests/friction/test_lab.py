@@ -49,7 +49,7 @@ def test_a_frame_arrays_and_a_file_are_the_same_fit(tmp_path: Path) -> None:
     assert fits[1].friction == fits[2].friction == pytest.approx(fits[0].friction, rel=1e-12)
     assert len(repr(fits[1]).splitlines()) <= 15
     assert fits[1].sha256 == fits[2].sha256
-    with pytest.raises(UsageError, match="not int"):
+    with pytest.raises(UsageError, match="int is not"):
         fit_of(3)
     with pytest.raises(InputError, match="no column is named"):
         fit_of({"a": [1.0], "b": [2.0]})

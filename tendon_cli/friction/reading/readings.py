@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -105,23 +104,24 @@ def read_readings(
 
 def _of_frame(frame: Any, names: tuple[str, str] | None) -> Table:
     """Columns in memory; rows count from 0, as pandas counts them."""
-    if not isinstance(frame, Mapping) and not hasattr(frame, "columns"):
-        problem = f"readings are a path, a DataFrame or a mapping of arrays, not {type(frame).__name__}"
-        raise UsageError(problem, where="fit_friction")
-    given = {str(name): np.asarray(frame[name]) for name in (frame.columns if hasattr(frame, "columns") else frame)}
-    values, where = list(given.values()), "the readings"
-    if len({value.shape for value in values}) != 1 or values[0].ndim != 1 or not 0 < len(values[0]) <= MOST_ROWS:
-        raise InputError(f"the columns are not of one length from 1 to {MOST_ROWS:,}", where=where)
-    columns = read_header(list(given))
+    where = "the readings"
+    try:
+        given = pd.DataFrame({str(name): np.asarray(frame[name]) for name in frame})
+    except (TypeError, ValueError, LookupError) as error:
+        problem = f"{type(frame).__name__} is not a path, a DataFrame or a mapping of arrays of one length"
+        raise UsageError(problem, where="fit_friction") from error
+    if not 0 < len(given) <= MOST_ROWS:
+        raise InputError(f"{len(given):,} readings, expected 1 to {MOST_ROWS:,}", where=where)
+    columns = read_header([str(name) for name in given])
     cells = find_cells(columns, names, where)
     if cells is None:
         shown = ", ".join(column.shown for column in columns[:12])
         problem = f"no column is named as the two load cells are: {shown}"
         raise InputError(problem, where=where, hint="name them with cell_1 and cell_2")
-    digest = hashlib.sha256()
+    digest, values = hashlib.sha256(), [given[name].to_numpy() for name in given]
     for value in values:
         digest.update(value.tobytes() if value.dtype != object else repr(value.tolist()).encode())
-    return Table(where, digest.hexdigest(), columns, cells, np.arange(len(values[0])), values)
+    return Table(where, digest.hexdigest(), columns, cells, np.arange(len(given)), values)
 
 
 def _assembled(table: Table, position: str | None) -> Readings:
@@ -184,6 +184,7 @@ def joined(parts: list[Readings]) -> Readings:
     if len(parts) == 1:
         return parts[0]
     first, frames, end = parts[0], [], 0.0
+    names = [name for name in ("direction", "stroke") if name in first.rows]
     for number, part in enumerate(parts):
         if part.unit != first.unit:
             problem = f'{part.source} is in "{part.unit}", {first.source} in "{first.unit}"'
@@ -193,20 +194,16 @@ def joined(parts: list[Readings]) -> Readings:
             problem = f"only one of {first.source} and {part.source} says the {min(map(str, only)).replace('_', ' ')}"
             raise InputError(problem, where=part.source, hint="fit files of one kind together")
         frame = part.rows.assign(file=number)
-        if "stroke" in frame:
-            frame["stroke"] = f"{number}:" + frame["stroke"].astype(str)
-        if "direction" in frame:
-            frame["direction"] = frame["direction"].astype(str)
+        for name in names:
+            frame[name] = (f"{number}:" if name == "stroke" else "") + frame[name].astype(str)
         if "time" in frame:
             time = frame["time"].to_numpy()
             frame["time"] = time - time[0] + end
             end = float(frame["time"].iloc[-1] + (np.median(np.diff(time)) if len(time) > 1 else 1.0))
         frames.append(frame)
-    rows = pd.concat(frames, ignore_index=True)
-    names = [name for name in ("direction", "stroke") if name in rows]
     return replace(
         first,
-        rows=rows.astype(dict.fromkeys(names, "category")),
+        rows=pd.concat(frames, ignore_index=True).astype(dict.fromkeys(names, "category")),
         source=", ".join(part.source for part in parts),
         sha256=hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest(),
         files=tuple(part.source for part in parts),

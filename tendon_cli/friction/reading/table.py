@@ -29,23 +29,22 @@ _DECIMAL_COMMA = "a decimal comma read as a separator? separate the columns by s
 
 @dataclass
 class Table:
-    """Columns of a file or of a frame, row by row."""
+    """Columns of a file or of a frame, row by row.
+
+    `source` is the file's name without its folder, `lines` the line of each row and `header` that of the header, None
+    in a frame. `data` has a pyarrow array of strings per column of a file, an array of values per column of a frame.
+    `decimal` is the decimal sign, known from the first number that has one.
+    """
 
     source: str
-    """The file's name without its folder, as errors and provenance give it."""
     sha256: str
-    """Hash of what is fitted."""
     columns: list[Heading]
     cells: tuple[Heading, Heading]
     lines: np.ndarray
-    """Line of each row."""
     data: list[Any]
-    """A pyarrow array of strings per column of a file, an array of values per column of a frame."""
     header: int | None = None
-    """Line of the header; None in a frame."""
     separator: str = ""
     decimal: str = ""
-    """The decimal sign, known from the first number that has one."""
 
     def place(self, column: Heading, row: int | None = None) -> str:
         """Where a header, or a row of its column, stands."""
