@@ -89,12 +89,11 @@ def _check_places(read: tuple[Path | None, ...], plot: Path | None, out: Path | 
     """Refuse to write over the readings or the route, over what tendon did not write, or both over each other."""
     from tendon_cli.files import check_ours
 
-    written = {"--plot": plot, "--out": out, "--strokes": strokes}
-    given = {option: place for option, place in written.items() if place is not None}
-    for one, other in itertools.combinations(given, 2):
-        if given[one].absolute() == given[other].absolute():
+    given = [(option, place) for option, place in (("--plot", plot), ("--out", out), ("--strokes", strokes)) if place]
+    for (one, place), (other, place_of_other) in itertools.combinations(given, 2):
+        if place.absolute() == place_of_other.absolute():
             raise UsageError(f"{one} and {other} name the same file", where=f"{one}, {other}")
-    for option, place in given.items():
+    for option, place in given:
         mark = "`tendon fit-friction`" if option == "--out" else "tendon fit-friction"
         for source in filter(None, read):
             with contextlib.suppress(OSError, ValueError):

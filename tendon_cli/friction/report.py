@@ -106,8 +106,11 @@ def _plain_text(fit: Fit, digits: int) -> str:
     return f"{text}: {why}" if why else text
 
 
-def fragment_text(fit: Fit) -> str:
-    """The coefficient (or μφ) for a study, how far it can be trusted, and where it comes from."""
+def write_fragment(fit: Fit, path: Path) -> None:
+    """Write the coefficient (or μφ) for a study, how far it can be trusted, and where it comes from.
+
+    The file is written whole or not at all; raises OutputError.
+    """
     values: dict[str, Any] = {
         "coefficient": fit.friction, "standard_error": fit.standard_error, "interval_95": fit.interval_95,
         "bend_angle": fit.bend.text, "bend_angle_uncertainty": fit.bend.uncertainty_text,
@@ -120,7 +123,8 @@ def fragment_text(fit: Fit) -> str:
         "tendon_version": __version__,
     }  # fmt: skip
     lines = [f"{key} = {_toml(value)}" for key, value in values.items() if value not in {None, ""}]
-    return "\n".join([_HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG), "[friction]", *lines, ""])
+    header = _HEADER + (_OF_ONE_SHEATH if fit.friction is None else _OF_THE_RIG)
+    write_whole(path, "\n".join([header, "[friction]", *lines, ""]).encode())
 
 
 def _toml(value: Any) -> str:
@@ -128,11 +132,6 @@ def _toml(value: Any) -> str:
     if not isinstance(value, str):
         return repr(list(value) if isinstance(value, tuple) else value)
     return json.dumps(value.encode("utf-8", "replace").decode(), ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def write_fragment(fit: Fit, path: Path) -> None:
-    """Write the fragment, whole or not at all; raises OutputError."""
-    write_whole(path, fragment_text(fit).encode())
 
 
 def write_strokes(fit: Fit, path: Path) -> None:
