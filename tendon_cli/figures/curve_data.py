@@ -167,10 +167,7 @@ def _each_panel_once(data: CurveData) -> CurveData:
 
 
 def _raise_empty(plan: CurvePlan, asked: Sequence[Condition]) -> None:
-    names = ", ".join(plan.quantities)
-    if asked:
-        texts = " and ".join(f'"{each.text}"' for each in asked)
-        raise UsageError(f"nothing is left of {names} by {texts}", where="--where", hint="fewer or wider filters")
-    if plan.quantities == (MARGIN,):
+    if plan.quantities == (MARGIN,) and not asked:
         raise UsageError("no design has a margin, each has elbow angles without equilibrium")
-    raise UsageError(f"{names}: all null in the rows drawn", hint="--where chooses other rows")
+    hint = "fewer or wider filters" if asked else "--where chooses other rows"
+    raise UsageError(f"{', '.join(plan.quantities)}: all null in the rows drawn", where="--where", hint=hint)

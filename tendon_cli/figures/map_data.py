@@ -79,7 +79,6 @@ def map_data(cube: Cube, plan: MapPlan, spec: FigureSpec) -> MapData:
 
 
 def _column(key: str) -> str:
-    """The column that a limit bounds."""
     return "pretension" if key == "max_pretension" else key
 
 

@@ -44,7 +44,8 @@ def result_page(
 ) -> str:  # fmt: skip
     """The page of a run or an answer: what came out (heading and HTML), its figures, its study and record."""
     title = record["title"] or record["name"]
-    document = folded("Every number, in SI units", json.dumps(dict(study), indent=1))
+    numbers = escape(json.dumps(dict(study), indent=1))
+    document = f"<details><summary>Every number, in SI units</summary><pre>{numbers}</pre></details>"
     shown = {
         **parts,
         "study": ("Study", "The study", document),
@@ -60,7 +61,6 @@ def result_page(
 
 
 def _record_table(record: Mapping[str, Any]) -> str:
-    """Versions, counts and the checksum of every file."""
     rows = [("study, SHA-256", record["study_hash"])]
     rows += [(f"version of {name}", version) for name, version in record["versions"].items()]
     rows += [(name, record[name]) for name in ("designs", "states", "seconds") if name in record]
@@ -106,19 +106,9 @@ def blocks(some: Iterable[Block]) -> str:
     return "".join(parts)
 
 
-def notes(texts: Sequence[str]) -> str:
-    """What a reader has to know besides."""
-    return "".join(f'<p class="note">{escape(each)}</p>' for each in texts)
-
-
-def folded(summary: str, text: str) -> str:
-    """Long text, shown when it is asked for."""
-    return f"<details><summary>{escape(summary)}</summary><pre>{escape(text)}</pre></details>"
-
-
-def warnings(texts: Sequence[str]) -> str:
-    """What a reader has to know first."""
-    return "".join(f'<p class="warning">Warning: {escape(each)}</p>' for each in texts)
+def notes(texts: Sequence[str], kind: str = "note") -> str:
+    """What a reader has to know besides, or first, as a warning."""
+    return "".join(f'<p class="{kind}">{escape(each)}</p>' for each in texts)
 
 
 def plot(name: str, label: str) -> str:

@@ -72,7 +72,7 @@ def _paper_page(folder: Path) -> str:
         html.head("The paper, reproduced", "findings and claims, each with its number",
                   {"ledger": "Findings", "figures": "Figures"}),
         html.section("ledger", "Findings and claims", table),
-        html.section("figures", "Figures", pictures + html.warnings(left_out)),
+        html.section("figures", "Figures", pictures + html.notes(left_out, "warning")),
     ]  # fmt: skip
     return html.html_page("The paper, reproduced", parts, page_data())
 

@@ -71,7 +71,7 @@ def sweep_page(folder: Path, run: Run) -> str:
     if cube.study["motion"].get("trajectory"):
         remarks.append(_SLOWLY)
     answer = html.blocks([say.sentence(run_head(run))]) + html.table((), run_facts(run))
-    answer += html.warnings(run.record["warnings"]) + html.notes(remarks)
+    answer += html.notes([f"Warning: {each}" for each in run.record["warnings"]], "warning") + html.notes(remarks)
     parts = {
         **({"map": ("Map", "Map of the designs", html.part("map"))} if axes else {}),
         "design": ("One design", "The states of one design", html.part("states")),
@@ -99,7 +99,6 @@ def _outcomes(columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
-    """Curves of some designs."""
     kept, space = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS), space_of(cube.asked)
     places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
     rows = cube.rows(list(places), places).ravel()

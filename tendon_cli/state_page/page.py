@@ -101,7 +101,6 @@ def state_page(
 
 
 def _null_if_nan(value: float) -> float | None:
-    """As JSON has it."""
     return None if np.isnan(value) else value
 
 

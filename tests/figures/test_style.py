@@ -45,14 +45,12 @@ def table_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "designs.parquet"
 
 
-def draw(
-    table: Path, folder: Path, extra: dict[str, str], settings: bytes | None, first: str = ""
-) -> subprocess.CompletedProcess[str]:
+def draw(table: Path, folder: Path, extra: dict[str, str], settings: bytes | None) -> subprocess.CompletedProcess[str]:
     folder.mkdir()
     if settings is not None:
         (folder / "matplotlibrc").write_bytes(settings)
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("MPL", "MATPLOTLIB"))}
-    command = [sys.executable, "-c", f"{first}\n{DRAW}", str(table)]
+    command = [sys.executable, "-c", DRAW, str(table)]
     return subprocess.run(command, cwd=folder, env={**kept, **extra}, capture_output=True, text=True, check=True)
 
 

@@ -103,79 +103,51 @@ def test_a_verdict_is_that_of_its_parts(parts, verdict):
     assert judged == (verdict, "0.0, 2.0 N of 3", (-0.04, 2.0, 3.0))
 
 
-RIGHT = Anchors.motion
-
 # --- Mutations ------------------------------------------------------------------------------------------------------
 
-
-def wrong_sign_of_the_elongations_exponent(monkeypatch):
-    right = sheath.tendon_compliance
-    monkeypatch.setattr(sheath, "tendon_compliance", lambda *given: right(*given[:-1], -np.asarray(given[-1])))
-
-
-def no_elongation_of_the_tendon(monkeypatch):
-    right = sheath.tendon_compliance
-    monkeypatch.setattr(sheath, "tendon_compliance", lambda *given: 0.0 * right(*given))
-
-
-def reverse_friction(monkeypatch):
-    monkeypatch.setattr(sheath, "TOWARD_MOTOR", sheath.TOWARD_ELBOW)
-    monkeypatch.setattr(sheath, "TOWARD_ELBOW", -sheath.TOWARD_ELBOW)
-
-
-def forget_friction(monkeypatch):
-    monkeypatch.setattr(sheath, "capstan_ratio", lambda *given: np.ones(np.shape(given[-1])))
-
-
-def add_the_travels(monkeypatch):
-    """Eq. 12 as it is printed."""
-    monkeypatch.setattr(Travels, "mismatch", lambda at, ratio: at.extensor_travel + ratio * at.flexor_travel)
+RIGHT, COMPLIANCE = Anchors.motion, sheath.tendon_compliance
 
 
 def scaled(by, *names):
-    def mutate(monkeypatch):
-        def moved(arm, angle):
-            motion = RIGHT(arm, angle)
-            return replace(motion, **{name: by * getattr(motion, name) for name in names})
-
-        monkeypatch.setattr(Anchors, "motion", moved)
-
-    return mutate
-
-
-def weaker_gravity(monkeypatch):
-    monkeypatch.setattr(design, "STANDARD_GRAVITY", 9.0)
-
-
-def travel_from_the_straight_arm(monkeypatch):
     def moved(arm, angle):
-        return RIGHT(replace(arm, from_initial=True), angle)
+        motion = RIGHT(arm, angle)
+        return replace(motion, **{name: by * getattr(motion, name) for name in names})
 
-    monkeypatch.setattr(Anchors, "motion", moved)
+    return {"motion": moved}
+
+
+def wrong_sign(*given):
+    return COMPLIANCE(*given[:-1], -np.asarray(given[-1]))
 
 
 MUTATIONS = {
-    "wrong sign of the elongation's exponent": (wrong_sign_of_the_elongations_exponent, set()),
-    "no elongation of the tendon": (no_elongation_of_the_tendon, set()),
-    "moment arm + 10 %": (scaled(1.1, "flexor_moment_arm", "pulling_arm"), set()),
-    "H_f - 5 %": (scaled(0.95, "flexor_travel"), set()),
-    "H_e + 10 %": (scaled(1.1, "extensor_travel"), set()),
-    "g = 9": (weaker_gravity, set()),
-    "travel from L_c(0)": (travel_from_the_straight_arm, set()),
-    "friction the other way": (reverse_friction, {"F6a"}),
-    "no friction": (forget_friction, {"F8a"}),
-    "Eq. 12 as printed": (add_the_travels, {"F7c", "F8b", "F9", "F10", "F11"}),
-}
+    "wrong sign of the elongation's exponent": (sheath, {"tendon_compliance": wrong_sign}, set()),
+    "no elongation of the tendon": (sheath, {"tendon_compliance": lambda *given: 0.0 * COMPLIANCE(*given)}, set()),
+    "moment arm + 10 %": (Anchors, scaled(1.1, "flexor_moment_arm", "pulling_arm"), set()),
+    "H_f - 5 %": (Anchors, scaled(0.95, "flexor_travel"), set()),
+    "H_e + 10 %": (Anchors, scaled(1.1, "extensor_travel"), set()),
+    "g = 9": (design, {"STANDARD_GRAVITY": 9.0}, set()),
+    "travel from L_c(0)": (
+        Anchors, {"motion": lambda arm, angle: RIGHT(replace(arm, from_initial=True), angle)}, set(),
+    ),
+    "friction the other way": (
+        sheath, {"TOWARD_MOTOR": sheath.TOWARD_ELBOW, "TOWARD_ELBOW": -sheath.TOWARD_ELBOW}, {"F6a"},
+    ),
+    "no friction": (sheath, {"capstan_ratio": lambda *given: np.ones(np.shape(given[-1]))}, {"F8a"}),
+    "Eq. 12 as printed": (
+        Travels, {"mismatch": lambda at, ratio: at.extensor_travel + ratio * at.flexor_travel},
+        {"F7c", "F8b", "F9", "F10", "F11"},
+    ),
+}  # fmt: skip
 """Each with the findings that fail."""
 
 
-@pytest.mark.parametrize(("mutate", "fails"), MUTATIONS.values(), ids=MUTATIONS)
-def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, mutate, fails):
-    mutate(monkeypatch)
+@pytest.mark.parametrize(("of", "wrong", "fails"), MUTATIONS.values(), ids=MUTATIONS)
+def test_a_mutated_model_turns_some_finding_claim_or_number_red(monkeypatch, tmp_path, of, wrong, fails):
+    for name, value in wrong.items():
+        monkeypatch.setattr(of, name, value)
     monkeypatch.setattr("tendon_cli.kernel.kind", lambda: None)  # compiled code would still be whole
     mutated = evaluate(tmp_path)[1]
-    wrong = off(mutated)
-    assert {id_ for id_ in wrong if id_.startswith("F")}
-    assert {id_ for id_ in wrong if id_.startswith("C")}
+    assert {id_[0] for id_ in off(mutated)} >= {"F", "C"}
     assert fails <= {entry.id for entry in mutated.entries if not entry.holds}
     assert not mutated.holds or not fails
