@@ -17,8 +17,9 @@ from tendon_cli import cli
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folder import RunFolder
 from tendon_cli.engine.plan import STATES_PER_BLOCK, Plan
-from tendon_cli.engine.run import worked_out
+from tendon_cli.engine.run import How, worked_out
 from tendon_cli.engine.sweep import Sweep
+from tendon_cli.engine.threads import in_threads
 from tendon_cli.files import locked
 from tendon_cli.studies.load import load_study
 from tendon_cli.tables.digest import file_sha256
@@ -85,7 +86,7 @@ def sweep_text(text, folder, *, jobs=1, block_states=STATES_PER_BLOCK, out="run"
     plan = Plan(load_study(file), block_states=block_states)
     target = RunFolder(folder / out, Sweep(plan))
     with locked(target.path):
-        record, _ = worked_out(target, jobs=jobs)
+        record, _ = worked_out(target, How(), in_threads(jobs))
         target.finish(record)
     return Swept(target.path, plan, record)
 

@@ -59,20 +59,17 @@ def carried_out(
     with ended_by_keyboard(how.stop) as ended:
         if ended.is_set():
             raise Stopped
-        jobs = how.jobs or available_cores()
         if out is None:
             if how.scheduler is not None:
                 raise UsageError("a cluster writes into a run folder", hint="name one")
-            return _in_memory(task.of(study, ended), kind, jobs, how.progress)
+            return _in_memory(task.of(study, ended), kind, how)
         folder = RunFolder(out, task.of(study, ended))
         if how.lock:
             check_unlocked(out)
         folder.check(resume=how.resume, overwrite=how.overwrite)  # before the lock: a refused one stays as it was
         folder.check_space()
-        with _cluster(how) as runner, locked(out, use_lock=how.lock):
-            record, stands = worked_out(
-                folder, jobs=jobs, progress=how.progress, resume=how.resume, overwrite=how.overwrite, runner=runner
-            )
+        with _runner(how, folder.task.parts) as runner, locked(out, use_lock=how.lock):
+            record, stands = worked_out(folder, how, runner)
             note = None
             if not stands or (how.draw is not None and _wants_figures(folder, record)):
                 note = _with_figures(folder, record, how.draw, up_to_date=stands)
@@ -80,18 +77,19 @@ def carried_out(
             return kind(record, out, up_to_date=stands, note=note)
 
 
-def _in_memory(task: Task, kind: type[Kind], jobs: int, progress: Progress) -> Kind:
+def _in_memory(task: Task, kind: type[Kind], how: How) -> Kind:
     task.check_memory()
     maker = InMemory(task, Path())
-    record = _recorded(maker, Journal(Path(), in_memory=True), in_threads(min(jobs, task.parts)), progress)
+    with _runner(how, task.parts) as runner:
+        record = _recorded(maker, Journal(Path(), in_memory=True), runner, how.progress)
     return kind({**record, "files": []}, tables=maker.tables())
 
 
 @contextmanager
-def _cluster(how: How) -> Iterator[Runner | None]:
-    """What makes parts on a cluster, or None without an address; raises UsageError, WorkersLostError."""
+def _runner(how: How, parts: int) -> Iterator[Runner]:
+    """What makes parts, here or on a cluster; raises UsageError, WorkersLostError."""
     if how.scheduler is None:
-        yield None
+        yield in_threads(min(how.jobs or available_cores(), parts))
         return
     from tendon_cli.engine.cluster.flight import connected  # only who has a cluster pays for its import
 
@@ -99,34 +97,24 @@ def _cluster(how: How) -> Iterator[Runner | None]:
         yield cluster.results
 
 
-def worked_out(
-    folder: RunFolder,
-    *,
-    jobs: int,
-    progress: Progress = lambda _done, _all: None,
-    resume: bool = False,
-    overwrite: bool = False,
-    runner: Runner | None = None,
-) -> tuple[dict[str, Any], bool]:
+def worked_out(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, Any], bool]:
     """The record of a task whose tables stand in its locked folder, to be written there, and whether it stands already.
 
-    Parts are made by default in `jobs` threads of this process. Raises FolderError if something else stands there,
-    SizeError, OutputError, WorkersLostError for parts that failed, Stopped; whatever was finished until then is kept
-    and can be resumed.
+    Raises FolderError if something else stands there, SizeError, OutputError, WorkersLostError for parts that failed,
+    Stopped; whatever was finished until then is kept and can be resumed.
     """
-    folder.check(resume=resume, overwrite=overwrite)
-    replaces = overwrite and folder.clear()
-    runner = runner or in_threads(min(jobs, folder.task.parts))
+    folder.check(resume=how.resume, overwrite=how.overwrite)
+    replaces = how.overwrite and folder.clear()
     record, maker = read_record(folder.path), PartMaker(folder.task, folder.path)
     maker.tidy()
     if record is not None:
-        return _repaired(folder, record, maker, runner if resume else None)
+        return _repaired(folder, record, maker, runner if how.resume else None)
     journal = Journal.read(folder.path)
     journal.parts = {} if replaces else folder.intact(journal)
     journal.figures = () if replaces else journal.figures
     journal.start(folder.header())
     folder.prepare()
-    return _recorded(maker, journal, runner, progress), False
+    return _recorded(maker, journal, runner, how.progress), False
 
 
 def _recorded(maker: PartMaker, journal: Journal, runner: Runner, progress: Progress) -> dict[str, Any]:

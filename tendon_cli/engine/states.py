@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -63,17 +62,17 @@ class WorkedOut(AnyTable):
         """Number of rows."""
         return self.plan.rows(self.kind, range(self.plan.designs))
 
-    def stretches(self, columns: Sequence[str], rows: int = 1 << 16) -> Iterator[pa.Table]:
-        """Some columns, at most so many rows at a time, in the order of the rows and in constant memory."""
-        for block in self.plan.blocks(range(self.plan.designs), rows):
-            yield self._rows(block, columns)
-
     def parts(
         self, columns: Sequence[str] | None = None, wanted: npt.NDArray[np.int64] | None = None
     ) -> Iterator[tuple[int, pa.Table]]:
         """States block by block, each with the number of its first row; only of designs that have `wanted` rows."""
         each, names = self.plan.states_per_design, columns or self.schema.names
-        for designs in _runs(range(self.plan.designs) if wanted is None else np.unique(wanted // each).tolist()):
+        runs = [range(self.plan.designs)]
+        if wanted is not None:
+            asked = np.unique(wanted // each)
+            apart = np.split(asked, np.flatnonzero(np.diff(asked) > 1) + 1)
+            runs = [range(run[0], run[-1] + 1) for run in apart if len(run)]
+        for designs in runs:
             start = designs.start * each
             for block in self.plan.blocks(designs, self.plan.block_states):
                 part = self._rows(block, names)
@@ -87,16 +86,6 @@ class WorkedOut(AnyTable):
         rows = RowsInMemory(replace(whole, columns=tuple(columns[name] for name in names), schema=schema))
         rows.fill(math.prod(block.shape), state_rows(self.plan, block, self.sweep.keys("states", block)))
         return rows.table()
-
-
-def _runs(designs: Iterable[int]) -> Iterator[range]:
-    """Designs in ascending order as ranges of consecutive ones."""
-    if isinstance(designs, range):
-        yield designs
-        return
-    for _, run in itertools.groupby(enumerate(designs), key=lambda each: each[1] - each[0]):
-        members = [design for _, design in run]
-        yield range(members[0], members[-1] + 1)
 
 
 def states(design: AnyStudy, angle: npt.ArrayLike, flexion: npt.ArrayLike = True) -> dict[str, Any]:

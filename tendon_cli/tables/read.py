@@ -47,9 +47,11 @@ class AnyTable(ABC):
     ) -> Iterator[tuple[int, pa.Table]]:
         """Part by part, each with the number of its first row; with `wanted` only those that have such rows."""
 
-    @abstractmethod
     def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
         """Some columns, at most so many rows at a time, in constant memory."""
+        for _, part in self.parts(columns):
+            for batch in part.to_batches(rows):
+                yield pa.Table.from_batches([batch])
 
     @cached_property
     def facts(self) -> dict[str, Any]:
@@ -84,11 +86,6 @@ class TableInMemory(AnyTable):
     ) -> Iterator[tuple[int, pa.Table]]:
         """As of any table."""
         yield 0, self.whole.select(list(columns)) if columns else self.whole
-
-    def stretches(self, columns: Sequence[str], rows: int = 1 << 14) -> Iterator[pa.Table]:
-        """As of any table."""
-        for batch in self.whole.select(list(columns)).to_batches(rows):
-            yield pa.Table.from_batches([batch])
 
 
 @dataclass(frozen=True)

@@ -55,8 +55,8 @@ def test_a_harmed_part_is_refused_by_name(tendon, workplace, new_sweep, small_pa
 def harmed_run(harm, table, patch):
     """Let a table be harmed right after it was written, before anybody reads it back."""
 
-    def then_harmed(folder, **options):
-        worked = worked_out(folder, **options)
+    def then_harmed(folder, *how):
+        worked = worked_out(folder, *how)
         files = sorted(folder.path.glob(f"{table}.parquet/part-*.parquet")) or [folder.path / f"{table}.parquet"]
         harm(files[min(1, len(files) - 1)], random.Random(5))  # noqa: S311 - a repeatable sample
         return worked
