@@ -93,8 +93,8 @@ def _runner(how: How, parts: int) -> Iterator[Runner]:
         return
     from tendon_cli.engine.cluster.flight import connected  # only who has a cluster pays for its import
 
-    with connected(how.scheduler, how.jobs) as cluster:
-        yield cluster.results
+    with connected(how.scheduler, how.jobs) as runner:
+        yield runner
 
 
 def worked_out(folder: RunFolder, how: How, runner: Runner) -> tuple[dict[str, Any], bool]:

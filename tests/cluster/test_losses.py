@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tendon_cli.engine.cluster import flight as cluster_module
-from tendon_cli.engine.cluster import link
+from tendon_cli.engine.cluster import flight
 
 from .conftest import PARTS, wait_for
 from .test_cluster import SWEEP, leftovers, recorded
@@ -63,12 +62,12 @@ def test_a_part_that_kills_every_worker_is_named_and_the_others_are_kept(
 
 def test_a_cluster_without_workers_ends_the_run(tendon, study, start_cluster, monkeypatch):
     cluster = start_cluster(1, kill=12)
-    monkeypatch.setattr(cluster_module, "PATIENCE", 0.5)
+    monkeypatch.setattr(flight, "PATIENCE", 0.5)
     ran = tendon(*SWEEP, "--json", "--jobs", "1", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert "no worker is left; 1 parts were being computed: part 4 (designs 12" in ran.json["error"]["message"]
     assert recorded() == 4
-    monkeypatch.setattr(link, "CONNECT", 1.0)
+    monkeypatch.setattr(flight, "CONNECT", 1.0)
     ran = tendon(*SWEEP, "--json", "--resume", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["message"]) == (6, "the cluster has no workers")
     assert tendon(*SWEEP, "--resume").exit == 0
@@ -167,9 +166,9 @@ LISTENERS = {
 @pytest.mark.parametrize("words", LISTENERS)
 def test_an_address_where_no_scheduler_answers_is_exit_6(tendon, study, listener, monkeypatch, words):
     before = {thread.name for thread in threading.enumerate()}
-    assert link.CONNECT < 10
+    assert flight.CONNECT < 10
     if words == "within 1 s":
-        monkeypatch.setattr(link, "CONNECT", 1.0)
+        monkeypatch.setattr(flight, "CONNECT", 1.0)
     address = f"tcp://127.0.0.1:{listener.getsockname()[1]}"
     server = LISTENERS[words](listener)
     ran = tendon(*SWEEP, "--scheduler", address)

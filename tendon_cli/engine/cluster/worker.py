@@ -19,7 +19,7 @@ from typing import Literal
 
 from tendon_cli.engine.journal import JOURNAL
 from tendon_cli.engine.task import PartMaker, PartResult, Task
-from tendon_cli.errors import OutputError, Stopped, TendonError
+from tendon_cli.errors import OutputError, Stopped, TendonError, WorkersLostError
 from tendon_cli.studies.load import recorded_study
 from tendon_cli.tables.read import RECORDS
 from tendon_cli.tables.schema import versions
@@ -76,9 +76,23 @@ class Refusal:
 
     kind: Literal["unfit", "output", "stopped", "failed"]
     reason: str
-    host: str
     where: str | None = None
     hint: str | None = None
+    host: str = field(default_factory=platform.node)
+
+    def error(self) -> Exception:
+        """What the run meets that this worker was asked by."""
+        if self.kind == "unfit":
+            where = f"worker {self.host}" + (f": {self.where}" if self.where else "")
+            return WorkersLostError(self.reason, where=where, hint=self.hint)
+        reason = f"{self.reason}, on worker {self.host}"
+        if self.kind == "output":
+            return OutputError(reason, where=self.where, hint=self.hint)
+        return Stopped() if self.kind == "stopped" else OnWorkerError(reason)
+
+
+class OnWorkerError(Exception):
+    """What went wrong with a part on a worker, in that worker's words."""
 
 
 class Unfit(Exception):  # noqa: N818 - a state of this worker
@@ -97,7 +111,7 @@ def unlike(expected: dict[str, str]) -> Refusal | None:
     if not wrong:
         return None
     hint = "tables have the same bytes only from the same versions; install these on every worker"
-    return Refusal("unfit", f"this worker has {', '.join(wrong)}", platform.node(), hint=hint)
+    return Refusal("unfit", f"this worker has {', '.join(wrong)}", hint=hint)
 
 
 def ready(assignment: Assignment) -> Refusal | None:
@@ -106,7 +120,7 @@ def ready(assignment: Assignment) -> Refusal | None:
         _maker(assignment)
     except Unfit as error:
         hint = "workers write into the run folder themselves: it must be shared, and have the same path everywhere"
-        return Refusal("unfit", str(error), platform.node(), where=assignment.folder, hint=hint)
+        return Refusal("unfit", str(error), where=assignment.folder, hint=hint)
     return None
 
 
@@ -118,13 +132,13 @@ def make_part(assignment: Assignment, index: int) -> PartResult | Refusal:
     try:
         return _maker(assignment).make(index)
     except Stopped:
-        return Refusal("stopped", "stopped", platform.node())
+        return Refusal("stopped", "stopped")
     except Unfit as error:
-        return Refusal("unfit", str(error), platform.node(), where=assignment.folder)
+        return Refusal("unfit", str(error), where=assignment.folder)
     except OutputError as error:
-        return Refusal("output", error.message, platform.node(), error.where, error.hint)
+        return Refusal("output", error.message, error.where, error.hint)
     except Exception as error:  # noqa: BLE001 - it goes back with the part's coordinates
-        return Refusal("failed", f"{type(error).__name__}: {error}", platform.node())
+        return Refusal("failed", f"{type(error).__name__}: {error}")
 
 
 def halt(run: str) -> None:
