@@ -55,7 +55,8 @@ class DaskCluster:
         options += ("--local-directory", self.folder / "spill")
         preload = ("--preload", Path(__file__).with_name("hazards.py"))
         kind = "--nanny" if nanny else "--no-nanny"
-        self.workers += [self._start("worker", self.address, kind, *options, *preload) for _ in range(count)]
+        for _ in range(count):
+            self.workers.append(self._start("worker", self.address, kind, *options, *preload))
         return self
 
     def set(self, **accidents):
@@ -118,7 +119,10 @@ def start_cluster(tmp_path_factory):
         cluster = DaskCluster(tmp_path_factory.mktemp("cluster") / "dask")
         started.append(cluster)
         cluster.set(**accidents)
-        return cluster.add_workers(workers, nanny=nanny)
+        cluster.add_workers(workers, nanny=nanny)
+        logs = [cluster.folder / f"worker-{at}.log" for at in range(workers)]
+        wait_for(lambda: all("Registered to" in log.read_text("utf-8") for log in logs))
+        return cluster
 
     yield start
     for cluster in started:

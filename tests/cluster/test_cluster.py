@@ -53,11 +53,13 @@ def test_a_study_with_files_has_the_same_bytes_though_workers_do_not_see_them(
     study.write_text(text, encoding="utf-8")
     local = new_sweep(text, study.parent / "here")
     assert set(local.record["sources"]) == {"sheath.path", "sheath.friction_from"}
-    assert tendon(*SWEEP, "--scheduler", cluster.address).exit == 0
+    ran = tendon(*SWEEP, "--scheduler", cluster.address)
+    assert ran.exit == 0
+    assert [line.split()[1] for line in ran.err.splitlines()] == [str(tenth) for tenth in range(10, 101, 10)]
     assert hashes_in(Path("run")) == local.hashes
 
 
-def test_an_unfinished_local_run_is_finished_on_the_cluster(tendon, study, cluster, local, hashes_in, monkeypatch):
+def test_a_local_run_is_finished_and_repaired_on_the_cluster(tendon, study, cluster, local, hashes_in, monkeypatch):
     from tendon_cli.engine.task import PartMaker
 
     make = PartMaker.make
@@ -75,12 +77,6 @@ def test_an_unfinished_local_run_is_finished_on_the_cluster(tendon, study, clust
     assert hashes_in(Path("run")) == local.hashes
     again = tendon(*SWEEP, "--scheduler", cluster.address)
     assert (again.exit, "up to date" in again.out) == (0, True)
-
-
-def test_damaged_parts_of_a_finished_run_are_computed_again_on_the_cluster(tendon, study, cluster, local, hashes_in):
-    ran = tendon(*SWEEP, "--scheduler", cluster.address)
-    assert ran.exit == 0
-    assert [line.split()[1] for line in ran.err.splitlines()] == [str(tenth) for tenth in range(10, 101, 10)]
     Path("run/states.parquet/part-00003.parquet").write_bytes(b"nothing")
     Path("run/designs.parquet/part-00007.parquet").unlink()
     ran = tendon(*SWEEP, "--resume", "--json", "--scheduler", cluster.address)

@@ -102,7 +102,6 @@ def test_a_scheduler_that_is_killed_ends_the_run(tendon, study, start_cluster, l
 )
 def test_a_worker_that_is_not_fit_is_named(tendon, study, start_cluster, hazard, words):
     cluster = start_cluster(1, **hazard)
-    wait_for(lambda: "Registered to" in (cluster.folder / "worker-0.log").read_text("utf-8"))
     ran = tendon(*SWEEP, "--json", "--scheduler", cluster.address)
     assert (ran.exit, ran.json["error"]["kind"]) == (6, "workers")
     assert words in ran.json["error"]["message"]
