@@ -97,7 +97,7 @@ def as_read(columns: Found, design: Design) -> Found:
     """The result columns of designs with what is a pretension as the design's own is read."""
     if design.read == F0:
         return columns
-    line, set_to = Reading.of(design, design.read), design.flexor.pretension
+    line, set_to = Reading.of(design), design.flexor.pretension
     least = {name: columns[name][..., np.newaxis, np.newaxis] for name in ("required_pretension", "margin")}
     required = line.shown(least["required_pretension"])
     margin = line.shown(set_to) - line.shown(set_to - least["margin"])

@@ -39,8 +39,11 @@ class Reading:
     lowest: Array
 
     @classmethod
-    def of(cls, design: Design, read: str) -> Reading:
-        """One of `READINGS` but F0 itself."""
+    def of(cls, design: Design, read: str | None = None) -> Reading:
+        """One of `READINGS`, by default as the design's pretension is read; F0 shows itself."""
+        read = design.read if read is None else read
+        if read == F0:
+            return cls(np.zeros(()), np.ones(()), np.zeros(()), np.full((), -np.inf))
         at = setting_of(design)
         side, _, end = read.partition(" at ")
         response, capstan = at.response, getattr(at, side).capstan if end == "motor" else 1.0
@@ -63,12 +66,12 @@ def all_readings(design: Design, pretension: Real) -> dict[str, Array]:
 
 def shown(design: Design, pretension: Real) -> Array:
     """F0 as the design's pretension is read, N."""
-    return np.asarray(pretension) if design.read == F0 else Reading.of(design, design.read).shown(pretension)
+    return Reading.of(design).shown(pretension)
 
 
 def pretension_of(design: Design, reading: Real) -> Array:
     """The F0 of a reading as the design takes it, N."""
-    return np.asarray(reading) if design.read == F0 else Reading.of(design, design.read).pretension(reading)
+    return Reading.of(design).pretension(reading)
 
 
 def set_by(design: Design) -> Design:

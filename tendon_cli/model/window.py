@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from tendon_cli.model.actuator import State
 from tendon_cli.model.bounds import Bounds, ends_of
-from tendon_cli.model.design import F0, Design
+from tendon_cli.model.design import Design
 from tendon_cli.model.kinematics import Array, Flags
 from tendon_cli.model.limits import (
     EXTENSOR_SLACK,
@@ -26,7 +26,7 @@ from tendon_cli.model.limits import (
     PRETENSION,
     Codes,
 )
-from tendon_cli.model.setting import Reading, pretension_of
+from tendon_cli.model.setting import pretension_of, shown
 from tendon_cli.model.statics import SLACK_TOLERANCE
 
 Positions = npt.NDArray[np.int64]
@@ -137,16 +137,9 @@ def _ceiling(design: Design, bounds: Bounds) -> Array:
 
 def as_read(ends: Kept, design: Design) -> Kept:
     """Ends as the design's pretension is read."""
-    if design.read == F0:
-        return ends
-    line = Reading.of(design, design.read)
     with np.errstate(invalid="ignore"):
-        low, high = (_over_states(line.shown(end[..., np.newaxis, np.newaxis])) for end in (ends.low, ends.high))
+        low, high = (shown(design, end[..., np.newaxis, np.newaxis])[..., 0, 0] for end in (ends.low, ends.high))
     return replace(ends, low=low, high=high)
-
-
-def _over_states(values: Array) -> Array:
-    return values[..., 0, 0]
 
 
 def _broken_by_design(design: Design, bounds: Bounds) -> Codes:

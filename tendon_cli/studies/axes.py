@@ -168,7 +168,7 @@ def _reading_faults(study: Study) -> Iterator[Fault]:
     if study.setting.read == F0 or len(space := space_of(study)) > _MOST_READINGS:
         return
     design = space.design()
-    least = float(np.nanmax(Reading.of(design, design.read).shown(0.0)))
+    least = float(np.nanmax(Reading.of(design).shown(0.0)))
     if np.nanmin(design.flexor.pretension) < -_ROUNDING:
         problem = f"cannot be read as {design.read}, which shows {least:.4g} N or more in the setting of every design"
         yield Fault(PRETENSION, problem, f"such as {1.5 * least:.0f} N, or another [setting]")
