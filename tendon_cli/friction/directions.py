@@ -11,17 +11,15 @@ from tendon_cli.friction.reading.readings import Floats, Integers, Mask, Reading
 from tendon_cli.friction.rows import noise_of
 from tendon_cli.units import shorten
 
-_PULLED = {
-    "up", "upward", "upwards", "raising", "raise", "rising", "lifting", "lift", "pull", "pulling", "pulled",
-    "toward motor", "towards motor", "to motor", "loading", "winding", "weight is moving in upward direction",
-    "auf", "hoch", "heben", "ziehen",
-}  # fmt: skip
-_RELEASED = {
-    "down", "downward", "downwards", "lowering", "lower", "falling", "release", "releasing", "released", "toward load",
-    "towards load", "to load", "toward elbow", "towards elbow", "unloading", "unwinding",
-    "weight is moving in downward direction", "ab", "runter", "senken", "nachlassen",
-}  # fmt: skip
-_RESTING = {"rest", "at rest", "stop", "stopped", "hold", "holding", "idle", "pause", "paused", "still", "none"}
+_PULLED = re.compile(
+    r"up(wards?)?|rais(e|ing)|rising|lift(ing)?|pull(ing|ed)?|(towards?|to) motor|loading|winding"
+    r"|weight is moving in upward direction|auf|hoch|heben|ziehen"
+)
+_RELEASED = re.compile(
+    r"down(wards?)?|lower(ing)?|falling|releas(e|ing|ed)|(towards?|to) load|towards? elbow|unloading|unwinding"
+    r"|weight is moving in downward direction|ab|runter|senken|nachlassen"
+)
+_RESTING = re.compile(r"(at )?rest|stop(ped)?|hold(ing)?|idle|paused?|still|none")
 _MANY = 40
 """Rows from which one name for all of them says nothing: it is the name of the log."""
 _TRIGGER = 0.3
@@ -48,10 +46,9 @@ def stated_motion(readings: Readings) -> tuple[Integers, Mask]:
     if "" in names:
         row = int(np.argmax(code == names.index("")))
         raise InputError("the direction is missing", where=readings.place(row))
-    # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names.
-    rest = _RESTING | ({"0"} if len(set(names) - {"0"}) >= 2 else set())
-    known = np.array([1 if name in _PULLED else -1 if name in _RELEASED else 0 for name in names], dtype=np.int64)
-    resting = np.array([name in rest for name in names])
+    is_signed = len(set(names) - {"0"}) >= 2  # 0 with 1 and -1 is a motor at rest; 0 and 1 alone are two names
+    known = np.array([bool(_PULLED.fullmatch(name)) - bool(_RELEASED.fullmatch(name)) for name in names], np.int64)
+    resting = np.array([bool(_RESTING.fullmatch(name)) or (is_signed and name == "0") for name in names])
     if known.any() and np.any((known == 0) & ~resting):
         shown = ", ".join(shorten(str(label), 20) for label in labels[:6])
         hint = 'use "pull", "release" and "rest", or two other names'

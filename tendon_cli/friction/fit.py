@@ -49,7 +49,7 @@ def fit_friction(
     `cell_uncertainty` is that of a cell's zero and gain, "0.2 N, 0.5 %".
 
     `bend_angle` is a text such as "144 deg +/- 2 deg", or a number in rad. Instead, `route` is a CSV of way-points x, y
-    and z along the sheath, whose bend angle is found with its uncertainty, and `path_smoothing` their noise, such as
+    and z along the sheath, whose bend angle is taken with its uncertainty, and `path_smoothing` their noise, such as
     "0.5 mm". Without a bend angle the answer is μφ. Raises UsageError for what is asked, InputError for the files.
 
     >>> import tendon_cli as tendon

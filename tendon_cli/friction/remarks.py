@@ -24,7 +24,7 @@ _MOST = {
     SPIKE: (0.10, "are spikes: what is left between them may be wrong, too; check the wiring"),
     NOT_POSITIVE: (0.15, "are at or below zero: the tendon is slack or a zero is off; load it"),
 }
-"""Shares of rows beyond which what is left is chosen by the fault, and what is said of it."""
+"""Shares of rows beyond which what is left is chosen by the fault, and the words for it."""
 _GAIN_NOTE, _GAIN_WARNING, _PLAIN_AWAY, _LATE = 0.05, 0.20, 0.25, 0.03
 _APART = 0.05
 """Difference of the forces of the two directions, as a share, from which a zero error does not act on both alike."""
@@ -48,7 +48,7 @@ class Remarks:
             look()
 
     def _effects(self) -> None:
-        """The checks of what can be fitted, and what those that put the number in doubt mean."""
+        """The checks of what can be fitted, and what those mean for the number."""
         for effect in (*OFFSETS, DELAY, FORCE, ENTRY):
             check = self._check(effect)
             value = check.value or 0.0
