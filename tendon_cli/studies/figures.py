@@ -4,7 +4,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import (
     AfterValidator,
@@ -18,7 +18,7 @@ from pydantic import (
 from tendon_cli import quantities
 from tendon_cli.errors import Fault, UsageError
 from tendon_cli.quantities import OF_FIGURES, QUANTITIES, Quantity
-from tendon_cli.studies.fields import fault, nearest, one_or_many
+from tendon_cli.studies.fields import OneOf, fault, nearest, one_or_many
 from tendon_cli.studies.filters import Filter, read_filter
 from tendon_cli.studies.parts import Name, Part, usual
 from tendon_cli.units import UNITS, UnitError, described, parse_measure, shorten
@@ -98,7 +98,6 @@ def _unit(symbol: str) -> str:
 
 
 _Text = Annotated[str, StringConstraints(strict=True)]
-_Format = Literal["png", "svg", "pdf"]
 _Column = Annotated[str, StringConstraints(strict=True, pattern=r"^[A-Za-z_][\w.]*$", max_length=100)]
 _Filter = Annotated[_Text, AfterValidator(_checked_by(read_filter))]
 
@@ -132,9 +131,9 @@ class FigureSpec(Part):
     unit: Annotated[tuple[Annotated[_Text, AfterValidator(_unit)], ...], *one_or_many({"type": "string"}, 20)] = usual(
         (), max_length=20, description="units to show, each for its dimension, such as cm"
     )
-    format: Annotated[
-        tuple[_Format, ...], Field(min_length=1, max_length=3), *one_or_many({"enum": ["png", "svg", "pdf"]}, 3)
-    ] = usual(("png",), description="png, svg, pdf, or several of them")
+    format: Annotated[tuple[str, ...], OneOf(("png", "svg", "pdf"), is_list=True)] = usual(
+        ("png",), description="png, svg, pdf, or several of them"
+    )
     size: Annotated[_Text, AfterValidator(_checked_by(read_size))] = usual(
         "page", description='"column" (85 mm), "page" (175 mm), a width or width x height, such as "120 x 80 mm"'
     )
@@ -178,9 +177,8 @@ def figure_spec(**given: Any) -> FigureSpec:
         place = f"--{detail['loc'][0]}" if detail["loc"] else None
         if detail["type"] == "tendon":
             raise UsageError(context["problem"], where=place, hint=context["hint"]) from None
-        expected = context.get("expected", detail["msg"]).replace("'", "")
-        hint = nearest(str(detail.get("input")), re.split(", | or ", expected)) or expected
-        raise UsageError(f"{described(detail.get('input'))} is not possible", where=place, hint=hint) from None
+        problem = f"{described(detail.get('input'))} is not possible"
+        raise UsageError(problem, where=place, hint=detail["msg"]) from None
 
 
 def figure_faults(figures: tuple[FigureSpec, ...], axes: Mapping[str, Quantity], at_fault: set[str]) -> Iterator[Fault]:

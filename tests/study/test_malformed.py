@@ -37,39 +37,22 @@ def content_of(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
-def error_of(row, path):
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.label)
+def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
+    path = written(row, tmp_path)
+    before, memory = content_of(tmp_path), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with at_most(LONGEST_TIME), pytest.raises(TendonError) as caught:
         load_study(path, row.settings)
-    return caught.value
-
-
-def check_it_says(row, error):
-    said = f"{error} {error.where}"
-    assert [fragment for fragment in row.says if fragment not in said] == []
-    if row.line is not None:
-        assert error.faults[0].line == row.line
-        assert f"line {row.line}: " in str(error)
-
-
-def check_it_is_fit_for_a_terminal(row, error):
+    error = caught.value
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MOST_MEMORY_KB
+    assert (type(error), error.exit, content_of(tmp_path)) == (row.kind, EXIT[row.kind], before)
+    assert [fragment for fragment in row.says if fragment not in f"{error} {error.where}"] == []
+    assert row.line is None or (error.faults[0].line == row.line and f"line {row.line}: " in str(error))
     given = as_bytes(row.text).decode(errors="replace")
     for text in (str(error), error.where, error.hint or ""):
         assert len(text) < LONGEST_MESSAGE
         assert all(line.isprintable() for line in text.split("\n"))
         assert [word for word in OF_PYTHON if word in text and word not in given] == []
-
-
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: row.label)
-def test_a_malformed_study_ends_in_one_error_that_says_what_and_where(row, tmp_path):
-    path = written(row, tmp_path)
-    before, memory = content_of(tmp_path), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    error = error_of(row, path)
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory < MOST_MEMORY_KB
-    assert type(error) is row.kind
-    assert error.exit == EXIT[row.kind]
-    assert content_of(tmp_path) == before
-    check_it_says(row, error)
-    check_it_is_fit_for_a_terminal(row, error)
 
 
 # --- Files that are not there or cannot be read ----------------------------------------------------------------------

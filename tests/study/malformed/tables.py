@@ -1,4 +1,6 @@
-"""Keys, tables, words and cases that no study can have."""
+"""Keys, tables, words, cases and settings that no study can have."""
+
+from tendon_cli.errors import StudyError, UsageError
 
 from .row import toml, yaml
 
@@ -67,4 +69,21 @@ CASES = (
     toml("a second case at fault", "[[cases]]\nname = 'a'\n[[cases]]\nnam = 'b'\n", "cases.1.nam", '"name"', line=3),
     toml("one table of cases", "[cases]\nname = 'a'\n", "cases", "[[cases]]"),
     yaml("a case without a name", "cases:\n  - arm: {b1: 0.1}\n", "cases.0.name", "missing", line=2),
+)
+
+
+def setting(label, text, *says, kind=UsageError, study=""):
+    return toml(f"set {label}", study, *says, kind=kind, settings=(text,))
+
+
+SETTINGS = (
+    setting("without equals sign", "arm.b1", "arm.b1", "KEY=VALUE"),
+    setting("without a key", "=3", "KEY=VALUE"),
+    setting("a key of 100000 parts", ".".join("a" * 100_000) + "=3", "KEY=VALUE"),
+    setting("an open list", "load.mass=[1, 2", "load.mass", "not TOML"),
+    setting("words in a list", "load.mass=[3 kg]", "load.mass", "not TOML"),
+    setting("a number below a number", "arm.b1.x=3", "arm.b1.x", "not a table", study="arm.b1 = 0.1\n"),
+    setting("a key with an escape", "\x1b[31m={", "set"),
+    setting("a line after the value", "load.mass=[1, 2]\nx = 3", "load.mass"),
+    setting("an unknown table", "amr.b1=3 mm", "amr", "unknown key", '"arm"', kind=StudyError),
 )
