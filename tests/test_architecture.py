@@ -204,9 +204,9 @@ WORDS = re.compile(
 )
 """Used otherwise than in the field."""
 BOUNDS = {
-    "modules": 171,
-    "modules with one importer": 42,
-    "private words": 109,
+    "modules": 165,
+    "modules with one importer": 38,
+    "private words": 82,
     "files over 250 lines": 2,
     "functions over 40 lines": 0,
 }

@@ -49,7 +49,7 @@ class Page:
         return self.height - self.head - self.foot
 
     def of_joint(self, study: Any) -> Page:
-        """With the study's own joint in what we say, which is of the elbow; the title is the user's."""
+        """With the word for the study's joint in what we say, which is of the elbow; the title is the user's."""
         word = say.joint_word(study)
         for text in self.figure.findobj(Text) if word != "elbow" else ():
             if text.get_gid() != "title":

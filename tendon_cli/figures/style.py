@@ -106,7 +106,7 @@ def render(figure: Figure, kind: str, about: Mapping[str, str] | None = None) ->
 
 
 def _write_png(canvas: Any, metadata: Mapping[str, str | None], buffer: io.BytesIO) -> None:
-    """Draw once: matplotlib's own way draws twice, the first time to see where things are.
+    """Draw once: matplotlib by itself draws twice, the first time to see where things are.
 
     The rows are compressed as they stand: looking for the best of the format's filters for each takes three times as
     long, and for a drawing's plain areas there is none.

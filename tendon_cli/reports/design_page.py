@@ -18,17 +18,20 @@ from tendon_cli.cube.labels import Shown
 from tendon_cli.quantities import QUANTITIES
 from tendon_cli.reports import html
 from tendon_cli.reports.data import (
+    MOST_DESIGNS,
+    OF_TAUT,
     PageAxis,
+    curves,
     number_record,
     packed,
     packed_classes,
     page_axes,
     page_data,
+    states_record,
     thinning_text,
     truths_record,
     within_size,
 )
-from tendon_cli.reports.states import MOST_DESIGNS, OF_TAUT, curves, states_record
 from tendon_cli.space.axis import PRETENSION
 from tendon_cli.space.space import Space
 from tendon_cli.studies.axes import space_of
