@@ -1,7 +1,6 @@
 """One number and one unit, converted exactly; everything else is refused."""
 
 import math
-import time
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
@@ -20,6 +19,8 @@ from tendon_cli.units import (
     shorten,
     to_float,
 )
+
+from .study.malformed.row import at_most
 
 # The definition of each unit, independent of the code: what one of it is in SI. Angles are compared apart.
 DEFINED = {
@@ -85,11 +86,11 @@ def test_a_unit_serves_its_own_dimension_only(unit):
                 parse_measure(f"1 {unit.symbol}", dimension)
 
 
-@pytest.mark.parametrize("unit", [unit for unit in UNITS.values() if unit.symbol.swapcase() not in UNITS])
+@pytest.mark.parametrize(
+    "unit", [unit for unit in UNITS.values() if unit.symbol.swapcase() not in {*UNITS, unit.symbol}]
+)
 def test_a_slip_of_case_is_refused_and_the_unit_named(unit):
     slip = unit.symbol.swapcase()
-    if slip == unit.symbol:
-        return
     with pytest.raises(UnitError) as caught:
         parse_measure(f"1 {slip}", unit.dimension)
     assert slip in caught.value.problem
@@ -232,11 +233,9 @@ def test_any_text_is_a_measure_or_refused(text):
      "9" * 199 + "x", ("9 " * 99) + "m", "9" + "\t" * 198, "9.9" * 66, "1e999 " + "N" * 190],
     ids=range(12),
 )  # fmt: skip
-def test_hostile_text_costs_no_time(text):
-    start = time.perf_counter()
-    with pytest.raises(UnitError):
+def test_hostile_text_is_refused_at_once(text):
+    with at_most(30), pytest.raises(UnitError):
         parse_measure(text, "length")
-    assert time.perf_counter() - start < 30.0  # only what hangs needs it
 
 
 @given(st.text(max_size=200), st.integers(2, 80))
