@@ -22,12 +22,9 @@ def answer():
 
 def test_what_to_set_is_what_the_state_of_the_setting_says(answer):
     row = answer.choices.iloc[0]
-    assert (round(row.set_flexor_tension, 1), round(row.set_extensor_tension, 1)) == (188.9, 125.6)
-    assert (round(row.set_flexor_tension_motor, 1), round(row.set_extensor_tension_motor, 1)) == (151.6, 156.5)
     assert row.tolerance_length == pytest.approx(5.391e-3, abs=5e-7)
     asked = {**SUIT, "load": {"mass": 0.0}, "tendon": {"pretension": row.pretension}}
-    states = tendon.sweep(tendon.study({**asked, "motion": {"direction": "extension", "elbow_angle": 0.0}})).states
-    state = states.iloc[0]
+    state = tendon.sweep({**asked, "motion": {"direction": "extension", "elbow_angle": 0.0}}).states.iloc[0]
     for side in ("flexor", "extensor"):
         assert row[f"set_{side}_tension"] == pytest.approx(state[f"{side}_tension_distal"], rel=1e-12)
         assert row[f"set_{side}_tension_motor"] == pytest.approx(state[f"{side}_tension_proximal"], rel=1e-12)
