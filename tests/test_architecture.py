@@ -207,7 +207,7 @@ BOUNDS = {
     "modules": 165,
     "modules with one importer": 38,
     "private words": 82,
-    "files over 250 lines": 2,
+    "files over 250 lines": 0,
     "functions over 40 lines": 0,
 }
 """None of them grows; lower what has fallen."""

@@ -47,15 +47,6 @@ def test_the_models_and_references_side_by_side():
 
 
 @pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
-def test_pretension_per_side(slack):
-    sides = {"tendon.flexor.pretension": [0.0, 9.0, 300.0], "tendon.extensor.pretension": [0.0, 40.0]}
-    numbers = {key: value for key, value in VARIED.items() if key != "tendon.pretension"}
-    found = assert_same_rows(plan_of(numbers | sides | {"model": model(slack)}))
-    assert np.isnan(all_states(found, "pretension")).all()
-    assert statuses(found) >= {TAUT, FLEXOR_SLACK, EXTENSOR_SLACK}
-
-
-@pytest.mark.parametrize("slack", ["unilateral", "bilateral"])
 def test_no_load_at_all(slack):
     """Both tendons of a weightless arm go slack at once, and the spool may turn as it likes."""
     found = assert_same_rows(plan_of(WEIGHTLESS | {"model": model(slack), "arm.upper_arm_angle": [-0.3, 0.0]}))

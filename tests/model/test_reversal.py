@@ -91,16 +91,6 @@ def test_a_spring_at_the_motor_lets_out_what_its_tension_says():
             assert np.sign(of_tendon) == np.sign(of_spring)
 
 
-def test_a_turn_is_undone_by_the_next():
-    p = design(baseline(load_mass=3.0, pretension=200.0))
-    state = evaluate(p, np.radians(75.0), True)
-    found = reversal(state, 0.0, True)
-    for side, capstan in ((found.flexor, state.flexor.capstan), (found.extensor, state.extensor.capstan)):
-        assert float(side.tension_after * capstan**-2.0) == pytest.approx(float(side.tension_before))
-        distal = float(side.tension_before * capstan)
-        assert float(side.tension_after) == pytest.approx(distal * float(capstan))
-
-
 @pytest.mark.parametrize("changed", [{"friction": 0.0}, {"bend_angle": 0.0}])
 def test_without_friction_the_far_ends_follow_at_once(changed):
     p = design(baseline(pretension=200.0, **changed))
