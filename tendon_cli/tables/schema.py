@@ -13,7 +13,6 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from tendon_cli.quantities import Quantity
 from tendon_cli.version import __version__
@@ -162,7 +161,7 @@ def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
         return np.array([word or "" for word in column.to_pylist()], dtype=object)
     if pa.types.is_dictionary(column.type):
         return np.concatenate([_NO_WORDS, *map(_words, column.chunks)])
-    numbers = pc.fill_null(column.cast(pa.float64()), _NAN).combine_chunks()
+    numbers = column.cast(pa.float64()).fill_null(_NAN).combine_chunks()
     return np.array(np.from_dlpack(numbers))
 
 
