@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import sys
 from typing import Any
 
@@ -32,9 +31,11 @@ class Displayed:
 
     def _repr_html_(self) -> str:
         """The text with the main picture, for a notebook."""
+        from html import escape
+
         picture = face().picture(self)
         image = f'<img alt="" src="data:image/png;base64,{picture}" style="max-width: 100%"/>' if picture else ""
-        return f'<pre style="font-size: 80%">{html.escape(repr(self))}</pre>{image}'
+        return f'<pre style="font-size: 80%">{escape(repr(self))}</pre>{image}'
 
 
 def shortened(text: str) -> str:
