@@ -139,7 +139,8 @@ class Attachments:
         content = self._read(name, key, MAX_BYTES)
         if content is None:
             return None
-        number = keys()["sheath.friction"].number
+        number, where = keys()["sheath.friction"].number, shorten(name, 200)
+        hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
         try:
             fit = read_toml(content.decode("utf-8-sig")).content["friction"]
             is_of_bend = "coefficient" not in fit and "friction_bend" in fit
@@ -154,8 +155,9 @@ class Attachments:
             estimate = _estimate("sheath.friction", coefficient, error, key)
         except (StudyError, ValueError, KeyError, TypeError, RecursionError):
             problem = "not a friction fragment, expected a table [friction] with coefficient (0 to 10), standard_error"
-            hint = "`tendon fit-friction readings.csv --out friction.toml` writes one"
-            raise InputError(problem, where=shorten(name, 200), hint=hint) from None
+            raise InputError(problem, where=where, hint=hint) from None
+        if not error <= 10.0:
+            raise InputError(f"the standard error {error:g} is not between 0 and 10", where=where, hint=hint)
         source = fit.get("source")
         fitted_from = shorten(source) if isinstance(source, str) else None
         self._note(key, name, content, friction=coefficient, standard_error=error, fitted_from=fitted_from)
