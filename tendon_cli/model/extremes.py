@@ -133,7 +133,9 @@ def of_forms(names: Iterable[str], at: State) -> Found:
     columns = {}
     for name in names:
         values = np.atleast_2d(LIMITS[name].value(at))
-        columns[name] = (np.fmin if LIMITS[name].from_below else np.fmax).reduce(values, axis=(-2, -1))
+        least, most = (each.reduce(values, axis=(-2, -1)) for each in (np.fmin, np.fmax))
+        largest = _with_sign(least, most) if name.startswith("peak_") else most
+        columns[name] = least if LIMITS[name].from_below else largest
     return columns
 
 

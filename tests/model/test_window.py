@@ -1,11 +1,12 @@
 """The window of pretension against bisection on the model, which the independent rig holds to."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tendon_cli.model import actuator, limits, window
+from tendon_cli.model import actuator, extremes, limits, window
 from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.motor import motor_rates
@@ -258,3 +259,9 @@ def test_every_number_has_a_derivative_by_complex_step(name):
         12 * step
     )
     assert end(size + 1e-30j).imag / 1e-30 == pytest.approx(expected, rel=1e-7, abs=1e-7)
+
+
+def test_a_peak_of_a_form_is_the_value_of_largest_magnitude_with_its_sign(monkeypatch):
+    monkeypatch.setitem(limits.LIMITS, "peak_form", SimpleNamespace(value=lambda at: at, from_below=False))
+    over_states = extremes.of_forms(["peak_form"], np.array([[[-80.0, 20.0]], [[-3.0, 50.0]]]))
+    assert over_states["peak_form"].tolist() == [-80.0, 50.0]
