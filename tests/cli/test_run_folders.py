@@ -208,13 +208,16 @@ def test_a_record_that_is_odd_is_no_record_whatever_its_checksum(run, small_part
 
 
 @pytest.mark.parametrize("name", ["run.json", "journal.jsonl"])
-def test_a_pipe_or_a_device_as_record_or_journal_is_refused_at_once(run, name):
+def test_a_pipe_a_device_or_a_folder_as_record_or_journal_is_refused_at_once(run, name):
     Path("run").mkdir()
     os.mkfifo(Path("run", name))
     assert run().exit == 7
     Path("run", name).unlink()
     Path("run", name).symlink_to("/dev/zero")
     assert run("--resume").exit == 7
+    Path("run", name).unlink()
+    Path("run", name).mkdir()
+    assert run("--overwrite").exit == 7
 
 
 def test_the_root_is_no_run_folder(tendon, run):

@@ -11,7 +11,7 @@ from tendon_cli.model.bounds import Bounds, limit_end
 from tendon_cli.model.limits import LIMIT_NAMES, NOTHING
 from tendon_cli.model.motor import motor_rates
 
-from .designs import baseline, design, scattered
+from .designs import baseline, design, worn
 
 ANGLES = np.radians(np.arange(91.0))[np.newaxis]
 BOTH = np.array([[True], [False]])
@@ -80,7 +80,7 @@ WIDTH, FREE_LENGTH, SPEED = 0.04, 0.07, 1.3
 def drawn(seed=77):
     """Designs (n, 1, 1, 1) with four loads (n, 4, 1, 1), angles (1, 6), and limits, some of each not asked."""
     rng = np.random.default_rng(seed)
-    p, *_ = scattered(COUNT, seed)
+    p, *_ = worn(COUNT, seed)
     p = {name: np.asarray(values).reshape(-1, 1, 1, 1) for name, values in p.items()}
     for side in ("flexor", "extensor"):
         p[f"{side}_pretension"] = np.zeros_like(p["ratio"])

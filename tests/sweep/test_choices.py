@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+import tendon_cli as tendon
 from tendon_cli.engine import plan as plan_module
 from tendon_cli.engine.folds import choices, feasible_choices, flags, noted
 from tendon_cli.engine.plan import Plan
@@ -67,3 +68,10 @@ def test_any_judgement_of_designs_cut_anywhere(seed, monkeypatch):
 def test_what_is_no_note_is_not_taken_for_one(note):
     assert flags(note, 4) is None
     assert flags(noted(np.ones(4, np.bool_)), 4).all()
+
+
+def test_the_summary_names_the_conditions_that_the_study_has():
+    study = {"load": {"mass": ["0 kg", "5 kg"]}, "cases": [{"name": "a"}, {"name": "b", "arm": {"b1": "160 mm"}}]}
+    assert "choice feasible at every case and load at once\n" in tendon.sweep(study).text
+    study = {"arm": {"upper_arm_angle": ["0 deg", "9 deg"]}}
+    assert "choice feasible at every upper arm angle\n" in tendon.sweep(study).text

@@ -73,9 +73,16 @@ def per_side(new_sweep, tmp_path_factory):
 
 def one_state(numbers, direction, angle):
     """A row of states, from the model called with plain numbers."""
-    state = actuator.evaluate(design_of(numbers), float(angle), direction == "flexion")
+    design = design_of(numbers)
+    state = actuator.evaluate(design, float(angle), direction == "flexion")
     row = {"direction": direction, "elbow_angle": float(angle), "status": STATUS_NAMES[int(state.status)]}
-    return row | {name: float(values) for name, values in state.columns().items()}
+    row |= {name: float(values) for name, values in state.columns().items()}
+    for side in CASES_SIDES:
+        row[f"{side}_tension_distal"] = float(getattr(state.balance, side))
+        change = row[f"{side}_tension_distal"] - getattr(design, side).pretension
+        row[f"{side}_tendon_stretch"] = float(getattr(state, side).tendon) * change
+        row[f"{side}_spring_stretch"] = change / getattr(design, side).spring_stiffness
+    return row
 
 
 CASES_SIDES = ("flexor", "extensor")
@@ -221,6 +228,18 @@ def test_a_design_is_taut_where_its_margin_is_not_negative(request, run):
     assert (designs["taut"] == (designs["margin"] >= 0.0)).all()
     assert (designs["first_slack_angle"].isna() == designs["taut"]).all()
     assert 0 < designs["taut"].sum() < len(designs)
+
+
+def test_the_margin_is_what_both_sides_can_lose_before_a_state_goes_slack(per_side):
+    designs, checked = per_side.designs, set()
+    for numbers, case, margin in zip(all_numbers_per_side(), designs["case"], designs["margin"], strict=True):
+        own = {f"tendon.{side}.pretension": on_side(numbers, "tendon.pretension", side) for side in CASES_SIDES}
+        for more in (-1e-6, 1e-6) if margin < min(own.values()) - 1e-3 else ():
+            lowered = design_of(numbers | {key: value - margin - more for key, value in own.items()})
+            states = [actuator.evaluate(lowered, float(at), way == "flexion").status for way, at in FEW_MOTION]
+            assert any(states) == (more > 0)
+            checked.add(case)
+    assert "rough extensor" in checked
 
 
 def test_run_json_counts_what_the_tables_hold(full):

@@ -329,8 +329,8 @@ def test_what_stands_in_the_place_of_the_temporary_file_is_not_written_through(t
 
 
 @pytest.mark.parametrize("name", ["tendon.digest", "tendon.digest sha256:" + "0" * 64])
-def test_a_case_may_have_any_name(new_sweep, tmp_path, name):
-    new_sweep(f'[[cases]]\nname = "{name}"\n[[cases]]\nname = "zz"\n', tmp_path)
+def test_a_case_and_a_title_may_be_anything(new_sweep, tmp_path, name):
+    new_sweep(f'title = "{name}"\n[[cases]]\nname = "{name}"\n[[cases]]\nname = "zz"\n', tmp_path)
     file = tmp_path / "run/designs.parquet"
     assert contents(file)[0]["case"].to_pylist() == [name, "zz"]
     metadata = pq.read_metadata(file)

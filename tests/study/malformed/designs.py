@@ -42,6 +42,7 @@ DESIGNS = (
             ("min_efficiency", "40 %"),
         )
     ),
+    toml("a speed of nothing", "motion.speed = '0 deg/s'\n", "motion.speed", "impossible", line=1),
     toml("a speed in degrees", "motion.speed = '60 deg'\n", "motion.speed", "an angular speed", '"60 deg/s"', line=1),
     toml("a condition that is a column", "design.conditions = 'load_mass'\n", "conditions", '"load.mass"', line=1),
     toml("a condition that is no axis", "design.conditions = ['direction']\n", "conditions", "no axis", line=1),

@@ -136,5 +136,6 @@ GRIDS = (
         "1,000,000,000,000 is too many",
         "10,000,000 values",
     ),
+    grid("a grid of 10^7 + 1", "{ from = 0, to = 1, num = 10_000_001 }", "10,000,001 is too many"),
     yaml("a grid of steps", "load:\n  mass: {from: 0, to: 1, stepp: 1}\n", "load.mass", 'unknown "stepp"', line=2),
 )
