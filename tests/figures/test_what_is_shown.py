@@ -69,6 +69,11 @@ def test_sides_that_differ_are_named(tmp_path: Path) -> None:
     assert "F₀ = 100 N (flexor), F₀ = 80 N (extensor)" in words(figure)
     assert panels(figure)[0].get_ylabel() == "common margin of both pretensions (N)"
     assert "F₀*" not in words(figure)
+    # What the caption says of it: lowered together by their margin, the sides are at the edge of slack.
+    margin = of.read(["margin"])["margin"][0].as_py()
+    lowered = {"pretension": 100.0 - margin, "extensor": {"pretension": 80.0 - margin}}
+    edge = designs(tmp_path / "edge", {"tendon": lowered, "spool": {"ratio": [0.5]}})
+    assert edge.read(["margin"])["margin"][0].as_py() == pytest.approx(0.0, abs=1e-9)
 
 
 def test_every_format_knows_its_study(run: Path, tmp_path: Path) -> None:

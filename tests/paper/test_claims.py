@@ -80,6 +80,49 @@ def test_every_study_is_the_baseline_but_for_what_its_figure_varies(paper, name)
     assert np.degrees(states["elbow_angle"]).max() == pytest.approx(90.0)
 
 
+def line(paper, name, column, way="flexion", by="load_mass"):
+    """A column of states without the code that judges it: rows are rising elbow angles (deg), columns what varies."""
+    states = paper[name].states.query("direction == @way")
+    return states.assign(degrees=np.degrees(states["elbow_angle"])).pivot_table(column, "degrees", by)
+
+
+def test_f4_and_f6_ratio_of_the_radii_and_torques(paper):
+    ratio = line(paper, "fig04", "flexor_travel") / line(paper, "fig04", "extensor_travel")
+    there, back = (line(paper, "fig06", "elbow_torque", way) - line(paper, "fig06", "motor_torque", way)
+                   for way in ("flexion", "extension"))  # fmt: skip
+    more = [there.loc[30.0:], back, *(gain.iloc[1:].diff(axis=1).iloc[:, 1:] for gain in (there, back))]
+    for positive in (ratio.iloc[[-1]] - 1.0, ratio.diff().iloc[1:], -there.iloc[[0]], *more):
+        assert (positive > 0.0).all(axis=None)
+    assert ((there > 0.0).astype(int).diff().iloc[1:] >= 0).all(axis=None)  # only at the first angles of flexion
+
+
+def test_f7_and_f8_tensions_at_both_ends_of_the_sheath(paper):
+    flexor, extensor = (line(paper, "fig07", f"{side}_tension_distal") for side in ("flexor", "extensor"))
+    for mass in flexor:
+        falling, rising = (extensor[mass], flexor[mass]) if mass else (flexor[mass], extensor[mass])
+        assert falling.diff().max() < 0.0 < rising.diff().iloc[1]
+    for name, end, low, high in (("fig07", "distal", 0.0, 0.01), ("fig08", "proximal", 0.3, np.inf)):
+        for side in ("flexor", "extensor"):
+            to, fro = (line(paper, name, f"{side}_tension_{end}", way) for way in ("flexion", "extension"))
+            assert ((to - fro).abs().max() / np.maximum(to.abs().max(), fro.abs().max())).between(low, high).all()
+    states = paper["fig08"].states
+    assert (states[["flexor_tension_proximal", "flexor_tension_distal"]] > 0.0).all(axis=None)
+    for slack in (states["status"] == "extensor slack", states["extensor_tension_distal"] < 0.0):
+        assert slack.groupby(states["load_mass"]).any().to_dict() == {0.0: False, 3.0: True, 10.0: True}
+
+
+def test_f9_to_f11_what_pretension_springs_and_ratio_do_to_slack(paper):
+    assert paper["fig09"].designs.set_index("load_mass")["taut"].to_dict() == {0.0: True, 3.0: True, 10.0: False}
+    soft, small = (paper[name].designs.sort_values(by) for name, by in VARIED.items() if name != "fig09")
+    for name, rows in (("fig10", soft), ("fig11", small)):
+        least = paper[name].states.groupby("design")["extensor_tension_distal"].min()
+        for slack in (-least[rows["design"]].to_numpy() / rows["spring_stiffness"], rows["slack_fraction"]):
+            assert (slack.diff()[1:] > 0.0).all()
+        assert (rows["load_mass"] == 5.0).all()
+    assert (soft["max_spring_extension"].diff()[1:] < 0.0).all()
+    assert small["taut"].tolist() == [True, *[False] * (len(small) - 1)]
+
+
 # --- Where the load is held ------------------------------------------------------------------------------------------
 
 

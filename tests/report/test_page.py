@@ -77,6 +77,7 @@ STUDIES = {
         "cases": [{"name": "short", "arm": {"b1": 0.14}}, {"name": "paper", "model": {"slack": "bilateral"}}],
         "tendon": {"flexor": {"pretension": [90.0, 120.0]}},
     },
+    "persons along an arm": {"people": {"count": 3}, "arm": {"a1": {"from": 0.03, "to": 0.05, "num": 3}}},
 }
 
 
