@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tendon_cli.cube.axes import LOAD
 from tendon_cli.cube.cube import Cube, cube_of, cube_to_come
 from tendon_cli.cube.source import table_of_study
 from tendon_cli.errors import Fault, InputError, OutputError, StudyError, TendonError, UsageError
@@ -150,7 +149,8 @@ def _pages(cube: Cube, spec: FigureSpec, plan: MapPlan | CurvePlan, asked: list[
 def _slack_maps(run: Path, folder: Path) -> list[Path]:
     """slack_map.png, and slack_map-2.png and so on where the panels need more pages; of one axis as lines."""
     designs = open_table(run / "designs.parquet")
-    if not any(axis.length > 1 and axis.column != LOAD for axis in cube_of(designs).axes):
+    cube = cube_of(designs)
+    if not long_axes(cube, cube.choose([])):
         raise UsageError("no axis other than the load has more than one value")
     return _written(pages_of(designs), [folder / "slack_map.png"])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ _BAR = 35.0
 _NARROWEST = 42.0
 """Width that a panel takes up at least, mm."""
 _BOUNDARY_WIDTH = 1.2
-_UNSTABLE: dict[str, Any] = {"edgecolor": "#4d4d4d", "linewidth": 0.0}
+_UNSTABLE: dict[str, Any] = {"hatch": "xxxx", "edgecolor": "#4d4d4d", "linewidth": 0.0}
 # Contours run with the higher values on their left; the ticks stand on the right, where a limit is not held.
 _EFFECTS = [TickedStroke(spacing=5.0, angle=-90.0, length=0.45, linewidth=0.6), mpl.patheffects.Normal()]
 _HALO = withStroke(linewidth=2.6, foreground="white")
@@ -97,10 +98,17 @@ def _draw_panel(axes: Axes, data: MapData, panel: int, colour: Any, ticks: int) 
 
 
 def _draw_limit(axes: Axes, x: Scale, y: Scale, room: Floats, *, gid: str, linewidth: float, color: str) -> None:
-    """The line where `room`, (y, x), what is left up to a limit, is zero; ticks where the limit is not held."""
-    if _crosses_zero(room):
+    """The line where `room`, what is left up to a limit, is zero; ticks on the side where the limit is not held.
+
+    `room` has the shape (y, x), in the order of the scales. Over names there is a stroke per name instead.
+    """
+    effects = [_HALO, *_EFFECTS]
+    if x.names or y.names:
+        for xy in _strokes(x, y, room):
+            axes.plot(*xy, path_effects=effects, solid_capstyle="butt", color=color, linewidth=linewidth, gid=gid)
+    elif min(room.shape) > 1 and _crosses_zero(room):
         lines = axes.contour(*_to_the_edges(x, y, room), levels=[0.0], colors=color, linewidths=linewidth)
-        lines.set(path_effects=[_HALO, *_EFFECTS], gid=gid)
+        lines.set(path_effects=effects, gid=gid)
 
 
 def _crosses_zero(room: Floats) -> bool:
@@ -108,10 +116,39 @@ def _crosses_zero(room: Floats) -> bool:
     return bool(np.nanmin(room, initial=np.inf) < 0.0 <= np.nanmax(room, initial=-np.inf))
 
 
+def zero_crossings(places: Floats, values: Floats) -> list[tuple[float, bool]]:
+    """Where values along an axis cross zero, linearly between two of them, and whether they rise there."""
+    low, high = values[:-1], values[1:]
+    at = np.flatnonzero(np.isfinite(low) & np.isfinite(high) & ((low < 0.0) != (high < 0.0)))
+    zeros = places[at] + low[at] / (low[at] - high[at]) * (places[at + 1] - places[at])
+    return list(zip(zeros.tolist(), (high[at] > low[at]).tolist(), strict=True))
+
+
 def _hatch_negative(axes: Axes, x: Scale, y: Scale, room: Floats) -> None:
-    if (room < 0.0).any():  # NaN is not: there is no equilibrium
-        area = axes.contourf(*_to_the_edges(x, y, room), levels=[-np.inf, 0.0], colors="none", hatches=["xxxx"])
-        area.set(**_UNSTABLE, gid="unstable")
+    """Hatch where `room` is negative: over names cell by cell, else up to the line where it is zero."""
+    if not (room < 0.0).any():
+        return  # NaN is not: there is no equilibrium
+    if x.names or y.names or min(room.shape) == 1:
+        cells = np.ma.masked_where(~(room < 0.0), room)
+        axes.pcolor(x.edges, y.edges, cells, facecolor="none", gid="unstable", **_UNSTABLE)
+        return
+    hatch, *edge = _UNSTABLE.values()
+    area = axes.contourf(*_to_the_edges(x, y, room), levels=[-np.inf, 0.0], colors="none", hatches=[hatch])
+    area.set(edgecolor=edge[0], linewidth=edge[1], gid="unstable")
+
+
+def _strokes(x: Scale, y: Scale, room: Floats) -> list[tuple[Sequence[float], Sequence[float]]]:
+    """Where one axis is of names: per name, a stroke where `room` changes its sign."""
+    along_x = not x.names
+    places, table = (x.places, room) if along_x else (y.places, room.T)
+    strokes: list[tuple[Sequence[float], Sequence[float]]] = []
+    for at, line in enumerate(table):
+        for zero, rises in zero_crossings(places, line):
+            across = (at - 0.5, at + 0.5)
+            # Drawn so that the higher side is on the left, as contours are.
+            up = across if rises != along_x else across[::-1]
+            strokes.append(([zero, zero], up) if along_x else (up, [zero, zero]))
+    return strokes
 
 
 def _to_the_edges(x: Scale, y: Scale, values: Floats) -> tuple[Floats, Floats, Any]:
@@ -142,7 +179,7 @@ def _key(data: MapData, seen: slice) -> list[Any]:
     for at, (limit, label) in enumerate(data.limits.items()):
         rooms = data.rooms[limit][seen]
         if limit == STIFFNESS and (rooms < 0.0).any():
-            key.append(Patch(facecolor="none", label=label, hatch="xxxx", **_UNSTABLE))
+            key.append(Patch(facecolor="none", label=label, **_UNSTABLE))
         elif any(map(_crosses_zero, rooms)):
             line(label, 0.8, _LINES[at % len(_LINES)])
     if not np.isfinite(data.margins[seen]).all():

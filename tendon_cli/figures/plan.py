@@ -6,8 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from tendon_cli.cube.axes import ANGLE, DIRECTION, LOAD, TIME, Ints, evenly
 from tendon_cli.cube.columns import DERIVED
 from tendon_cli.cube.cube import Cube
@@ -168,9 +166,8 @@ class MapPlan:
 
 
 def long_axes(cube: Cube, chosen: Mapping[str, Ints]) -> list[Axis]:
-    """Axes of finite numbers, other than the load, of which more than one value is chosen."""
-    long = [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
-    return [axis for axis in long if not axis.is_text and np.isfinite(axis.values).all()]
+    """Axes other than the load of which more than one value is chosen."""
+    return [axis for axis in cube.axes if axis.column != LOAD and len(chosen[axis.column]) > 1]
 
 
 def plan_maps(cube: Cube, chosen: Mapping[str, Ints]) -> MapPlan:

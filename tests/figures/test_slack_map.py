@@ -102,14 +102,21 @@ def test_one_axis_gives_lines_with_the_slack_side_shaded(springs: TableFiles) ->
     assert shade.get_extents().transformed(axes.transData.inverted()).y1 == pytest.approx(0.0, abs=1e-9)
 
 
-def test_cases_are_lines_or_panels_and_stand_on_x_alone(tmp_path: Path) -> None:
-    cases = {"cases": [{"name": "child", "arm": {"forearm_mass": "0.6 kg"}}, {"name": "a $50 man"}]}
-    (axes,) = panels(figure_of(designs(tmp_path / "run", {**cases, "tendon": PRETENSION})))
-    assert [line.get_label() for line in by_gid(axes, "curve")] == ["child", r"a \$50 man"]
-    maps = figure_of(designs(tmp_path / "maps", {**cases, "tendon": PRETENSION, "spring": STIFFNESS}))
-    assert [axes.get_title() for axes in panels(maps)] == ["child", r"a \$50 man"]
-    (axes,) = panels(figure_of(designs(tmp_path / "cases", cases)))
-    assert [label.get_text() for label in axes.get_xticklabels()] == ["child", r"a \$50 man"]
+def test_over_cases_the_map_has_cells_and_a_stroke_for_each(tmp_path: Path) -> None:
+    cases = [
+        {"name": "light", "arm": {"forearm_mass": "0.6 kg"}},
+        {"name": "a $50 man", "arm": {"forearm_mass": "9 kg"}},
+    ]
+    table = designs(tmp_path / "run", {"cases": cases, "tendon": PRETENSION})
+    required = np.array(table.read(["required_pretension"])["required_pretension"]).reshape(2, 31)[:, 0]
+    (axes,) = panels(figure_of(table))
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["light", r"a \$50 man"]
+    strokes = by_gid(axes, "boundary")
+    np.testing.assert_allclose([stroke.get_ydata()[0] for stroke in strokes], required, rtol=1e-9)
+    assert all(np.diff(stroke.get_xdata()) > 0.0 for stroke in strokes)  # more pretension, along y, is on the left
+    (area,) = by_gid(axes, "unstable")
+    assert len(area.get_paths()) == int((~np.array(table.read(["stable"])["stable"])).sum()) > 0
+    (axes,) = panels(figure_of(designs(tmp_path / "cases", {"cases": cases})))
     assert axes.lines[0].get_linestyle() == "None"
 
 
