@@ -35,7 +35,7 @@ from tendon_cli.model.kinematics import Array
 UNWANTED = "TENDON_NO_COMPILED"
 """Environment variable that, set to anything, has NumPy do it all."""
 
-VERSION = 17
+VERSION = 18
 """Of the C code, which is compiled with it: raised with every change, so that what was compiled before is not used."""
 
 RowWriter = Callable[[Columns, range], Collection[str] | None]

@@ -11,6 +11,7 @@ typedef struct {
     int one_arm;                             /* and of all that may depend on the angle, the first ones */
     int plain;                               /* whether the drives of the design are plain */
     long step[INPUTS];                       /* of an input from an angle to the next */
+    int adjoining;                           /* whether results of one design follow those of the other */
     long count;                              /* designs; what is left of the lanes repeats the first, for nobody */
 } Beside;
 
@@ -50,10 +51,15 @@ static int gather(Beside *b, Walk *walk, Array *arrays, const Changing *c, int i
         for (int k = 0; k < c->either.count; k++) b->at[c->either.at[k]][lane] = arrays[c->either.at[k]].at;
         if (more) b->count++, more = next_line(walk, arrays, c->between.at, c->between.count);
     }
-    for (int k = 0; k < c->between.count && c->between.at[k] < inputs; k++) {
-        int i = c->between.at[k], alike = 1;
-        for (int lane = 1; lane < LANES; lane++) alike &= b->at[i][lane] == b->at[i][0];
-        b->alike[i] = alike;
+    b->adjoining = c->between.count && c->between.at[c->between.count - 1] >= inputs;
+    for (int k = 0; k < c->between.count; k++) {
+        int i = c->between.at[k], alike = 1, adjoining = 1;
+        for (int lane = 1; lane < LANES; lane++) {
+            alike &= b->at[i][lane] == b->at[i][0];
+            adjoining &= b->at[i][lane] == b->at[i][0] + 8 * lane;
+        }
+        if (i >= inputs) b->adjoining &= adjoining;
+        else b->alike[i] = alike;
         if (i < IN_gravity_moment) b->one_arm &= alike;
     }
     return more;

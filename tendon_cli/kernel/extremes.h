@@ -65,6 +65,12 @@ static Lanes prepare(Lines *lines, double *angle, Before *b, const Extremes *e, 
 #define INTO(name, take)                                                        \
     INLINE void name(const Beside *of, int result, long offset, Lanes values) { \
         Lanes found = values;                                                   \
+        if (of->adjoining) {                                                    \
+            memcpy(&found, of->at[result][0] + offset, sizeof found);           \
+            found = take(values, found);                                        \
+            memcpy(of->at[result][0] + offset, &found, sizeof found);           \
+            return;                                                             \
+        }                                                                       \
         for (long lane = 0; lane < of->count; lane++)                           \
             found[lane] = *(double *)(of->at[result][lane] + offset);           \
         found = take(values, found);                                            \

@@ -71,9 +71,10 @@ def fold(folded: Found, at: State, elbow_angle: Array) -> None:
         "no_equilibrium": np.isnan(at.coupling.moment_arm),
     }
     motion = np.broadcast_shapes(at.flexor.capstan.shape, np.shape(elbow_angle))[-2:]
-    for name, each in values.items():
+    for name, each in values.items():  # along the axes that it has: most differ along few
         ufunc = np.add if name in COUNTS else np.fmin if name in _SMALLEST else np.fmax
-        over = ufunc.reduce(np.broadcast_to(each, (*folded[name].shape, *motion)), axis=(-2, -1))
+        its = np.atleast_2d(each)
+        over = ufunc.reduce(np.broadcast_to(its, (*its.shape[:-2], *motion)), axis=(-2, -1))
         ufunc(folded[name], over, out=folded[name])
 
 

@@ -161,8 +161,8 @@ def as_numpy(column: pa.ChunkedArray) -> npt.NDArray[Any]:
         return np.array([word or "" for word in column.to_pylist()], dtype=object)
     if pa.types.is_dictionary(column.type):
         return np.concatenate([_NO_WORDS, *map(_words, column.chunks)])
-    numbers = column.cast(pa.float64()).fill_null(_NAN).combine_chunks()
-    return np.array(np.from_dlpack(numbers))
+    numbers = column if column.type == pa.float64() else column.cast(pa.float64())  # which imports a library, 50 ms
+    return np.array(np.from_dlpack((numbers.fill_null(_NAN) if column.null_count else numbers).combine_chunks()))
 
 
 _NAN = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]
