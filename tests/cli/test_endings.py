@@ -143,7 +143,7 @@ def test_harmless_text_says_the_same_as_json_would(text):
 def test_a_state_without_equilibrium_is_exit_4_and_says_what_that_means(tendon, study, angle, mass, code, shown):
     asked = ("--set", f"motion.elbow_angle={angle}", "--set", f"load.mass={mass}", "--set", "model.slack=bilateral")
     ran = tendon("state", study, *asked)
-    assert (ran.exit, shown in ran.out) == (code, True)
+    assert (ran.exit, shown in ran.out, tendon("state", study, *asked, "--json").exit) == (code, True, code)
 
 
 def test_the_summary_says_what_feasible_means_and_how_long_figures_took(tendon, workplace):

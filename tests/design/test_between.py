@@ -154,6 +154,27 @@ def test_of_two_nearly_equal_peaks_the_higher_one_ends_the_window(apart):
     assert found.to_by == ("max_tension" if apart > 0.0 else "peak_motor_torque")
 
 
+def test_of_two_nearly_equal_peaks_the_higher_one_is_the_worst():
+    """Of cases that peak at other angles; the grid is wrong about which is higher, and others lead in the rest."""
+    content, load, last, *_ = FIVE["tension"]
+    motion = {"elbow_angle": {"from": "0 deg", "to": f"{last} deg", "num": 5}}
+    soft = {"load": {"mass": 4.0}, "spool": {"flexor_radius": 0.06}, "spring": {"stiffness": 3e3}}
+    others = {"name": "c"}, {"name": "d", **soft}
+
+    def asked(mass, *more):
+        tilted = {"name": "b", "load": {"mass": mass}, "arm": {"upper_arm_angle": "15 deg"}}
+        cases = [{"name": "a", "load": {"mass": load}}, tilted, *more]
+        return tendon.study({**content, "motion": motion, "cases": cases, "design": {"pretension": "130 N"}})
+
+    def peaks(mass):
+        state = evaluate_all(asked(mass), 130.0)
+        sides = (state.flexor, state.balance.flexor), (state.extensor, state.balance.extensor)
+        return np.max([np.maximum(pull, pull / side.capstan).max(axis=(1, 2)) for side, pull in sides], axis=0)
+
+    mass = brentq(lambda mass: np.subtract(*peaks(mass)) + 1e-4, 4.0, 8.0, xtol=1e-9)
+    assert tendon.design(asked(mass, *others)).choices.max_tension[0] == pytest.approx(peaks(mass)[1], rel=1e-9)
+
+
 # --- Intervals -------------------------------------------------------------------------------------------------------
 
 

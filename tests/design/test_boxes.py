@@ -165,6 +165,12 @@ def test_what_has_no_proof_over_a_box_is_named():
     assert any(note.startswith("arm.elbow_radius: sampled at both ends") for note in answer.record["notes"])
 
 
+def test_a_box_whose_cells_do_not_suffice_is_open(monkeypatch):
+    monkeypatch.setattr("tendon_cli.model.proof.MOST_CELLS", 8 * 70)
+    answer = tendon.design(study_of(INSIDE | {"arm.elbow_radius": RADIUS}, 6.0, LIMIT, 90.0))
+    assert answer.record["between_samples"]["status"] == "open"
+
+
 def test_no_point_refutes_what_is_proved_for_a_box():
     windows, proved = check_boxes(1, 8)
     assert windows > 3

@@ -57,9 +57,9 @@ def test_a_signal_while_an_answer_is_worked_out_ends_with_its_code(tendon, study
     with monkeypatch.context() as patch:
         patch.setattr(candidates, "compromise", lambda _: signal.raise_signal(signal.SIGINT) or 0)
         patch.setattr(answer_module, "sensitivities", lambda *_: pytest.fail("it went on"))
-        done = tendon("design", file, "--no-figures")
-    assert done.exit == 130
-    assert "--resume" in done.err
+        done = tendon("design", file, "--no-figures", "--json")
+    assert (done.exit, done.json["error"]["exit"], done.json["error"]["kind"]) == (130, 130, "stopped")
+    assert "--resume" in done.json["error"]["hint"]
     assert not (workplace / "results/suit-design/design.json").exists()
     assert tendon("design", file, "--no-figures", "--resume", "--json").json["resumed_parts"] == 1
 

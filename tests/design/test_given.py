@@ -18,13 +18,13 @@ def answered(pretension, **content):
     )
 
 
-@pytest.mark.parametrize("given", [100.0, 140.0, 200.0])
-def test_it_serves_what_a_sweep_at_it_finds(given):
-    choices = answered(f"{given} N").choices
+@pytest.mark.parametrize(("given", "enough"), [(100.0, 1.0), (140.0, 1.0), (140.0, 0.6), (200.0, 1.0)])
+def test_it_serves_what_a_sweep_at_it_finds_and_a_share_may_be_enough(given, enough):
+    choices = answered(f"{given} N", design={"serve": enough}).choices
     swept = tendon.sweep(tendon.study({**SUIT, "tendon": {"pretension": given}})).designs
     by_choice = swept.groupby(["spring_stiffness", "spool_ratio"], sort=False)["feasible"]
     np.testing.assert_allclose(choices["served_at"], by_choice.mean().to_numpy(), atol=1e-12)
-    np.testing.assert_array_equal(choices["feasible"], by_choice.all().to_numpy())
+    np.testing.assert_array_equal(choices["feasible"], by_choice.mean().to_numpy() >= enough)
     assert (choices["pretension"] == given).all()
 
 

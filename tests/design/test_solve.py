@@ -28,6 +28,9 @@ def test_the_windows_of_the_papers_arm_over_its_loads_and_what_binds(catalogue):
     assert [LIMIT_NAMES[found[f"{end}_by"][at]] for end in ("from", "to")] == ["extensor slack", "min_elbow_stiffness"]
     assert (found["from_condition"][at], found["to_condition"][at]) == (3, 0)
     assert found["tolerance"][at] == pytest.approx((173.934 - 122.121) / (173.934 + 122.121), abs=1e-5)
+    at = 3  # empty, the paper's: 96.8 to 122.8, 133.9 and more, 158.6 to 296.6, 220.3 and more
+    assert (found["pretension_from"][at], found["pretension_to"][at]) == pytest.approx((220.32, 122.8), abs=0.05)
+    assert (np.isnan(found["tolerance"][at]), found["served"][at]) == (True, 0.75)
 
 
 def test_the_worst_at_a_pretension_is_that_of_the_states(catalogue):

@@ -55,7 +55,8 @@ def test_numbers_as_people_write_them_are_the_same_distributions(text, same):
 
 
 def test_an_interval_is_answered_for_as_the_list_of_its_ends():
-    numbers, masses = {"spring": {"stiffness": "5 kN/m"}}, ({"from": "0 kg", "to": "10 kg"}, ["0 kg", "10 kg"])
+    numbers = {"spring": {"stiffness": "5 kN/m"}, "spool": {"ratio": 0.6}}
+    masses = {"from": "0 kg", "to": "10 kg"}, ["0 kg", "10 kg"]
     answers = [tendon.design(study_from(numbers | {"load": {"mass": mass}})) for mass in masses]
     np.testing.assert_array_equal(*(each.choices[["pretension_from", "pretension_to"]] for each in answers))
 

@@ -1,6 +1,8 @@
 """Whatever happens to a run folder, in whatever order: what looks finished is finished, and has the same bytes."""
 
 import functools
+import json
+import zlib
 from contextlib import closing
 
 import pytest
@@ -8,7 +10,18 @@ from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
 
 from .disk import ERRORS
-from .folders import FIGURE, VERBS, Folder
+from .folders import FIGURE, VERBS, WAYS, Folder
+
+
+@pytest.mark.parametrize("parts", [10**10, -1, 0, True, None])
+def test_a_journal_that_claims_absurd_parts_is_refused_at_once(parts):
+    with closing(Folder.of("sweep")) as folder:
+        folder.stop(2)
+        header = next(entry for entry in folder.entries() if "tables" in entry)
+        text = json.dumps(header | {"parts": parts}).encode()
+        folder.journal.write_bytes(b"%08x %s\n" % (zlib.crc32(text), text))
+        with folder.untouched():
+            assert [folder.ended(way).exit for way in WAYS] == [7, 7, 7]
 
 
 def histories(number, count, steps):

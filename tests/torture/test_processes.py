@@ -77,7 +77,8 @@ CASES = [
     for point in ("any", "part", "figures", "record")
     for seed in range(3 if point in ("any", "part") else 1)
 ]
-SAMPLE = [("sweep", "part", [KILL, KILL, KILL], 0), ("design", "part", [KILL], 0), ("sweep", "figures", [TERM], 0)]
+STOPS = [TERM, INTERRUPT, HANG_UP]
+SAMPLE = [("sweep", "part", [KILL, KILL, KILL], 0), ("design", "part", [KILL], 0), ("sweep", "figures", STOPS, 0)]
 
 
 @pytest.mark.parametrize(

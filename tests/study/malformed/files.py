@@ -76,6 +76,7 @@ ATTACHMENTS = (
     fragment("without an error", "[friction]\ncoefficient = 0.1\n", "not a friction fragment"),
     fragment("with a huge error", "[friction]\ncoefficient = 0.1\nstandard_error = 1e9\n", "not between 0 and 10"),
     fragment("of nan", "[friction]\ncoefficient = nan\nstandard_error = 0\n", "not a friction fragment"),
+    fragment("of a truth value", "[friction]\ncoefficient = true\nstandard_error = 0\n", "friction"),
     fragment("of a hexadecimal", f"[friction]\ncoefficient = 0x{'f' * 1000}\nstandard_error = 0\n", "friction"),
     fragment("over 256 kB", FRICTION + "#" * 300_000, "larger"),
 )

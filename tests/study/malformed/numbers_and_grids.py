@@ -76,6 +76,7 @@ ANGLES = (
     value("a bare bend", "sheath.bend_angle", "144", *BOTH),
     value("a bare bend in text", "sheath.bend_angle", '"144"', '"144 deg" or "144 rad"', "has no unit"),
     value("a bare speed in text", "motion.speed", '"60"', '"60 deg/s" or "60 rad/s"', "has no unit"),
+    value("a bare angle in a list", "motion.elbow_angle", "[0, 144]", *BOTH),
     value("a bare step", "motion.elbow_angle", "{ from = 0, to = '90 deg', step = 10 }", "step: 10 may be", '"10 deg"'),
     value("a bare tolerance", "sheath.bend_angle", "{ value = '90 deg', tolerance = 5 }", "tolerance", "not a share"),
     value("a bare deviation", "sheath.bend_angle", "{ mean = '90 deg', std = 5 }", "std: 5 may be", '"5 deg"'),

@@ -39,6 +39,7 @@ YAML_SYNTAX = (
 LIMITS = (
     toml("over 256 kB", "#" * 300_000, "larger than 256 kB"),
     toml("a list of 100000 lists", f"x = {'[' * 100_000}\n", "deeper than 32 levels", line=1),
+    toml("33 inline tables", f"x = {'{ a = ' * 33}1{' }' * 33}\n", "deeper than 32 levels", line=1),
     toml("a key of 100000 parts", f"{'.'.join('a' * 100_000)} = 1\n", "more than 16 parts", line=1),
     toml("17 parts with spaces", f"name = 'a'\n{' . '.join('a' * 17)} = 1\n", "more than 16 parts", line=2),
     toml("a long key that ends in quotes", f'{"a" * 100_000}"b" = 1\n', "not TOML"),

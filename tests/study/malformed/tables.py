@@ -81,6 +81,7 @@ SETTINGS = (
     setting("without a key", "=3", "KEY=VALUE"),
     setting("a key of 100000 parts", ".".join("a" * 100_000) + "=3", "KEY=VALUE"),
     setting("an open list", "load.mass=[1, 2", "load.mass", "not TOML"),
+    setting("a list of 300 kB", "load.mass=[" + "1," * 150_000 + "]", "load.mass", "256000"),
     setting("words in a list", "load.mass=[3 kg]", "load.mass", "not TOML"),
     setting("a number below a number", "arm.b1.x=3", "arm.b1.x", "not a table", study="arm.b1 = 0.1\n"),
     setting("a key with an escape", "\x1b[31m={", "set"),
