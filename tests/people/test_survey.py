@@ -111,7 +111,7 @@ def test_statistics_of_ones_own_are_read():
         (written(persons=0), "not 8 means"),
         ("[[[[" * 20, "not statistics"),
         (written(mean="nan"), "not 8 means"),
-        (written().replace("stature", "size"), "'stature' is not in list"),
+        (written().replace("stature", "size"), "its dimensions lack stature"),
         ("[male", "not statistics"),
         ("dimensions = 5", "not statistics"),
     ],

@@ -121,7 +121,10 @@ def read_survey(given: bytes, where: str) -> Survey:
     """Check and take over the statistics of a survey in TOML, in kg and mm; raises InputError."""
     try:
         content = read_toml(given.decode("utf-8-sig")).content
-        order = [content["dimensions"].index(name) for name in DIMENSIONS]
+        names = content["dimensions"]
+        if missing := [name for name in DIMENSIONS if name not in names]:
+            raise ValueError(f"its dimensions lack {', '.join(missing)}")  # noqa: TRY301 - reported below
+        order = [names.index(name) for name in DIMENSIONS]
         return Survey(*(_statistics(content[sex], order, sex) for sex in SEXES))
     except (StudyError, KeyError, TypeError, AttributeError, ValueError, RecursionError) as error:
         problem = f"not statistics of a survey: {shorten(str(error), 150) or type(error).__name__}"
