@@ -93,8 +93,8 @@ def test_a_run_that_gets_a_signal_resumes_to_the_same_bytes(
     words = [word for word in (verb, "study.toml", *QUIET) if word != "--no-figures" or point != "figures"]
     for number in numbers:
         code = signalled(place, moment(point, chance), [*words, "--resume"], [number], chance)
-        assert code in (0, -number if number == KILL else 128 + number)
-        assert (place / "run" / RECORDS[verb]).exists() == (code == 0)
+        is_whole = (place / "run" / RECORDS[verb]).exists()  # if so, the signal may have met the exit
+        assert is_whole or code == (-number if number == KILL else 128 + number)
         assert number == KILL or not temporary_files(place / "run")
     assert_resumes(verb, place, undisturbed(verb), hashes_in, *words[2:])
     assert point != "figures" or list((place / "run").glob("*.png"))
