@@ -21,9 +21,8 @@ from tendon_cli.space.axis import Axis
 def position(axis: Axis, value: Any) -> Ints:
     """The position of a value on an axis, or of the nearest, as an array of one."""
     same = np.array(axis.values == value)
-    apart = ~same if axis.is_text else np.where(same, 0.0, np.abs(axis.values - (0.0 if same.any() else value)))
-    apart = np.where(same, -1.0, apart)
-    return np.array([int(np.argmin(apart))], dtype=np.int64)
+    at = np.argmax(same) if same.any() or axis.is_text else np.argmin(np.abs(axis.values - value))
+    return np.array([int(at)], dtype=np.int64)
 
 
 def value_text(cube: Cube, axis: Axis, value: Any) -> str:
