@@ -17,6 +17,7 @@ from tendon_cli.answers.question import Problem
 from tendon_cli.answers.solve import Solutions, solve
 from tendon_cli.answers.words import Row, row_words
 from tendon_cli.model.kinematics import Array
+from tendon_cli.model.limits import LIMITS
 from tendon_cli.quantities import QUANTITIES, Quantity
 from tendon_cli.space.axis import Numbers, Rows
 from tendon_cli.space.space import Space
@@ -75,7 +76,7 @@ def relaxations(problem: Problem, limits: set[str]) -> list[dict[str, Any]]:
 def _asks(problem: Problem, limits: set[str], rows: Rows) -> Iterator[Ask]:
     for name in sorted(limits & set(problem.bounds)):
         value, is_stiffness = float(problem.bounds[name]), name == "min_elbow_stiffness"
-        farthest = value - _SOFTER if is_stiffness else 0.0 if name.startswith("min_") else _FARTHEST * value
+        farthest = value - _SOFTER if is_stiffness else 0.0 if LIMITS[name].from_below else _FARTHEST * value
         if (value > 0.0 or is_stiffness) and np.isfinite(value):
             yield Ask(f"limits.{name}", value, farthest, rows)
     single = problem.choices.single

@@ -133,10 +133,11 @@ def of_forms(names: Iterable[str], at: State) -> Found:
     """What designs come to in limits on forms of states, over the last two axes; NaN where no state has a result."""
     columns = {}
     for name in names:
-        values = np.atleast_2d(LIMITS[name].value(at))
-        least, most = (each.reduce(values, axis=(-2, -1)) for each in (np.fmin, np.fmax))
-        largest = _with_sign(least, most) if name.startswith("peak_") else most
-        columns[name] = least if LIMITS[name].from_below else largest
+        limit = LIMITS[name]
+        values = np.atleast_2d(limit.value(at))
+        columns[name] = (np.fmin if limit.from_below else np.fmax).reduce(values, axis=(-2, -1))
+        if limit.in_magnitude:
+            columns[name] = _with_sign(np.fmin.reduce(values, axis=(-2, -1)), columns[name])
     return columns
 
 

@@ -88,6 +88,11 @@ class DesignLimit:
         return self.name.startswith("min_")
 
     @property
+    def in_magnitude(self) -> bool:
+        """Whether it is the largest magnitude that is bounded, on either side of zero."""
+        return self.name.startswith("peak_")
+
+    @property
     def of_motion(self) -> bool:
         """Whether it compares states of the whole motion."""
         return self.lines is not None or self.excess is not None
@@ -96,13 +101,13 @@ class DesignLimit:
         """The least and the largest that its quantity may be."""
         if self.from_below:
             return bound, None
-        return (-np.asarray(bound) if self.name.startswith("peak_") else None), bound
+        return (-np.asarray(bound) if self.in_magnitude else None), bound
 
     def beyond(self, values: Array, bound: Real) -> Array:
         """By how much values are outside of the bound: above 0 they break it."""
         if self.from_below:
             return np.asarray(bound - values)
-        return np.asarray((np.abs(values) if self.name.startswith("peak_") else values) - bound)
+        return np.asarray((np.abs(values) if self.in_magnitude else values) - bound)
 
     def value(self, state: Any, speed: Real = np.nan) -> Array:
         """Its quantity in states (`State`), of several forms that nearest to the bound; TypeError if it has none."""

@@ -187,6 +187,13 @@ def curves(study: Study, design: Design, shape: tuple[int, ...], labels: Iterabl
     return result | {name: np.broadcast_to(value, (*shape, 1, 1)).ravel() for name, value in measures.items()}
 
 
+def rows_with_states(cube: Cube, axes: Sequence[PageAxis], most: int) -> tuple[list[Ints], Ints]:
+    """Positions on a page's axes, of `most` rows together, whose states it shows, and these rows."""
+    kept = thinned([len(axis.kept) for axis in axes], most)
+    places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
+    return kept, cube.rows(list(places), places).ravel()
+
+
 def states_record(
     study: Study, kept: Sequence[npt.NDArray[np.int64]], of_conditions: Sequence[tuple[str, Curves]]
 ) -> tuple[dict[str, Any], list[dict[str, list[float]]]]:

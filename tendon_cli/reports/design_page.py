@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 
 from tendon_cli import say
-from tendon_cli.cube.axes import Ints, evenly, thinned
+from tendon_cli.cube.axes import Ints, evenly
 from tendon_cli.cube.choices import conflicts_of, over_angle, position, pretension_name
 from tendon_cli.cube.columns import Values
 from tendon_cli.cube.cube import Cube, choices_of
@@ -27,6 +27,7 @@ from tendon_cli.reports.data import (
     packed_classes,
     page_axes,
     page_data,
+    rows_with_states,
     states_record,
     thinning_text,
     truths_record,
@@ -160,10 +161,8 @@ def _states(cube: Cube, axes: Sequence[PageAxis], pretension: Values) -> tuple[A
     space = space_of(study).unset()
     lengths = [len(axis.kept) for axis in axes]
     few = evenly(len(space.conditions), MOST_CONDITIONS)
-    kept = thinned(lengths, MOST_DESIGNS // len(few))
+    kept, rows = rows_with_states(cube, axes, MOST_DESIGNS // len(few))
     cells = np.ravel_multi_index(np.meshgrid(*kept, indexing="ij"), lengths).ravel() if axes else np.zeros(1, np.int64)
-    places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
-    rows = cube.rows(list(places), places).ravel()
     numbers, of_conditions = {**space.choices.numbers(rows), PRETENSION: pretension[cells]}, []
     for at in few:
         one = np.array([at])

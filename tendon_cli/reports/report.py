@@ -14,7 +14,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tendon_cli import say
-from tendon_cli.cube.axes import thinned
 from tendon_cli.cube.columns import TRUTHS, Values
 from tendon_cli.cube.cube import Cube, cube_of
 from tendon_cli.engine.results import AnyResult, Run, folder_of, verified_record
@@ -29,6 +28,7 @@ from tendon_cli.reports.data import (
     packed_classes,
     page_axes,
     page_data,
+    rows_with_states,
     states_record,
     thinning_text,
     truths_record,
@@ -184,8 +184,6 @@ def _outcomes(columns: Mapping[str, Values], no_equilibrium: npt.NDArray[np.bool
 
 
 def _states(cube: Cube, axes: Sequence[PageAxis]) -> tuple[Any, Any]:
-    kept, space = thinned([len(axis.kept) for axis in axes], MOST_DESIGNS), space_of(cube.asked)
-    places = {each.axis.column: each.kept[at] for each, at in zip(axes, kept, strict=True)}
-    rows = cube.rows(list(places), places).ravel()
+    (kept, rows), space = rows_with_states(cube, axes, MOST_DESIGNS), space_of(cube.asked)
     design = space.at(space.numbers(rows)).design()
     return states_record(cube.asked, kept, [("", curves(cube.asked, design, (len(rows),)))])

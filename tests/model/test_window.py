@@ -262,6 +262,8 @@ def test_every_number_has_a_derivative_by_complex_step(name):
 
 
 def test_a_peak_of_a_form_is_the_value_of_largest_magnitude_with_its_sign(monkeypatch):
-    monkeypatch.setitem(limits.LIMITS, "peak_form", SimpleNamespace(value=lambda at: at, from_below=False))
+    monkeypatch.setitem(
+        limits.LIMITS, "peak_form", SimpleNamespace(value=lambda at: at, from_below=False, in_magnitude=True)
+    )
     over_states = extremes.of_forms(["peak_form"], np.array([[[-80.0, 20.0]], [[-3.0, 50.0]]]))
     assert over_states["peak_form"].tolist() == [-80.0, 50.0]
